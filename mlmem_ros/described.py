@@ -1,0 +1,109 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dataclass fields that describe themselves: meaning, unit and range, declared once.
+
+The checks, the ROS parameters and the tables of the documents are all made from these.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a field is.
+
+    Attributes:
+        text: One phrase for a person.
+        unit: Unit symbol; empty for counts, names and ratios.
+        low: Smallest legal value, or None.
+        high: Largest legal value, or None.
+        choices: The legal words of a text field; empty where any word will do.
+    """
+
+    text: str
+    unit: str = ''
+    low: float | None = None
+    high: float | None = None
+    choices: tuple[str, ...] = ()
+
+
+def described(
+    default: Any,
+    text: str,
+    *,
+    unit: str = '',
+    low: float | None = None,
+    high: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """Return a dataclass field with a default and a description.
+
+    Args:
+        default: The default value, or `dataclasses.MISSING` for a required field.
+        text: One phrase for a person.
+        unit: Unit symbol.
+        low: Smallest legal value.
+        high: Largest legal value.
+        choices: The legal words of a text field.
+    """
+    metadata = {'description': Description(text, unit, low, high, choices)}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
+    """Yield every described field of a dataclass or of its instance."""
+    for field in dataclasses.fields(owner):
+        if 'description' in field.metadata:
+            yield field, field.metadata['description']
+
+
+def problems(instance: Any) -> list[str]:
+    """Return what is wrong with the described fields of a dataclass instance.
+
+    Every message reads "X must be ...; got ...". The type that counts is that of the
+    annotation: `int` takes whole numbers only, `float` takes both, neither takes a bool.
+    """
+    found = []
+    for field, description in descriptions(instance):
+        value = getattr(instance, field.name)
+        kind = field.type if isinstance(field.type, str) else field.type.__name__
+        if not _matches(value, kind, description):
+            wanted = _wanted(kind, description)
+            found.append(f'{field.name} must be {wanted}; got {value!r}')
+    return found
+
+
+def _matches(value: Any, kind: str, description: Description) -> bool:
+    if kind == 'bool':
+        return isinstance(value, bool)
+    if kind == 'str':
+        return isinstance(value, str) and (not description.choices or value in description.choices)
+    if isinstance(value, bool) or not isinstance(value, int if kind == 'int' else (int, float)):
+        return False
+    if isinstance(value, float) and not math.isfinite(value):
+        return False
+    above = description.low is None or value >= description.low
+    below = description.high is None or value <= description.high
+    return above and below
+
+
+def _wanted(kind: str, description: Description) -> str:
+    if kind == 'bool':
+        return 'true or false'
+    if kind == 'str':
+        return f'one of {", ".join(description.choices)}' if description.choices else 'a text'
+    noun = 'a whole number' if kind == 'int' else 'a finite number'
+    low, high = description.low, description.high
+    if low is not None and high is not None:
+        return f'{noun} from {low:g} to {high:g}'
+    if low is not None:
+        return f'{noun} of at least {low:g}'
+    if high is not None:
+        return f'{noun} of at most {high:g}'
+    return noun

@@ -1,0 +1,25 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The material: arrays in, arrays out. It knows no device, no ROS, no files and no clock."""
+
+from .chain import Chain, Drive, stable_step, substep_times
+from .design import Design
+from .errors import DesignError, StateError
+from .presets import CASE_I, CASE_II, PRESETS, preset
+from .wall import Wall, walls
+
+__all__ = [
+    'CASE_I',
+    'CASE_II',
+    'PRESETS',
+    'Chain',
+    'Design',
+    'DesignError',
+    'Drive',
+    'StateError',
+    'Wall',
+    'preset',
+    'stable_step',
+    'substep_times',
+    'walls',
+]

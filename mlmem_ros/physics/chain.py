@@ -1,0 +1,314 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The material: two coupled chains with a state, advanced in fixed steps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .design import Design
+from .energy import metamaterial_force, substrate_force
+from .errors import DesignError, StateError
+from .kernel import advance_elastic, advance_rigid
+from .noh_bathe import OMEGA_DT_LIMIT, P, coefficients
+from .potential import Array
+
+STABILITY_MARGIN = 0.95
+"""Largest share of the stability limit that we step with."""
+
+ACCURATE_STEP = 0.25
+"""Largest step with the rigid substrate: 12 steps per period of the probe's carrier."""
+
+
+def highest_frequency(design: Design) -> float:
+    """Return a bound of the angular frequencies of small waves anywhere in the element."""
+    between = np.linspace(design.D_s1 - 0.25, design.D_s2 + 0.25, 1001)
+    on_site = float(np.abs(design.potential.stiffness(between)).max() * design.alpha.max())
+    if design.substrate == 'rigid':
+        return math.sqrt(4.0 + on_site)
+    return math.sqrt(4.0 * float(design.s.max()) + 2.0 * on_site)
+
+
+def stable_step(design: Design) -> float:
+    """Return the largest step that keeps the margin to the limit of the integrator.
+
+    Explicit damping eta lowers the limit: x = omega dt / OMEGA_DT_LIMIT has to satisfy
+    x^2 + 2 eta dt / OMEGA_DT_LIMIT <= 1.
+    """
+    omega, eta = highest_frequency(design), design.eta
+    damped = (math.hypot(omega, eta) - eta) / omega
+    return STABILITY_MARGIN * OMEGA_DT_LIMIT / omega * damped
+
+
+def substep_times(steps: int, dt: float) -> Array:
+    """Return the times of the sub-step ends of a run of steps, from its start, (2 steps,)."""
+    starts = np.arange(steps, dtype=np.float64)
+    return np.stack((starts + P, starts + 1.0), axis=1).ravel() * dt
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A cell held at a prescribed motion for the first sub-steps of a run.
+
+    Attributes:
+        site: The driven cell: 1 or N.
+        motion: Its displacement and velocity at the end of every sub-step, shape (2, m) with m
+            at most twice the steps of the run; it is free afterwards.
+    """
+
+    site: int
+    motion: Array
+
+
+class Chain:
+    """The state of an element's material, and how it advances.
+
+    Attributes:
+        design: The element.
+        dt: Step size in time units.
+        steps_done: Steps since the chain was made: its clock.
+        V_N: Present displacement of the substrate's end.
+    """
+
+    def __init__(self, design: Design, dt: float | None = None) -> None:
+        """Make a blank chain at rest: every cell in the inactive phase.
+
+        Args:
+            design: The element.
+            dt: Step size in time units; by default the smaller of `ACCURATE_STEP` and
+                `stable_step(design)`.
+
+        Raises:
+            DesignError: The step is not positive or beyond the stability limit.
+        """
+        limit = stable_step(design)
+        dt = min(ACCURATE_STEP, limit) if dt is None else dt
+        if not 0.0 < dt <= limit:
+            raise DesignError(
+                f'dt must be above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the '
+                f'stability limit of the {design.substrate} substrate; got {dt:g}'
+            )
+        self.design = design
+        self.dt = dt
+        self.steps_done = 0
+        self.V_N = 0.0
+        n = design.N
+        self._constants = np.array(coefficients(dt))
+        self._height = design.alpha * design.d
+        self._springs = np.concatenate(([0.0], design.s, [0.0]))
+        self._metamaterial = _Field(n)
+        self._substrate = _Field(n) if design.substrate == 'elastic' else None
+        self._no_motion = np.zeros((2, 1))
+        self.v[:] = design.D_s1
+
+    # --- the state -----------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Time since the chain was made, in time units."""
+        return self.steps_done * self.dt
+
+    @property
+    def v(self) -> Array:
+        """Displacements v_j of the metamaterial, shape (N,): a view."""
+        return self._metamaterial.u[1:-1]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities of the metamaterial, shape (N,): a view."""
+        return self._metamaterial.velocity
+
+    @property
+    def V(self) -> Array:
+        """Displacements V_j of the substrate, shape (N,)."""
+        if self._substrate is not None:
+            return self._substrate.u[1:-1]
+        return self.V_N * self.design.strain_shape
+
+    @property
+    def substrate_velocity(self) -> Array:
+        """Velocities of the elastic substrate, shape (N,); zeros for the rigid one.
+
+        Those of its two ends, which are moved by the frame and the actuator, read zero.
+        """
+        return self._substrate.velocity if self._substrate else np.zeros(self.design.N)
+
+    @property
+    def configuration(self) -> Array:
+        """Configuration Delta_j = v_j - V_j, shape (N,)."""
+        return self.v - self.V
+
+    def end(self, site: int) -> float:
+        """Return the displacement of a cell."""
+        return float(self._metamaterial.u[site])
+
+    def place(self, v: Array, V_N: float = 0.0) -> None:
+        """Set the displacements, at rest, over the substrate strained quasi-statically.
+
+        Args:
+            v: Displacements of the metamaterial, shape (N,), finite.
+            V_N: Displacement of the substrate's end.
+
+        Raises:
+            StateError: A wrong shape or a value that is not finite; nothing is changed.
+        """
+        state = np.zeros_like(self.state())
+        if np.shape(v) != (self.design.N,):
+            raise StateError(f'v must have shape ({self.design.N},); got {np.shape(v)}')
+        if not (np.isfinite(v).all() and math.isfinite(V_N)):
+            raise StateError('v and V_N must be finite; got NaN or infinity')
+        V = V_N * self.design.strain_shape
+        state[0] = v
+        state[2] = metamaterial_force(self.design, state[0], V)
+        if self._substrate is not None:
+            state[3] = V
+            state[5, 1:-1] = substrate_force(self.design, state[0], V)[1:-1]
+        self.restore(state, V_N=V_N, steps_done=self.steps_done)
+
+    def state(self) -> Array:
+        """Return a copy of all that the future depends on beside V_N and the clock.
+
+        Returns:
+            Rows displacement, velocity, acceleration of the metamaterial, then the same of an
+            elastic substrate: shape (3, N) or (6, N).
+        """
+        rows = self._metamaterial.rows()
+        if self._substrate is not None:
+            rows += self._substrate.rows()
+        return np.array(rows)
+
+    def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
+        """Set the state that `state` returned, to the bit.
+
+        Raises:
+            StateError: A wrong shape or a value that is not finite; nothing is changed.
+        """
+        wanted = (6 if self._substrate is not None else 3, self.design.N)
+        if np.shape(state) != wanted:
+            raise StateError(f'the state must have shape {wanted}; got {np.shape(state)}')
+        if not (np.isfinite(state).all() and math.isfinite(V_N)):
+            raise StateError('the state must be finite; got NaN or infinity')
+        self._metamaterial.set(state[:3])
+        if self._substrate is not None:
+            self._substrate.set(state[3:])
+        self.V_N = float(V_N)
+        self.steps_done = int(steps_done)
+
+    # --- time ----------------------------------------------------------------------------
+
+    def advance(self, V_N: Array, drive: Drive | None = None) -> Array:
+        """Advance by whole steps.
+
+        Args:
+            V_N: Displacement of the substrate's end at the end of every sub-step (see
+                `substep_times`), shape (2 steps,), finite.
+            drive: A cell held at a prescribed motion at the start of the run.
+
+        Returns:
+            Displacements v_1 and v_N after every step, shape (2, steps).
+
+        Raises:
+            StateError: The inputs have the wrong shape or are not finite (nothing is changed),
+                or the state stopped being finite (the chain is then lost: `restore` it).
+        """
+        self._check_inputs(V_N, drive)
+        V_N = _plain(V_N)
+        motion = self._no_motion if drive is None else _plain(drive.motion)
+        steps = len(V_N) // 2
+        site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
+        ends = np.empty((2, steps))
+        p = self.design
+        if self._substrate is None:
+            advance_rigid(
+                steps,
+                p.N,
+                *self._metamaterial.arrays(),
+                self._height,
+                p.strain_shape,
+                V_N,
+                p.eta,
+                p.a,
+                p.b,
+                p.c,
+                site,
+                driven,
+                motion,
+                ends,
+                self._constants,
+            )
+        else:
+            advance_elastic(
+                steps,
+                p.N,
+                *self._metamaterial.arrays(),
+                *self._substrate.arrays(),
+                self._height,
+                self._springs,
+                V_N,
+                p.eta,
+                p.a,
+                p.b,
+                p.c,
+                site,
+                driven,
+                motion,
+                ends,
+                self._constants,
+            )
+        if steps:
+            self.V_N = float(V_N[-1])
+        self.steps_done += steps
+        if not (np.isfinite(self.v).all() and np.isfinite(self.V).all()):
+            raise StateError(f'the chain stopped being finite before step {self.steps_done}')
+        return ends
+
+    def rest(self, steps: int) -> Array:
+        """Advance by whole steps with the substrate's end held where it is."""
+        return self.advance(np.full(2 * steps, self.V_N))
+
+    def _check_inputs(self, V_N: Array, drive: Drive | None) -> None:
+        if V_N.ndim != 1 or len(V_N) % 2:
+            raise StateError(f'V_N must have shape (2 steps,); got {V_N.shape}')
+        if not np.isfinite(V_N).all():
+            raise StateError('V_N must be finite; got NaN or infinity')
+        if drive is None:
+            return
+        if drive.site not in (1, self.design.N):
+            raise StateError(f'site must be 1 or N = {self.design.N}; got {drive.site}')
+        if drive.motion.ndim != 2 or drive.motion.shape[0] != 2:
+            raise StateError(f'motion must have shape (2, m); got {drive.motion.shape}')
+        if drive.motion.shape[1] > len(V_N):
+            raise StateError(
+                f'motion must end with the run, {len(V_N)} sub-steps; got {drive.motion.shape[1]}'
+            )
+        if not np.isfinite(drive.motion).all():
+            raise StateError('motion must be finite; got NaN or infinity')
+
+
+def _plain(array: Array) -> Array:
+    """Return a copy of the one kind (contiguous, writeable) that the kernels are compiled for."""
+    return np.array(array, dtype=np.float64, order='C')
+
+
+class _Field:
+    """Displacement (with ghost cells), velocity and acceleration of one chain, and work space."""
+
+    def __init__(self, n: int) -> None:
+        self.u, self._u_p = np.zeros(n + 2), np.zeros(n + 2)
+        self.velocity, self._v_p = np.zeros(n), np.zeros(n)
+        self.acceleration, self._a_p = np.zeros(n), np.zeros(n)
+
+    def arrays(self) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Return the kernel's six arguments."""
+        return (self.u, self.velocity, self.acceleration, self._u_p, self._v_p, self._a_p)
+
+    def rows(self) -> list[Array]:
+        """Return the state without ghost cells."""
+        return [self.u[1:-1], self.velocity, self.acceleration]
+
+    def set(self, rows: Array) -> None:
+        """Set the state; the kernel renews the ghost cells."""
+        self.u[1:-1], self.velocity[:], self.acceleration[:] = rows

@@ -1,0 +1,188 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design of an element: every symbol of Table I as one immutable value.
+
+All lengths are in lattice constants, times in sqrt(m / k_r), stiffnesses in k_r.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..described import described, problems
+from .errors import DesignError
+from .potential import Array, Potential
+
+RIGIDITY = 10.0
+"""Least ratio of substrate stiffness to the metamaterial's that we let pass as >>."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """A mechanical multi-level memory element, checked when it is made.
+
+    Sites are counted from 1 as in the paper; arrays hold site j at index j - 1.
+
+    Raises:
+        DesignError: A value is out of range, or the values together make no memory.
+    """
+
+    N: int = described(MISSING, 'number of unit cells', low=3, high=100_000)
+    gamma: float = described(
+        MISSING, 'gradient of the on-site potential, per cell', low=-1.0, high=1.0
+    )
+    beta: float = described(MISSING, 'anomaly of the defect cells', low=-1.0, high=10.0)
+    J: int = described(
+        MISSING, 'cells per level: period of the defects', unit='cells', low=2, high=100_000
+    )
+    J_s: int = described(
+        MISSING, 'period of the substrate stiffness', unit='cells', low=2, high=100_000
+    )
+    j_0: float = described(
+        MISSING, 'site of least substrate stiffness', unit='cells', low=-1e6, high=1e6
+    )
+    d: float = described(MISSING, 'half the barrier height of the potential', low=1e-9, high=1e3)
+    a: float = described(0.2582, 'linear phase coefficient of the potential', low=1e-9, high=1e3)
+    b: float = described(0.0172, 'cubic phase coefficient of the potential', low=-1e3, high=1e3)
+    c: float = described(7.4489, 'offset of the potential', low=-1e6, high=1e6)
+    s_min: float = described(1000.0, 'least substrate stiffness', unit='k_r', low=1e-9, high=1e9)
+    s_max: float = described(
+        3000.0, 'greatest substrate stiffness', unit='k_r', low=1e-9, high=1e9
+    )
+    eta: float = described(1 / 250, 'on-site viscous damping', unit='1/time', low=0.0, high=10.0)
+    phase: int = described(
+        1, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
+    )
+    substrate: str = described(
+        'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
+    )
+
+    def __post_init__(self) -> None:
+        found = problems(self) or self._inconsistencies()
+        if found:
+            raise DesignError('; '.join(found))
+
+    def _inconsistencies(self) -> list[str]:
+        found = []
+        if self.J > self.N - 1:
+            found.append(f'J must be at most N - 1 = {self.N - 1}, or no level fits; got {self.J}')
+        if self.beta <= -1.0:
+            found.append(f'beta must be greater than -1; got {self.beta:g}')
+        elif self.alpha.min() <= 0.0:
+            worst = int(self.alpha.argmin()) + 1
+            found.append(
+                'alpha = (1 + gamma j)(1 + beta [J divides j]) must stay positive; got '
+                f'{self.alpha.min():.4g} at j = {worst}: choose gamma above -1/N = '
+                f'{-1 / self.N:.4g}'
+            )
+        if self.s_max < self.s_min:
+            found.append(f's_max must be at least s_min = {self.s_min:g}; got {self.s_max:g}')
+        if found:
+            return found
+        try:
+            stiffest = max(1.0, self.k_s1, self.k_s2)
+        except DesignError as error:
+            return [f'at least two neighbouring ground states are needed; {error}']
+        if self.s_min < RIGIDITY * stiffest:
+            found.append(
+                f's_min must be far above max(k_r, k_s) = {stiffest:.4g} (at least '
+                f'{RIGIDITY:g} times), or the wall strains the substrate; got {self.s_min:g}'
+            )
+        return found
+
+    # --- the potential -------------------------------------------------------------------
+
+    @cached_property
+    def potential(self) -> Potential:
+        """The on-site potential, before its amplification alpha_j."""
+        return Potential(self.a, self.b, self.c, self.d)
+
+    @cached_property
+    def D_s1(self) -> float:
+        """Configuration of the inactive phase (blank cells)."""
+        return self.potential.ground_state(self.phase)
+
+    @cached_property
+    def D_s2(self) -> float:
+        """Configuration of the active phase."""
+        return self.potential.ground_state(self.phase + 1)
+
+    @cached_property
+    def D_barrier(self) -> float:
+        """Configuration of the barrier top between the phases: where a wall is said to be."""
+        return self.potential.barrier(self.phase)
+
+    @cached_property
+    def k_s1(self) -> float:
+        """On-site stiffness of the inactive phase."""
+        return float(self.potential.stiffness(self.D_s1))
+
+    @cached_property
+    def k_s2(self) -> float:
+        """On-site stiffness of the active phase."""
+        return float(self.potential.stiffness(self.D_s2))
+
+    # --- the element ---------------------------------------------------------------------
+
+    @cached_property
+    def sites(self) -> Array:
+        """Site numbers 1 ... N, shape (N,)."""
+        return _frozen(np.arange(1, self.N + 1, dtype=np.float64))
+
+    @cached_property
+    def alpha(self) -> Array:
+        """Amplification of the on-site potential, shape (N,)."""
+        defect = self.sites % self.J == 0
+        return _frozen((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
+
+    @cached_property
+    def s(self) -> Array:
+        """Substrate stiffness s_{j+1/2} of Eq. (2), shape (N - 1,)."""
+        half = self.J_s / 2.0
+        distance = np.abs(np.mod(self.sites[:-1] - self.j_0 - half, self.J_s) - half)
+        return _frozen(self.s_min + (self.s_max - self.s_min) * distance / half)
+
+    @cached_property
+    def strain_shape(self) -> Array:
+        """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
+        compliance = np.concatenate(([0.0], np.cumsum(1.0 / self.s)))
+        return _frozen(compliance / compliance[-1])
+
+    @property
+    def levels(self) -> int:
+        """Number p of levels; a defect at the very end (j = N) is none."""
+        return (self.N - 1) // self.J
+
+    @property
+    def bits(self) -> int:
+        """Bits per element, floor(log2 p)."""
+        return self.levels.bit_length() - 1
+
+    def defect(self, level: int) -> int:
+        """Return the site of the defect that pins the wall of a level (0 ... p - 1)."""
+        return (level + 1) * self.J
+
+    def freed_by_compression(self, level: int) -> bool:
+        """Return whether compression frees the wall at a level; elsewhere tension does.
+
+        Compression draws a wall to the next maximum of the substrate stiffness, tension to the
+        next minimum; so it depends on which of them is ahead (Fig. 2a).
+        """
+        ahead = (self.defect(level) - self.j_0) % self.J_s
+        return ahead < self.J_s / 2.0
+
+    def code(self, level: int) -> str:
+        """Return the binary code of a level, `bits` wide where it fits (Fig. 1a)."""
+        return format(level, f'0{max(self.bits, 1)}b')
+
+    def end_displacement(self, strain: float) -> float:
+        """Return V_N for a strain Delta l / l of the element, l = N (tension positive)."""
+        return strain * self.N
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

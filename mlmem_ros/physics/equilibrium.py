@@ -1,0 +1,130 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Static equilibria of the metamaterial over a fixed substrate, by Newton's method."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .design import Design
+from .energy import metamaterial_force
+from .errors import StateError
+from .potential import Array
+from .wall import walls
+
+
+def wall_profile(design: Design, position: float, *, width: float | None = None) -> Array:
+    """Return the configuration of an anti-kink: s2 on the left of `position`, s1 on the right.
+
+    The profile is that of a wall in a symmetric double well of the same barrier, a tanh: a
+    first guess for `relax`.
+
+    Args:
+        design: The element.
+        position: Where the wall is, in sites.
+        width: Length of the tanh in cells; by default from the mean on-site stiffness.
+
+    Returns:
+        Delta_j, shape (N,).
+    """
+    width = width or _width(design)
+    mean, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
+    return mean - half * np.tanh((design.sites - position) / width)
+
+
+def relax(
+    design: Design, v: Array, V: Array, *, tolerance: float = 1e-12, iterations: int = 200
+) -> Array:
+    """Return the stable equilibrium displacements v next to a guess, the substrate held at V.
+
+    Newton's method with its matrix shifted until it is positive definite and its step capped
+    at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
+
+    Args:
+        design: The element.
+        v: Guess, shape (N,).
+        V: Substrate displacements, shape (N,).
+        tolerance: Largest residual force per cell, over the stiffness of the stiffest cell.
+        iterations: Bound on the Newton steps.
+
+    Raises:
+        StateError: No equilibrium was reached, or only an unstable one.
+    """
+    v = np.array(v, dtype=np.float64)
+    for _ in range(iterations):
+        force = metamaterial_force(design, v, V)
+        diagonal = design.alpha * design.potential.stiffness(v - V) + 2.0
+        diagonal[0] -= 1.0
+        diagonal[-1] -= 1.0
+        if np.abs(force).max() < tolerance * diagonal.max():
+            if _solve(diagonal, force) is None:
+                raise StateError('the guess leads to an unstable equilibrium; move it a little')
+            return v
+        step = _downhill_step(diagonal, force)
+        v += step * min(1.0, 0.2 / float(np.abs(step).max()))
+    raise StateError(
+        f'no equilibrium within {iterations} Newton steps; the residual force is '
+        f'{np.abs(force).max():.3g}, and {tolerance:g} was wanted'
+    )
+
+
+def resting_wall(design: Design, level: int) -> Array:
+    """Return the displacements of an unstrained element with its wall pinned at a level.
+
+    Args:
+        design: The element.
+        level: 0 ... p - 1.
+
+    Returns:
+        v_j, shape (N,): with no strain it is also the configuration.
+
+    Raises:
+        StateError: There is no such level, or the wall finds no rest near its defect: the
+            design does not pin it.
+    """
+    if not 0 <= level < design.levels:
+        raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
+    defect = design.defect(level)
+    v = relax(design, wall_profile(design, defect + 0.3), np.zeros(design.N))
+    found = walls(design, v)
+    if len(found) != 1 or abs(found[0].position - defect) > _width(design):
+        left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
+        raise StateError(f'the defect at j = {defect} pins no wall; {left} is left')
+    return v
+
+
+def _width(design: Design) -> float:
+    """Return the length of a wall's tanh in cells, from the mean on-site stiffness."""
+    return 2.0 / math.sqrt(0.5 * (design.k_s1 + design.k_s2))
+
+
+def _downhill_step(diagonal: Array, force: Array) -> Array:
+    """Solve (H + shift) step = force with the least shift of 0, 0.01, 0.04 ... that is definite.
+
+    H is tridiagonal with off-diagonal -1; the pivots of the elimination show its signs.
+    """
+    shift = 0.0
+    while True:
+        step = _solve(diagonal + shift, force)
+        if step is not None:
+            return step
+        shift = 4.0 * shift if shift else 0.01
+
+
+def _solve(diagonal: Array, right: Array) -> Array | None:
+    """Solve the tridiagonal system (Thomas); None where it is not positive definite."""
+    pivots, reduced = diagonal.tolist(), right.tolist()
+    for j in range(1, len(pivots)):
+        if pivots[j - 1] <= 0.0:
+            return None
+        factor = 1.0 / pivots[j - 1]
+        pivots[j] -= factor
+        reduced[j] += factor * reduced[j - 1]
+    if pivots[-1] <= 0.0:
+        return None
+    reduced[-1] /= pivots[-1]
+    for j in range(len(pivots) - 2, -1, -1):
+        reduced[j] = (reduced[j] + reduced[j + 1]) / pivots[j]
+    return np.array(reduced)

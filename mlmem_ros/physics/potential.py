@@ -1,0 +1,98 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The multi-stable on-site potential (Pechac & Frazier 2023, page 3)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import DesignError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Potential:
+    """The potential psi(D) = d {1 - cos[theta(D)]} with theta = a (D + c) + b (D + c)^3.
+
+    Its ground states are degenerate and lie where theta is a multiple of 2 pi, its barriers
+    where theta is an odd multiple of pi.
+
+    Attributes:
+        a: Linear phase coefficient, positive.
+        b: Cubic phase coefficient; what makes the ground states differ in stiffness.
+        c: Offset of the configuration, in lattice constants.
+        d: Half the barrier height, energy in k_r (lattice constant)^2.
+    """
+
+    a: float
+    b: float
+    c: float
+    d: float
+
+    def energy(self, D: ArrayLike) -> Array:
+        """Return psi at the configurations D (any shape)."""
+        theta, _, _ = self._phase(D)
+        return self.d * (1.0 - np.cos(theta))
+
+    def slope(self, D: ArrayLike) -> Array:
+        """Return psi' at the configurations D: the on-site force is -alpha psi'."""
+        theta, slope, _ = self._phase(D)
+        return self.d * np.sin(theta) * slope
+
+    def stiffness(self, D: ArrayLike) -> Array:
+        """Return psi'' at the configurations D."""
+        theta, slope, curvature = self._phase(D)
+        return self.d * (np.cos(theta) * slope**2 + np.sin(theta) * curvature)
+
+    def _phase(self, D: ArrayLike) -> tuple[Array, Array, Array]:
+        y = np.asarray(D, dtype=np.float64) + self.c
+        return y * (self.a + self.b * y * y), self.a + 3.0 * self.b * y * y, 6.0 * self.b * y
+
+    def ground_state(self, n: int) -> float:
+        """Return the n-th ground state: the configuration where theta = 2 pi n.
+
+        Raises:
+            DesignError: The potential has no n-th ground state.
+        """
+        return self._configuration(2.0 * math.pi * n, f'ground state {n}')
+
+    def barrier(self, n: int) -> float:
+        """Return the barrier top between ground states n and n + 1.
+
+        Raises:
+            DesignError: The potential has no such barrier.
+        """
+        return self._configuration(math.pi * (2 * n + 1), f'barrier above ground state {n}')
+
+    def _configuration(self, theta: float, what: str) -> float:
+        """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
+        if self.b < 0.0:
+            y_turn = math.sqrt(-self.a / (3.0 * self.b))
+            if abs(theta) >= 2.0 / 3.0 * self.a * y_turn:
+                raise DesignError(
+                    f'the potential has no {what}: with b = {self.b:g} < 0 its phase only '
+                    f'reaches {2.0 / 3.0 * self.a * y_turn:.4g}, and {abs(theta):.4g} is needed'
+                )
+        y = theta / self.a
+        if abs(self.b) * y * y > 1e-9 * self.a:  # else the cubic term is left to Newton
+            y = _depressed_cubic(self.a / self.b, -theta / self.b, smallest=self.b < 0.0)
+        for _ in range(3):  # Newton polishes the closed form to the last bit
+            y -= (y * (self.a + self.b * y * y) - theta) / (self.a + 3.0 * self.b * y * y)
+        return y - self.c
+
+
+def _depressed_cubic(p: float, q: float, *, smallest: bool) -> float:
+    """Return a real root of y^3 + p y + q: the only one, or the smallest in size (Cardano)."""
+    if not smallest:  # p > 0: one real root, in Viete's hyperbolic form, which never cancels
+        scale = math.sqrt(p / 3.0)
+        return -2.0 * scale * math.sinh(math.asinh(1.5 * q / (p * scale)) / 3.0)
+    scale = math.sqrt(-p / 3.0)
+    phase = math.acos(max(-1.0, min(1.0, 1.5 * q / (p * scale))))
+    return min(
+        (2.0 * scale * math.cos((phase - 2.0 * math.pi * k) / 3.0) for k in range(3)), key=abs
+    )

@@ -1,0 +1,42 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the domain walls are: the ground truth that the device itself never uses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .design import Design
+from .potential import Array
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A domain wall.
+
+    Attributes:
+        position: Where the configuration crosses the barrier top, in sites (linear between two).
+        anti_kink: True for active (s2) on the left, as the memory's wall; False for a kink.
+    """
+
+    position: float
+    anti_kink: bool
+
+
+def walls(design: Design, configuration: Array) -> list[Wall]:
+    """Return the domain walls of a configuration from left to right.
+
+    Args:
+        design: The element.
+        configuration: Delta_j = v_j - V_j, shape (N,).
+    """
+    height = configuration - design.D_barrier
+    active = height > 0.0
+    left = np.flatnonzero(active[:-1] != active[1:])
+    fraction = height[left] / (height[left] - height[left + 1])
+    return [
+        Wall(float(position), bool(anti_kink))
+        for position, anti_kink in zip(left + 1 + fraction, active[left], strict=True)
+    ]
