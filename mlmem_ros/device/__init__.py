@@ -1,0 +1,40 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory element as an instrument. It knows the material and no ROS."""
+
+from .calibration import Calibration, DelayTable
+from .commands import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .element import MemoryElement
+from .errors import ProcedureFailed, Refused, SettingsError
+from .events import Event, Heard, Outcome, describe_level
+from .factory import factory_calibration, new_element
+from .loop import Loop
+from .reading import BLANK, UNDECODABLE, Reading
+from .settings import Settings
+
+__all__ = [
+    'BLANK',
+    'UNDECODABLE',
+    'Abort',
+    'Calibrate',
+    'Calibration',
+    'Command',
+    'DelayTable',
+    'Erase',
+    'Event',
+    'Heard',
+    'Loop',
+    'MemoryElement',
+    'Outcome',
+    'ProcedureFailed',
+    'Read',
+    'Reading',
+    'Refused',
+    'SetStrain',
+    'Settings',
+    'SettingsError',
+    'Write',
+    'describe_level',
+    'factory_calibration',
+    'new_element',
+]

@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The actuator that strains the substrate: a set-point with a slew limit, and smooth ramps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.potential import Array
+from .errors import Refused
+from .settings import ActuatorSettings
+
+SMOOTH_PEAK_RATE = 1.5
+"""Fastest change of the smooth ramp x^2 (3 - 2 x), over its mean."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """One move of the strain: from `start` to `target` in `duration` time units."""
+
+    start: float
+    target: float
+    duration: float
+    smooth: bool
+
+    def strain(self, t: Array) -> Array:
+        """Return the strain at the times since the move began; the target afterwards."""
+        if self.duration == 0.0:
+            return np.full_like(t, self.target)
+        x = np.minimum(t / self.duration, 1.0)
+        progress = x * x * (3.0 - 2.0 * x) if self.smooth else x
+        return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
+
+
+class Actuator:
+    """The strain of the element as a function of time.
+
+    Attributes:
+        settings: Limits of strain and rate.
+        strain: Present strain.
+        motion: The present or last move.
+        elapsed: Time since that move began.
+    """
+
+    def __init__(self, settings: ActuatorSettings) -> None:
+        self.settings = settings
+        self.strain = 0.0
+        self.motion = Motion(0.0, 0.0, 0.0, smooth=True)
+        self.elapsed = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether the strain still changes."""
+        return self.elapsed < self.motion.duration
+
+    def check(self, strain: float) -> None:
+        """Raise `Refused` for a strain that is not finite or beyond the limit."""
+        limit = self.settings.max_strain
+        if not (math.isfinite(strain) and abs(strain) <= limit):
+            raise Refused(
+                f'strain must be a finite number from {-limit:g} to {limit:g} '
+                f'(actuator.max_strain); got {strain:g}'
+            )
+
+    def slew_to(self, strain: float) -> None:
+        """Move to a strain at the greatest rate.
+
+        Raises:
+            Refused: The strain is not finite or beyond the limit.
+        """
+        self.check(strain)
+        duration = abs(strain - self.strain) / self.settings.max_rate
+        self._begin(Motion(self.strain, strain, duration, smooth=False))
+
+    def ramp_to(self, strain: float, duration: float) -> None:
+        """Move to a strain smoothly in a time, or longer if the rate limit asks for it.
+
+        Raises:
+            Refused: The strain is not finite or beyond the limit.
+        """
+        self.check(strain)
+        least = SMOOTH_PEAK_RATE * abs(strain - self.strain) / self.settings.max_rate
+        self._begin(Motion(self.strain, strain, max(duration, least), smooth=True))
+
+    def _begin(self, motion: Motion) -> None:
+        self.motion = motion
+        self.elapsed = 0.0
+
+    def advance(self, times: Array) -> Array:
+        """Return the strain at times from now, the last of which becomes now."""
+        strain = self.motion.strain(self.elapsed + times)
+        self.elapsed += float(times[-1])
+        self.strain = float(strain[-1])
+        return strain

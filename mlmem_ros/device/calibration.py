@@ -1,0 +1,105 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The echo delay of every level, as seen from either end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .errors import SettingsError
+
+
+@dataclass(frozen=True)
+class DelayTable:
+    """What one end hears.
+
+    Attributes:
+        delays: Echo delay of every level in time units, by level.
+        blank: Echo delay of a blank element, or None where it gives no echo.
+    """
+
+    delays: tuple[float, ...]
+    blank: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.delays or not np.isfinite(self.delays).all():
+            raise SettingsError(
+                f'delays must be finite, one for every level; got {list(self.delays)}'
+            )
+        steps = np.diff(self.delays)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise SettingsError(
+                'delays must rise or fall from level to level, or levels cannot be told apart; '
+                f'got {[round(delay, 2) for delay in self.delays]}'
+            )
+
+    def nearest(self, delay: float) -> tuple[int, float]:
+        """Return the entry next to a delay, and how clear the choice is.
+
+        Args:
+            delay: Measured delay.
+
+        Returns:
+            The level, or -1 for the blank entry; and the level margin: 1 on the entry, 0
+            half-way to a neighbour, negative beyond the ends of the table.
+        """
+        entries = dict(enumerate(self.delays))
+        if self.blank is not None:
+            entries[-1] = self.blank
+        level = min(entries, key=lambda key: abs(entries[key] - delay))
+        offset = delay - entries[level]
+        same_side = [
+            abs(value - entries[level])
+            for key, value in entries.items()
+            if key != level and (value - entries[level]) * offset > 0.0
+        ]
+        others = [abs(value - entries[level]) for key, value in entries.items() if key != level]
+        spacing = min(same_side or others or [abs(entries[level])])
+        return level, 1.0 - 2.0 * abs(offset) / spacing
+
+    def distance(self, delay: float, distances: Sequence[float]) -> float:
+        """Return the distance of a reflector by interpolation between the levels.
+
+        Args:
+            delay: Measured delay.
+            distances: Distance of every level's wall from this end, in cells.
+        """
+        order = np.argsort(self.delays)
+        known, far = np.asarray(self.delays)[order], np.asarray(distances, dtype=float)[order]
+        return float(np.interp(delay, known, far))
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the table for a file."""
+        return {'delays': list(self.delays), 'blank': self.blank}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> DelayTable:
+        """Return the table that `as_dict` gave.
+
+        Raises:
+            SettingsError: The data are not such a table.
+        """
+        try:
+            blank = data['blank']
+            return cls(
+                tuple(float(delay) for delay in data['delays']),
+                None if blank is None else float(blank),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise SettingsError(f'a delay table needs delays and blank; {error!r}') from error
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """The delay tables of both ends."""
+
+    left: DelayTable
+    right: DelayTable
+
+    def table(self, end: str) -> DelayTable:
+        """Return the table of an end, 'left' or 'right'."""
+        return self.left if end == 'left' else self.right

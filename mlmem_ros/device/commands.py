@@ -1,0 +1,77 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that can enter a device. A command takes effect at a tick and is stamped with it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .errors import Refused
+
+
+@dataclass(frozen=True)
+class SetStrain:
+    """Move the strain to a set-point by hand."""
+
+    strain: float
+
+
+@dataclass(frozen=True)
+class Write:
+    """Write a level and verify it."""
+
+    level: int
+
+
+@dataclass(frozen=True)
+class Read:
+    """Fire a probe pulse and decode the echo; an empty end is the one in the settings."""
+
+    end: str = ''
+
+
+@dataclass(frozen=True)
+class Erase:
+    """Make the element blank."""
+
+
+@dataclass(frozen=True)
+class Calibrate:
+    """Learn the echo delay of every level, then restore the content."""
+
+
+@dataclass(frozen=True)
+class Abort:
+    """Stop the running procedure and bring the strain to zero."""
+
+
+Command = SetStrain | Write | Read | Erase | Calibrate | Abort
+
+KINDS: dict[str, type[Any]] = {
+    kind.__name__: kind for kind in (SetStrain, Write, Read, Erase, Calibrate, Abort)
+}
+
+
+def as_dict(command: Command) -> dict[str, Any]:
+    """Return a command for a session file: its kind and its values."""
+    return {'kind': type(command).__name__, **dataclasses.asdict(command)}
+
+
+def from_dict(data: Mapping[str, Any]) -> Command:
+    """Return the command that `as_dict` described.
+
+    Raises:
+        Refused: The data describe no command.
+    """
+    values = dict(data)
+    kind = values.pop('kind', None)
+    if kind not in KINDS:
+        raise Refused(f'command must be one of {", ".join(KINDS)}; got {kind!r}')
+    try:
+        command: Command = KINDS[kind](**values)
+    except TypeError as error:
+        raise Refused(f'{kind} was given the wrong values: {error}') from error
+    return command

@@ -1,0 +1,123 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Echo detection: v_m, its moving average v_c, and the first crossing of the threshold."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.potential import Array
+from .settings import ProbeSettings
+
+
+def window(probe: ProbeSettings) -> float:
+    """Return the width T = 16 pi / omega_c of the averaging window (page 5)."""
+    return 16.0 * math.pi / probe.omega_c
+
+
+def pulse_duration(probe: ProbeSettings) -> float:
+    """Return 2 t_0 = 12 sigma, the time the boundary is driven."""
+    return 12.0 * probe.sigma
+
+
+def blanking(probe: ProbeSettings) -> float:
+    """Return the time from which echoes are looked for: the window is clear of the pulse."""
+    return pulse_duration(probe) + 0.5 * window(probe)
+
+
+def threshold(probe: ProbeSettings, t: Array) -> Array:
+    """Return the threshold of v_c at times t since the pulse began.
+
+    Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, the
+    ring-down of the pulse and the noise before it. The threshold falls with them.
+    """
+    return probe.v_th * np.exp(-probe.gain_decay * t)
+
+
+@dataclass(frozen=True)
+class Echo:
+    """What came back to a probe.
+
+    Attributes:
+        end: The end that was probed, 'left' or 'right'.
+        probe: The pulse and the detector's settings.
+        t: Times since the pulse began, shape (n,).
+        v_m: Displacement magnitude |v - rest|, shape (n,).
+        v_c: v_m averaged over a centred window of width T, shape (n,).
+        delay: Time of the first crossing of the threshold, or None where nothing came back.
+        threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
+    """
+
+    end: str
+    probe: ProbeSettings
+    t: Array
+    v_m: Array
+    v_c: Array
+    delay: float | None
+    threshold_margin: float
+
+
+class EchoDetector:
+    """Detects an echo while the samples come in.
+
+    Attributes:
+        probe: The pulse and the detector's settings.
+        delay: Time of the first crossing so far, or None.
+        threshold_margin: Greatest v_c over the threshold so far.
+        time: Time up to which v_c is known.
+    """
+
+    def __init__(self, probe: ProbeSettings, dt: float) -> None:
+        """Wait for the samples of a pulse that begins now.
+
+        Args:
+            probe: The pulse and the detector's settings.
+            dt: Sampling interval; the first sample is at dt.
+        """
+        self.probe = probe
+        self.delay: float | None = None
+        self.threshold_margin = 0.0
+        self._dt = dt
+        self._half = max(1, round(0.5 * window(probe) / dt))
+        self._v_m = np.zeros(0)
+        self._sums = np.zeros(1)
+        self._v_c = np.zeros(0)
+
+    @property
+    def time(self) -> float:
+        """Time up to which v_c is known."""
+        return len(self._v_c) * self._dt
+
+    def feed(self, v: Array) -> None:
+        """Take displacements from rest, shape (m,), and look for a crossing."""
+        self._v_m = np.concatenate((self._v_m, np.abs(v)))
+        self._sums = np.concatenate((self._sums, self._sums[-1] + np.cumsum(np.abs(v))))
+        first, last = len(self._v_c), len(self._v_m) - self._half
+        if last <= first:
+            return
+        i = np.arange(first, last)
+        low = np.maximum(i - self._half, 0)
+        sums = self._sums[i + self._half + 1] - self._sums[low]
+        average = sums / (2 * self._half + 1)
+        self._v_c = np.concatenate((self._v_c, average))
+        self._compare(np.arange(first + 1.0, last + 1.0) * self._dt, average)
+
+    def _compare(self, t: Array, v_c: Array) -> None:
+        heard = t > blanking(self.probe)
+        if not heard.any():
+            return
+        ratio = (v_c / threshold(self.probe, t))[heard]
+        self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
+        if self.delay is None and (ratio > 1.0).any():
+            self.delay = float(t[heard][np.argmax(ratio > 1.0)])
+
+    def echo(self, end: str) -> Echo:
+        """Return all that was heard, up to the time where v_c is known."""
+        n = len(self._v_c)
+        t = np.arange(1.0, n + 1.0) * self._dt
+        return Echo(
+            end, self.probe, t, self._v_m[:n], self._v_c, self.delay, self.threshold_margin
+        )

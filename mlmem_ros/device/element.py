@@ -1,0 +1,185 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory element as an instrument: material, actuator, transducers and procedures."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..physics import Chain, Design, stable_step, substep_times
+from ..physics.chain import ACCURATE_STEP
+from . import procedures
+from .actuator import Actuator
+from .calibration import Calibration
+from .commands import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .echo import Echo
+from .errors import ProcedureFailed, Refused, SettingsError
+from .events import Event, Heard, Outcome
+from .procedures import Procedure, Result
+from .reading import Reading, decode, phase_of
+from .settings import Settings
+from .transducer import ENDS, Transducer
+
+
+class MemoryElement:
+    """A device that advances by ticks and takes commands between them.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings.
+        chain: The material.
+        actuator: Strains the substrate.
+        transducer: Drives and senses the ends.
+        calibration: Echo delay of every level.
+        reading: The last reading, None while the content is not known.
+        ticks: Ticks since the device was made: its clock.
+        tick: Length of a tick in time units.
+        substrate_speed: Mean speed of the substrate's end in the last tick.
+    """
+
+    def __init__(self, design: Design, settings: Settings, calibration: Calibration) -> None:
+        """Make a device around a blank chain at rest.
+
+        Args:
+            design: The element.
+            settings: The instrument's settings.
+            calibration: Echo delay of every level; `factory.new_element` makes one.
+
+        Raises:
+            SettingsError: The calibration is that of another number of levels.
+        """
+        for end in ENDS:
+            if (count := len(calibration.table(end).delays)) != design.levels:
+                raise SettingsError(
+                    f'the calibration must have {design.levels} levels, as the design; got {count}'
+                )
+        self.design = design
+        self.settings = settings
+        self.tick = settings.time.tick
+        self.steps_per_tick = math.ceil(self.tick / min(ACCURATE_STEP, stable_step(design)))
+        self.chain = Chain(design, self.tick / self.steps_per_tick)
+        self.actuator = Actuator(settings.actuator)
+        probes = {'left': settings.probe, 'right': settings.probe_right}
+        self.transducer = Transducer(self.chain, probes)
+        self.calibration = calibration
+        self.reading: Reading | None = None
+        self.ticks = 0
+        self.substrate_speed = 0.0
+        self._times = substep_times(self.steps_per_tick, self.chain.dt)
+        self._running: _Run | None = None
+        self._events: list[Event] = []
+
+    # --- commands ------------------------------------------------------------------------
+
+    @property
+    def procedure(self) -> str:
+        """Name of the running procedure, empty when there is none."""
+        return self._running.name if self._running else ''
+
+    def apply(self, command: Command) -> None:
+        """Take a command; it takes effect in the next tick.
+
+        Raises:
+            Refused: A procedure runs, or a value is out of range; nothing is changed.
+        """
+        if isinstance(command, Abort):
+            self._abort()
+            return
+        if self._running:
+            raise Refused(f'busy: {self._running.name} is running; abort it or wait')
+        match command:
+            case SetStrain(strain):
+                self.actuator.slew_to(strain)
+                self.forget()
+            case Write(level):
+                self._check_level(level)
+                self._run('write', procedures.write(self, level))
+            case Read(end):
+                if end not in ('', *ENDS):
+                    raise Refused(f'end must be left or right; got {end!r}')
+                self._run('read', procedures.read(self, end))
+            case Erase():
+                self._run('erase', procedures.erase(self))
+            case Calibrate():
+                self._run('calibrate', procedures.calibrate(self))
+
+    def _check_level(self, level: int) -> None:
+        last = self.design.levels - 1
+        if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
+            raise Refused(f'level must be a whole number from 0 to {last}; got {level!r}')
+
+    def _abort(self) -> None:
+        if self._running:
+            self._running.steps.close()
+            self._end(False, 'aborted', None, 1)
+        self._run('abort', procedures.abort(self))
+
+    def _run(self, name: str, steps: Procedure[Result]) -> None:
+        self._running = _Run(name, steps, self.ticks)
+
+    # --- what procedures tell ------------------------------------------------------------
+
+    def phase(self, end: str) -> int | None:
+        """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
+        substrate = 0.0 if end == 'left' else self.design.end_displacement(self.actuator.strain)
+        return phase_of(self.design, self.transducer.rest(end) - substrate)
+
+    def forget(self) -> None:
+        """Hold the content for unknown from now on: the wall may be about to move."""
+        self.reading = None
+
+    def hear(self, echo: Echo) -> Reading:
+        """Decode an echo, remember the reading and tell it."""
+        phases = self.phase('left'), self.phase('right')
+        self.reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
+        self._events.append(Heard(echo, self.reading))
+        return self.reading
+
+    # --- time ----------------------------------------------------------------------------
+
+    def advance(self) -> list[Event]:
+        """Advance by one tick and return what happened in it.
+
+        Raises:
+            StateError: The material's state stopped being finite.
+        """
+        if self._running:
+            self._step(self._running)
+        strain = self.actuator.advance(self._times)
+        drive = self.transducer.drive(self.steps_per_tick)
+        V_N = strain * self.design.end_displacement(1.0)
+        self.substrate_speed = (float(V_N[-1]) - self.chain.V_N) / self.tick
+        ends = self.chain.advance(V_N, drive)
+        self.transducer.record(ends)
+        self.ticks += 1
+        events, self._events = self._events, []
+        return events
+
+    def _step(self, run: _Run) -> None:
+        try:
+            next(run.steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            self._end(True, '', result.reading, result.attempts)
+        except (ProcedureFailed, Refused) as error:
+            self.transducer.release()
+            if self.actuator.motion.target != 0.0:
+                self.actuator.slew_to(0.0)
+            self._end(False, str(error), self.reading, 1)
+
+    def _end(self, success: bool, error: str, reading: Reading | None, attempts: int) -> None:
+        assert self._running is not None
+        run, self._running = self._running, None
+        self._events.append(
+            Outcome(run.name, success, error, reading, attempts, run.start_tick, self.ticks)
+        )
+
+
+class _Run:
+    """A procedure under way."""
+
+    def __init__(self, name: str, steps: Procedure[Any], start_tick: int) -> None:
+        self.name = name
+        self.steps = steps
+        self.start_tick = start_tick

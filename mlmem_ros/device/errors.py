@@ -1,0 +1,15 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the instrument refuses, and how a procedure fails."""
+
+
+class SettingsError(ValueError):
+    """Settings out of range or inconsistent: the message names setting, value and bound."""
+
+
+class Refused(Exception):
+    """A command that cannot be taken now or at all; the element is unchanged."""
+
+
+class ProcedureFailed(Exception):
+    """A procedure that ran and did not reach its aim; the message says what was seen."""

@@ -1,0 +1,76 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Prescribed motions of a boundary cell: the probe pulse, and the move that launches a wall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ..physics.potential import Array
+from .settings import ProbeSettings
+
+
+class BoundaryMotion(Protocol):
+    """What a boundary cell can be made to do."""
+
+    @property
+    def duration(self) -> float:
+        """How long the cell is held, in time units; it is free afterwards."""
+
+    def at(self, t: Array) -> Array:
+        """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """The Gaussian-modulated harmonic pulse about a rest displacement (page 5).
+
+    Attributes:
+        rest: Displacement of the cell at rest.
+        probe: Carrier, amplitude and envelope.
+    """
+
+    rest: float
+    probe: ProbeSettings
+
+    @property
+    def t_0(self) -> float:
+        """Centre of the envelope: 6 sigma."""
+        return 6.0 * self.probe.sigma
+
+    @property
+    def duration(self) -> float:
+        """The pulse is prescribed for t <= 2 t_0."""
+        return 2.0 * self.t_0
+
+    def at(self, t: Array) -> Array:
+        """Return displacement and velocity at times t."""
+        p = self.probe
+        x = (t - self.t_0) / p.sigma
+        envelope = p.A * np.exp(-0.5 * x * x)
+        sine, cosine = np.sin(p.omega_c * t), np.cos(p.omega_c * t)
+        velocity = envelope * (p.omega_c * cosine - x / p.sigma * sine)
+        return np.stack((self.rest + envelope * sine, velocity))
+
+
+@dataclass(frozen=True)
+class Move:
+    """A move at constant speed from one displacement to another."""
+
+    start: float
+    target: float
+    speed: float
+
+    @property
+    def duration(self) -> float:
+        """Time the move takes."""
+        return abs(self.target - self.start) / self.speed
+
+    def at(self, t: Array) -> Array:
+        """Return displacement and velocity at times t."""
+        velocity = math.copysign(self.speed, self.target - self.start)
+        return np.stack((self.start + velocity * t, np.full_like(t, velocity)))

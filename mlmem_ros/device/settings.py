@@ -1,0 +1,173 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Everything that can be set on the instrument, described and checked.
+
+Times are in time units sqrt(m / k_r), strains are Delta l / l of the element, tension positive.
+The defaults are for the paper's Case II element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+
+from ..described import described, problems
+from .errors import SettingsError
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A group of settings that refuses values out of range when it is made."""
+
+    def __post_init__(self) -> None:
+        if found := problems(self):
+            raise SettingsError('; '.join(found))
+
+
+@dataclass(frozen=True)
+class ActuatorSettings(Checked):
+    """The actuator that strains the substrate."""
+
+    max_strain: float = described(
+        0.08, 'largest strain the actuator gives, either sign', low=1e-6, high=0.5
+    )
+    max_rate: float = described(
+        1e-4, 'fastest change of strain by hand and on abort', unit='1/time', low=1e-9, high=1.0
+    )
+
+
+@dataclass(frozen=True)
+class CycleSettings(Checked):
+    """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth."""
+
+    ramp: float = described(1200.0, 'ramp to the peak strain', unit='time', low=1.0, high=1e6)
+    hold: float = described(600.0, 'hold at the peak strain', unit='time', low=0.0, high=1e6)
+    release: float = described(1200.0, 'ramp back to no strain', unit='time', low=1.0, high=1e6)
+    settle: float = described(1500.0, 'rest after the cycle', unit='time', low=0.0, high=1e6)
+
+
+@dataclass(frozen=True)
+class WriteSettings(CycleSettings):
+    """Start, step and verify."""
+
+    compression: float = described(
+        -0.034, 'peak strain that frees the wall where compression does', low=-0.5, high=-1e-6
+    )
+    tension: float = described(
+        0.048, 'peak strain that frees the wall where tension does', low=1e-6, high=0.5
+    )
+    start_strain: float = described(
+        0.035, 'strain under which the wall is launched', low=0.0, high=0.5
+    )
+    launch_speed: float = described(
+        0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
+    )
+    attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
+
+
+@dataclass(frozen=True)
+class EraseSettings(CycleSettings):
+    """The kink that is driven across: it answers to the opposite strain of the wall.
+
+    The tension frees the kink but not the wall, so that the kink catches up with it.
+    """
+
+    compression: float = described(
+        -0.042, 'peak strain that frees the kink where compression does', low=-0.5, high=-1e-6
+    )
+    tension: float = described(
+        0.026, 'peak strain that frees the kink where tension does', low=1e-6, high=0.5
+    )
+    start_strain: float = described(
+        -0.03, 'strain under which the kink is launched', low=-0.5, high=0.0
+    )
+    launch_speed: float = described(
+        0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
+    )
+
+
+@dataclass(frozen=True)
+class ProbeSettings(Checked):
+    """The pulse and the echo detector of one end.
+
+    The threshold is compared with v_c exp(gain_decay t): a time-gain compensation for the
+    damping, exp(-eta t / 2), that every wave suffers. A decay of 0 is the paper's plain rule.
+    """
+
+    omega_c: float = described(2.1, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
+    A: float = described(0.01, 'pulse amplitude', unit='cells', low=1e-9, high=0.5)
+    sigma: float = described(
+        8.0, 'standard deviation of the envelope', unit='time', low=0.1, high=1e4
+    )
+    v_th: float = described(
+        1.6e-4, 'threshold of the compensated v_c', unit='cells', low=1e-12, high=1.0
+    )
+    gain_decay: float = described(
+        0.002, 'decay that the gain makes up for: eta / 2', unit='1/time', low=0.0, high=1.0
+    )
+
+
+@dataclass(frozen=True)
+class ReadSettings(Checked):
+    """How an echo is waited for and judged."""
+
+    end: str = described('left', 'end that a read probes from', choices=('left', 'right'))
+    quiet: float = described(
+        0.1, 'share of the threshold below which the element counts as quiet', low=0.01, high=1.0
+    )
+    patience: float = described(
+        6000.0, 'longest wait for the element to be quiet', unit='time', low=0.0, high=1e6
+    )
+    min_margin: float = described(
+        0.2,
+        'least level margin (1 on the calibrated delay, 0 half-way to the next)',
+        low=0.0,
+        high=0.99,
+    )
+
+
+@dataclass(frozen=True)
+class TimeSettings(Checked):
+    """How the material's time is cut."""
+
+    tick: float = described(
+        20.0, 'one tick: commands take effect between ticks', unit='time', low=0.1, high=1e4
+    )
+
+
+@dataclass(frozen=True)
+class ScaleSettings(Checked):
+    """What the dimensionless units are in SI."""
+
+    time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
+    length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings of the instrument."""
+
+    actuator: ActuatorSettings = field(default_factory=ActuatorSettings)
+    write: WriteSettings = field(default_factory=WriteSettings)
+    erase: EraseSettings = field(default_factory=EraseSettings)
+    probe: ProbeSettings = field(default_factory=ProbeSettings)
+    probe_right: ProbeSettings = field(
+        default_factory=lambda: ProbeSettings(omega_c=0.7, v_th=7e-4)
+    )
+    read: ReadSettings = field(default_factory=ReadSettings)
+    time: TimeSettings = field(default_factory=TimeSettings)
+    scale: ScaleSettings = field(default_factory=ScaleSettings)
+
+    def __post_init__(self) -> None:
+        limit = self.actuator.max_strain
+        for name, group in (('write', self.write), ('erase', self.erase)):
+            for peak in ('compression', 'tension', 'start_strain'):
+                if abs(value := getattr(group, peak)) > limit:
+                    raise SettingsError(
+                        f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '
+                        f'got {value:g}'
+                    )
+
+    def as_dict(self) -> dict[str, dict[str, object]]:
+        """Return all settings by group and name."""
+        return dataclasses.asdict(self)

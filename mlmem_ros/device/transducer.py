@@ -1,0 +1,121 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The transducers at both ends: they hold or free a boundary cell, and sense its displacement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..physics import Chain, Drive
+from ..physics.noh_bathe import P
+from ..physics.potential import Array
+from .echo import EchoDetector, window
+from .pulse import BoundaryMotion, Move, Pulse
+from .settings import ProbeSettings
+
+ENDS = ('left', 'right')
+
+
+class Transducer:
+    """Drives and senses the first and the last cell of a chain.
+
+    Attributes:
+        recent: Last displacements of both ends, shape (2, w), newest last: what tells the rest
+            displacement and whether the element is quiet.
+        detector: Listens to the pulse fired last, or None.
+    """
+
+    def __init__(self, chain: Chain, probes: dict[str, ProbeSettings]) -> None:
+        """Fit transducers to a chain.
+
+        Args:
+            chain: The material.
+            probes: Pulse and detector settings of the ends, keys 'left' and 'right'.
+        """
+        self._chain = chain
+        self.probes = probes
+        width = max(window(probe) for probe in probes.values())
+        samples = math.ceil(width / chain.dt)
+        self.recent: Array = np.empty((2, samples))
+        self.settle()
+        self.detector: EchoDetector | None = None
+        self._listening_end = 'left'
+        self._rest = 0.0
+        self._motion: BoundaryMotion | None = None
+        self._motion_site = 1
+        self._elapsed_steps = 0
+
+    def site(self, end: str) -> int:
+        """Return the site of an end."""
+        return 1 if end == 'left' else self._chain.design.N
+
+    @property
+    def driving(self) -> bool:
+        """Whether a boundary cell is held."""
+        return self._motion is not None
+
+    # --- sensing -------------------------------------------------------------------------
+
+    def settle(self) -> None:
+        """Take the ends for having rested where they are."""
+        for row, end in enumerate(ENDS):
+            self.recent[row] = self._chain.end(self.site(end))
+
+    def rest(self, end: str) -> float:
+        """Return the mean displacement of an end over the recent samples."""
+        return float(self.recent[ENDS.index(end)].mean())
+
+    def unrest(self, end: str) -> float:
+        """Return the mean departure of an end from its rest over the recent samples."""
+        samples = self.recent[ENDS.index(end)]
+        return float(np.abs(samples - samples.mean()).mean())
+
+    # --- driving -------------------------------------------------------------------------
+
+    def fire(self, end: str) -> EchoDetector:
+        """Fire the probe pulse of an end, about its rest, and listen to what comes back."""
+        probe = self.probes[end]
+        self._rest = self.rest(end)
+        self._listening_end = end
+        self.detector = EchoDetector(probe, self._chain.dt)
+        self._hold(end, Pulse(self._rest, probe))
+        return self.detector
+
+    def move(self, end: str, target: float, speed: float) -> None:
+        """Move a boundary cell from where it is to a displacement at constant speed, let go."""
+        start = self._chain.end(self.site(end))
+        self._hold(end, Move(start, target, speed))
+
+    def _hold(self, end: str, motion: BoundaryMotion) -> None:
+        self._motion = motion
+        self._motion_site = self.site(end)
+        self._elapsed_steps = 0
+
+    def release(self) -> None:
+        """Let a held cell go and stop listening."""
+        self._motion = None
+        self.detector = None
+
+    # --- the tick ------------------------------------------------------------------------
+
+    def drive(self, steps: int) -> Drive | None:
+        """Return the prescribed motion during the next steps, or None."""
+        if self._motion is None:
+            return None
+        starts = self._elapsed_steps + np.arange(steps, dtype=np.float64)
+        times = (np.stack((starts + P, starts + 1.0), axis=1) * self._chain.dt).ravel()
+        held = times[times <= self._motion.duration]
+        self._elapsed_steps += steps
+        motion = self._motion.at(held)
+        if len(held) < len(times):
+            self._motion = None
+        return Drive(self._motion_site, motion) if len(held) else None
+
+    def record(self, ends: Array) -> None:
+        """Take the displacements of both ends after every step, shape (2, steps)."""
+        width = self.recent.shape[1]
+        self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
+        if self.detector is not None:
+            self.detector.feed(ends[ENDS.index(self._listening_end)] - self._rest)
