@@ -1,0 +1,26 @@
+# Two commands for a newcomer: "make demo" and "make test". Both set up what they need.
+PYTHON ?= python3
+VENV = .venv/bin
+
+.PHONY: demo test test-slow lint setup clean
+
+demo: setup
+	$(VENV)/mlmem demo
+
+test: setup lint
+	$(VENV)/python -m pytest
+
+test-slow: setup
+	$(VENV)/python -m pytest -m slow
+
+lint: setup
+	$(VENV)/ruff check
+	$(VENV)/ruff format --check
+	$(VENV)/mypy
+
+setup:
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 to 3.14 (sudo apt install python3 python3-venv), or name one: make PYTHON=/path/to/python demo" >&2; exit 1; }
+	@$(PYTHON) tools/bootstrap.py
+
+clean:
+	rm -rf .venv build *.egg-info sessions

@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a session holds for a replay, beside the topics: where it began, what entered, hashes.
+
+It travels as JSON in messages of type std_msgs/msg/String on three topics of its own, so that
+every tool that opens the bag keeps it, splits and all.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import platform
+from dataclasses import dataclass
+from importlib import metadata
+from typing import Any
+
+from .. import __version__
+from ..device import Command, MemoryElement, snapshot
+from ..device import commands as device_commands
+from .definitions import jazzy
+
+FORMAT = 1
+"""Version of what is described here."""
+
+HEADER = 'session'
+"""Topic, below the node's name, of the one message that tells where the session began."""
+
+COMMAND = 'session/command'
+"""Topic of the commands, each with the tick at which it took effect."""
+
+STATE_HASH = 'session/state_hash'
+"""Topic of hashes of the material's state, each with its tick; the last one ends the session."""
+
+STRING = 'std_msgs/msg/String'
+
+
+@dataclass(frozen=True)
+class SessionTopics:
+    """The full names of the three topics for a node's full name such as `/mlmem`."""
+
+    header: str
+    command: str
+    state_hash: str
+
+    @classmethod
+    def of(cls, node: str) -> SessionTopics:
+        """Return the topics of a node."""
+        return cls(*(f'{node}/{topic}' for topic in (HEADER, COMMAND, STATE_HASH)))
+
+
+def header(element: MemoryElement, node: str) -> bytes:
+    """Return the message that tells all a replay starts from, as CDR.
+
+    Args:
+        element: An idle device.
+        node: The node's full name.
+
+    Raises:
+        Refused: A procedure runs.
+    """
+    return _string(
+        {
+            'format': FORMAT,
+            'node': node,
+            'versions': versions(),
+            'seed': 0,
+            'design': dataclasses.asdict(element.design),
+            'settings': element.settings.as_dict(),
+            'initial': snapshot.take(element),
+        }
+    )
+
+
+def command(tick: int, given: Command) -> bytes:
+    """Return the message of a command that took effect at a tick, as CDR."""
+    return _string({'tick': tick, **device_commands.as_dict(given)})
+
+
+def state_hash(element: MemoryElement) -> bytes:
+    """Return the message with the hash of the present state, as CDR."""
+    return _string({'tick': element.ticks, 'hash': snapshot.digest(element)})
+
+
+def versions() -> dict[str, str]:
+    """Return what the bits may depend on: package, numpy, numba, Python and processor."""
+    found = {'mlmem_ros': __version__, 'python': platform.python_version()}
+    for name in ('numpy', 'numba', 'llvmlite'):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found[name] = 'unknown'
+    return found | {'machine': platform.machine()}
+
+
+def _string(values: dict[str, Any]) -> bytes:
+    return jazzy().serialize(jazzy().message(STRING, data=json.dumps(values)))

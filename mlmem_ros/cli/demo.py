@@ -1,0 +1,163 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem demo`: write every level through real ROS 2, read each back, show and record it.
+
+Starts a memory node as a process of its own and talks to it as a ROS client over DDS.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..ros.client import MemoryClient
+
+SUMMARY = 'write every level up and some down through ROS 2, read each back, show it'
+
+LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
+"""The levels that are written: all of them upward, one downward, one upward again."""
+
+NODE_START = 60.0
+"""Longest wait for the node, in seconds: the first start compiles the kernels."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    asked: int
+    answer: dict[str, Any]
+    wall: float | None
+    duration: float
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    parser.add_argument(
+        '--output', type=Path, default=Path('sessions'), help='folder of session and picture'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demonstration; return 0 only if every level that was read is the one asked for."""
+    from rich.console import Console
+
+    from ..bag.session_data import load
+    from ..ros.client import NoAnswer, RequestFailed
+    from ..studies.session_figure import draw
+
+    console = Console()
+    folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
+    session = folder / 'session'
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
+    try:
+        with _memory_node(session):
+            rows = _write_and_read(console)
+    except (NoAnswer, RequestFailed) as error:
+        console.print(f'[red]the demonstration failed: {error}[/red]')
+        return 1
+    _print_table(console, rows)
+    picture = draw(load(session), folder / 'session.png')
+    console.print(f'session  {session}\npicture  {picture}')
+    return 0 if all(row.answer.get('level') == row.asked for row in rows) else 1
+
+
+@contextmanager
+def _memory_node(session: Path) -> Iterator[None]:
+    """Run a memory node that records a session, and end it as Ctrl-C would."""
+    session.parent.mkdir(parents=True)
+    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
+    log = session.parent / 'memory_node.log'
+    with log.open('w', encoding='utf-8') as output:
+        process = subprocess.Popen(
+            [*command, '-p', f'record.path:={session}'], stdout=output, stderr=output
+        )
+        try:
+            yield
+        finally:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(20.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def _write_and_read(console: Console) -> list[Row]:
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from std_msgs.msg import Float64MultiArray
+
+    from ..ros.client import MemoryClient
+    from ..ros.qos import SENSOR_DATA
+
+    columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
+    rows: list[Row] = []
+    walls: list[Any] = [None]
+    with MemoryClient() as client, Progress(*columns, console=console) as progress:
+        task = progress.add_task('waiting for the memory node', total=None)
+        client.wait_for_node(NODE_START)
+        client.node.create_subscription(
+            Float64MultiArray, '/mlmem/wall', lambda m: walls.__setitem__(0, m), SENSOR_DATA
+        )
+        progress.update(task, total=sum(_expected_cycles()), completed=0.0)
+        for asked, cycles in zip(LEVELS, _expected_cycles(), strict=True):
+            progress.update(task, description=f'writing and reading level {asked}')
+            rows.append(_one_level(client, asked, walls))
+            progress.advance(task, cycles)
+    return rows
+
+
+def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Row:
+    begun = time.monotonic()
+    client.write(asked)
+    answer = client.read()
+    duration = time.monotonic() - begun
+    walls[0] = None
+    client.wait_until(lambda: walls[0] is not None)
+    positions = list(walls[0].data)
+    return Row(asked, answer, positions[0] if len(positions) == 1 else None, duration)
+
+
+def _expected_cycles() -> list[int]:
+    """Return the strain cycles of every write: what the progress bar counts."""
+    cycles, level = [], -1
+    for asked in LEVELS:
+        down = level + 1 if asked < level else 0
+        cycles.append(down + (asked + 1 if down else asked - level))
+        level = asked
+    return cycles
+
+
+def _print_table(console: Console, rows: list[Row]) -> None:
+    from rich.table import Table
+
+    table = Table(title='written through ROS 2 and read back by echo')
+    for heading in (
+        'asked', 'decoded', 'code', 'echo delay', 'threshold margin', 'true wall', 'duration',
+    ):  # fmt: skip
+        table.add_column(heading, justify='right')
+    for row in rows:
+        right = row.answer.get('level') == row.asked
+        table.add_row(
+            str(row.asked),
+            f'[{"green" if right else "red"}]{row.answer.get("level")}[/]',
+            row.answer.get('code', ''),
+            f'{row.answer.get("delay") or float("nan"):.2f}',
+            f'{row.answer.get("threshold_margin", float("nan")):.2f}',
+            'none' if row.wall is None else f'{row.wall:.2f}',
+            f'{row.duration:.2f} s',
+        )
+    console.print(table)

@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command `mlmem` and its sub-commands."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+SUBCOMMANDS = ('demo', 'write', 'read', 'erase')
+"""Modules of this package, each with SUMMARY, add_arguments(parser) and run(arguments)."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a sub-command.
+
+    Args:
+        arguments: Command line without the program's name; by default that of the process.
+
+    Returns:
+        Exit status: 0 on success.
+    """
+    parser = argparse.ArgumentParser(
+        prog='mlmem', description='Write, read and study mechanical multi-level memories.'
+    )
+    subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    modules = {name: importlib.import_module(f'.{name}', __package__) for name in SUBCOMMANDS}
+    for name, module in modules.items():
+        subparser = subparsers.add_parser(
+            name, help=module.SUMMARY, description=module.__doc__, formatter_class=_Formatter
+        )
+        module.add_arguments(subparser)
+    parsed = parser.parse_args(arguments)
+    try:
+        status: int = modules[parsed.command].run(parsed)
+    except ModuleNotFoundError as error:
+        print(f'mlmem {parsed.command}: {_missing(error)}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f'mlmem {parsed.command}: interrupted', file=sys.stderr)
+        return 130
+    return status
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
+    """Keeps the line breaks of a description and shows the defaults."""
+
+
+def _missing(error: ModuleNotFoundError) -> str:
+    if (error.name or '').startswith(('rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces')):
+        return (
+            'this needs ROS 2: source /opt/ros/jazzy/setup.bash, or install the wheels '
+            'ros-jazzy-rclpy, ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
+        )
+    return f'the Python package {error.name} is missing; install it with pip'
+
+
+if __name__ == '__main__':
+    sys.exit(main())

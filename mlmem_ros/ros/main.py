@@ -1,0 +1,89 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The executable `memory_node`."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.signals import SignalHandlerOptions
+
+from ..bag.errors import BagError
+from ..device import SettingsError
+from ..physics import DesignError
+from .node import MemoryNode
+from .parameters import ParameterError
+
+REFUSALS = (ParameterError, DesignError, SettingsError, BagError, ParameterException)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one memory node until SIGINT or SIGTERM.
+
+    Args:
+        arguments: Command line with ROS arguments; by default that of the process.
+
+    Returns:
+        Exit status: 0, or 1 when the node could not be started or its device failed.
+    """
+    try:
+        # Signals are ours: rclpy's own handler would shut the context down before the session
+        # file is closed and before those who wait are answered.
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        executor = SingleThreadedExecutor()
+        stop = _on_signals(executor)
+        node = MemoryNode()
+    except REFUSALS as error:
+        get_logger('mlmem').fatal(f'cannot start: {error}')
+        rclpy.try_shutdown()
+        return 1
+    except Exception as error:
+        if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
+            get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
+            return 1
+        raise
+    executor.add_node(node)
+    while not stop and node.loop.failure is None:
+        executor.spin_once(timeout_sec=1.0)
+    return _shut_down(node, executor)
+
+
+def _on_signals(executor: SingleThreadedExecutor) -> list[int]:
+    """Collect SIGINT and SIGTERM in the list that is returned, and wake the executor."""
+    received: list[int] = []
+
+    def handle(number: int, _: Any) -> None:
+        received.append(number)
+        executor.wake()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handle)
+    return received
+
+
+def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
+    for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
+        signal.signal(number, signal.SIG_IGN)
+    node.close()
+    for _ in range(10):  # send the answers of those who were refused
+        executor.spin_once(timeout_sec=0.0)
+    failure = node.loop.failure
+    if failure is not None:
+        node.get_logger().fatal(f'the device has stopped: {failure}')
+    else:
+        node.get_logger().info('shut down')
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0 if failure is None else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,133 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the device's values to messages, in SI units where the message asks for them."""
+
+from __future__ import annotations
+
+import array
+import json
+import math
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from sensor_msgs.msg import JointState, Range
+from std_msgs.msg import (
+    Float32MultiArray,
+    Float64MultiArray,
+    Int16,
+    MultiArrayDimension,
+    MultiArrayLayout,
+)
+
+from ..device import MemoryElement, Outcome, Reading
+from ..device.echo import Echo
+from ..physics import walls
+from ..physics.energy import actuator_force
+from ..physics.potential import Array
+
+
+def level(reading: Reading) -> Int16:
+    """Return the decoded level: 0 ... p - 1, -1 blank, -2 undecodable."""
+    return Int16(data=reading.level)
+
+
+def answer(outcome: Outcome) -> str:
+    """Return the JSON object that answers a service."""
+    return json.dumps(outcome.as_dict())
+
+
+def refusal(reason: str) -> str:
+    """Return the JSON object that answers a refused request."""
+    return json.dumps({'error': reason})
+
+
+def status(outcome: Outcome, name: str) -> DiagnosticStatus:
+    """Return how a procedure ended."""
+    level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
+    text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
+    return DiagnosticStatus(
+        level=level, name=name, message=text, values=key_values(outcome.as_dict())
+    )
+
+
+def key_values(values: dict[str, Any]) -> list[KeyValue]:
+    """Return values as diagnostics carry them: texts."""
+    return [
+        KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))
+        for key, value in values.items()
+    ]
+
+
+def echo(heard: Echo) -> Float32MultiArray:
+    """Return an echo: channels t, v_m and v_c (time units and cells) by sample."""
+    return _matrix('channel', 'sample', np.stack((heard.t, heard.v_m, heard.v_c)))
+
+
+def field(element: MemoryElement) -> Float32MultiArray:
+    """Return the configuration Delta_j by cell."""
+    configuration = element.chain.configuration.astype(np.float32)
+    dimension = MultiArrayDimension(
+        label='cell', size=len(configuration), stride=len(configuration)
+    )
+    return Float32MultiArray(layout=MultiArrayLayout(dim=[dimension]), data=_floats(configuration))
+
+
+def wall_positions(element: MemoryElement) -> Float64MultiArray:
+    """Return the true positions of all walls in sites, from left to right."""
+    found = walls(element.design, element.chain.configuration)
+    dimension = MultiArrayDimension(label='wall', size=len(found), stride=len(found))
+    return Float64MultiArray(
+        layout=MultiArrayLayout(dim=[dimension]),
+        data=array.array('d', [wall.position for wall in found]),
+    )
+
+
+def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: str) -> Range:
+    """Return the distance from the probed end to the wall in metres, +inf when there is none."""
+    length = element.settings.scale.length
+    message = Range(
+        radiation_type=Range.ULTRASOUND,
+        min_range=0.0,
+        max_range=float(element.design.N * length),
+        range=math.inf if math.isinf(reading.distance) else reading.distance * length,
+    )
+    message.header.stamp = stamp
+    message.header.frame_id = frame_id
+    return message
+
+
+def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
+    """Return the substrate's end and the transducer cell v_1: metres, m/s; effort in k_r cells."""
+    length, time = element.settings.scale.length, element.settings.scale.time
+    chain = element.chain
+    message = JointState(
+        name=['substrate', 'transducer'],
+        position=array.array('d', (chain.V_N * length, float(chain.v[0]) * length)),
+        velocity=array.array(
+            'd', (element.substrate_speed * length / time, chain.velocity[0] * length / time)
+        ),
+        effort=array.array('d', (actuator_force(chain), 0.0)),
+    )
+    message.header.stamp = stamp
+    message.header.frame_id = frame_id
+    return message
+
+
+def _matrix(rows: str, columns: str, values: Array) -> Float32MultiArray:
+    height, width = values.shape
+    layout = MultiArrayLayout(
+        dim=[
+            MultiArrayDimension(label=rows, size=height, stride=height * width),
+            MultiArrayDimension(label=columns, size=width, stride=width),
+        ]
+    )
+    return Float32MultiArray(layout=layout, data=_floats(values.astype(np.float32)))
+
+
+def _floats(values: np.ndarray) -> array.array:
+    """Return the values as the one type that rclpy takes without a check of every element."""
+    result = array.array('f')
+    result.frombytes(values.tobytes())
+    return result

@@ -1,0 +1,92 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics the node publishes, and a tap from which a session is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState, Range
+from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
+
+from ..device import Event, Heard, MemoryElement, Outcome
+from . import messages
+from .qos import LATCHED, RELIABLE, SENSOR_DATA
+from .settings import PublishSettings
+
+Tap = Callable[[str, bytes], None]
+"""Takes the full topic name and the serialized message."""
+
+
+class Outlets:
+    """Publishes what the device does, tick by tick, in the loop's thread.
+
+    Attributes:
+        tap: Called with every message that is published, or None.
+    """
+
+    TOPICS: tuple[tuple[str, type[Any], QoSProfile], ...] = (
+        ('~/level', Int16, LATCHED),
+        ('~/outcome', DiagnosticStatus, LATCHED),
+        ('~/echo', Float32MultiArray, RELIABLE),
+        ('~/range', Range, SENSOR_DATA),
+        ('~/joint_states', JointState, SENSOR_DATA),
+        ('~/field', Float32MultiArray, SENSOR_DATA),
+        ('~/wall', Float64MultiArray, SENSOR_DATA),
+    )
+
+    def __init__(self, node: Node, element: MemoryElement, settings: PublishSettings) -> None:
+        self.tap: Tap | None = None
+        self._node = node
+        self._element = element
+        self._settings = settings
+        self._publishers = {
+            name: node.create_publisher(kind, name, qos) for name, kind, qos in self.TOPICS
+        }
+
+    def publish(self, topic: str, message: Any) -> None:
+        """Publish a message, and hand it to the tap."""
+        publisher = self._publishers[topic]
+        publisher.publish(message)
+        if self.tap is not None:
+            self.tap(publisher.topic_name, serialize_message(message))
+
+    def tick(self, events: Sequence[Event]) -> None:
+        """Publish the streams that are due after a tick, and what happened in it."""
+        element, settings, ticks = self._element, self._settings, self._element.ticks
+        if _due(ticks, settings.field_every):
+            self.publish('~/field', messages.field(element))
+        if _due(ticks, settings.wall_every):
+            self.publish('~/wall', messages.wall_positions(element))
+        if _due(ticks, settings.joint_states_every):
+            self.publish(
+                '~/joint_states', messages.joint_states(element, self._stamp(), settings.frame_id)
+            )
+        for event in events:
+            if isinstance(event, Heard):
+                self._publish_heard(event)
+            else:
+                self._publish_outcome(event)
+
+    def _publish_heard(self, heard: Heard) -> None:
+        self.publish('~/echo', messages.echo(heard.echo))
+        self.publish('~/level', messages.level(heard.reading))
+        distance = messages.distance(
+            heard.reading, self._element, self._stamp(), self._settings.frame_id
+        )
+        self.publish('~/range', distance)
+
+    def _publish_outcome(self, outcome: Outcome) -> None:
+        self.publish('~/outcome', messages.status(outcome, self._node.get_name()))
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()
+
+
+def _due(ticks: int, every: int) -> bool:
+    return every > 0 and ticks % every == 0

@@ -1,0 +1,110 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recording a session: the node's topics, and what a replay needs beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from ..bag import session
+from ..bag.errors import BagError
+from ..bag.qos import QosProfile
+from ..bag.recorder import Recorder, RecorderStatus
+from ..bag.writer import BagWriter
+from ..device import MemoryElement
+from ..device.loop import Stamped
+from .inlets import Inlets
+from .outlets import Outlets
+from .qos import LATCHED, RELIABLE
+from .settings import RecordSettings
+
+DROPPED = 'session/dropped'
+"""Topic, below the node's name, of the count of messages that found no room in the queue."""
+
+
+class Recording:
+    """One session file, from the device's present state on."""
+
+    def __init__(self, node: Node, element: MemoryElement, settings: RecordSettings) -> None:
+        """Begin a session.
+
+        Args:
+            node: The node whose topics are recorded.
+            element: Its device, idle.
+            settings: Where, and how carefully.
+
+        Raises:
+            BagError: The path exists, or cannot be written.
+        """
+        self._node = node
+        self._element = element
+        self._settings = settings
+        name = node.get_fully_qualified_name()
+        self._topics = session.SessionTopics.of(name)
+        header = session.header(element, name)
+        writer = BagWriter(
+            settings.path,
+            sync_interval=settings.sync_interval,
+            max_bytes=settings.max_bytes,
+            max_duration=settings.max_duration,
+        )
+        for topic, kind, qos in _recorded_topics():
+            writer.add_topic(node.resolve_topic_name(topic), _type_name(kind), (_offered(qos),))
+        writer.add_topic(self._topics.header, session.STRING, (_offered(LATCHED),), latch=True)
+        for topic in (self._topics.command, self._topics.state_hash):
+            writer.add_topic(topic, session.STRING, (_offered(RELIABLE),))
+        self._recorder = Recorder(writer, dropped_topic=f'{name}/{DROPPED}', on_error=self._report)
+        self.put(self._topics.header, header)
+        node.get_logger().info(f'recording a session into {writer.path}')
+
+    def put(self, topic: str, cdr: bytes) -> None:
+        """Take a serialized message; never waits."""
+        self._recorder.put(topic, cdr, self._node.get_clock().now().nanoseconds)
+
+    def tick(self, commands: Sequence[Stamped]) -> None:
+        """Record the commands of a tick, and the state's hash where it is due."""
+        for tick, command in commands:
+            self.put(self._topics.command, session.command(tick, command))
+        if self._element.ticks % self._settings.hash_every == 0:
+            self.put(self._topics.state_hash, session.state_hash(self._element))
+
+    @property
+    def status(self) -> RecorderStatus:
+        """How the recording stands."""
+        return self._recorder.status
+
+    def close(self) -> None:
+        """End the session with the hash of the last state, and finish the bag."""
+        self.put(self._topics.state_hash, session.state_hash(self._element))
+        status = self._recorder.close()
+        if status.error is None:
+            self._node.get_logger().info(
+                f'session closed: {status.messages} messages, {status.size / 1e6:.2f} MB, '
+                f'{status.dropped} dropped, in {status.path}'
+            )
+
+    def _report(self, error: BagError) -> None:
+        self._node.get_logger().error(f'recording stopped: {error}')
+
+
+def _recorded_topics() -> list[tuple[str, type[Any], QoSProfile]]:
+    inward = [(topic, kind, RELIABLE) for topic, kind, _ in Inlets.TOPICS]
+    return [*inward, *Outlets.TOPICS]
+
+
+def _type_name(kind: type[Any]) -> str:
+    package = kind.__module__.split('.')[0]
+    return f'{package}/msg/{kind.__name__}'
+
+
+def _offered(qos: QoSProfile) -> QosProfile:
+    reliable = qos.reliability == ReliabilityPolicy.RELIABLE
+    latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    return QosProfile(
+        reliability='reliable' if reliable else 'best_effort',
+        durability='transient_local' if latched else 'volatile',
+    )

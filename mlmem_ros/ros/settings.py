@@ -1,0 +1,45 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What can be set on the node beside the device: publishing and recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..described import described
+from ..device.settings import Checked
+
+
+@dataclass(frozen=True)
+class PublishSettings(Checked):
+    """How often streams are published, in ticks; 0 turns a stream off."""
+
+    field_every: int = described(5, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
+    wall_every: int = described(5, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
+    joint_states_every: int = described(
+        5, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
+    )
+    frame_id: str = described('mlmem', 'frame of stamped messages')
+
+
+@dataclass(frozen=True)
+class RecordSettings(Checked):
+    """Where a session is recorded."""
+
+    path: str = described('', 'bag directory of a session that starts with the node; empty: none')
+    sync_interval: float = described(
+        1.0,
+        'longest time until what was recorded is safe on the disk',
+        unit='s',
+        low=0.0,
+        high=3600.0,
+    )
+    max_bytes: int = described(
+        0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**40
+    )
+    max_duration: float = described(
+        0.0, 'begin a new file after this time; 0: never', unit='s', low=0.0, high=1e6
+    )
+    hash_every: int = described(
+        500, 'ticks between two hashes of the state', unit='ticks', low=1, high=10**6
+    )

@@ -1,0 +1,126 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of a session: configuration over time, strain schedule, echoes, delays."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..bag.session_data import SessionData
+from ..device.echo import threshold
+from ..device.settings import ProbeSettings
+
+PHASES = 'RdBu'
+"""Colours of the configuration: the paper's red for s1 and blue for s2."""
+
+
+def draw(session: SessionData, path: str | PathLike[str]) -> Path:
+    """Draw a session and save it.
+
+    Above, as Fig. 4a, the x-t contour of the configuration over the strain schedule; at the
+    right, as Figs. 3b and 4b, the echo of every level that was read from the left with its
+    threshold, and the delays by level.
+
+    Args:
+        session: What was recorded.
+        path: File to write; its ending tells the format.
+
+    Returns:
+        The path.
+    """
+    figure = Figure(figsize=(14.0, 7.5), layout='constrained')
+    left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
+    field_axes, strain_axes = left.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
+    _draw_field(left, field_axes, session)
+    _draw_strain(strain_axes, session)
+    reads = _last_read_of_each_level(session)
+    rows = max(1, len(reads))
+    grid = right.add_gridspec(rows + 3, 1)
+    _draw_echoes(right, grid, session, reads)
+    _draw_delays(right.add_subplot(grid[rows:, 0]), session, reads)
+    figure.suptitle(
+        f'{session.node}: {session.design.levels} levels, {session.design.N} cells', fontsize=11
+    )
+    path = Path(path)
+    figure.savefig(path, dpi=130)
+    return path
+
+
+def _last_read_of_each_level(session: SessionData) -> dict[int, tuple[Any, dict[str, str]]]:
+    reads = {int(values['level']): (echo, values) for echo, values in session.read_echoes()}
+    return {level: reads[level] for level in sorted(reads) if level >= 0}
+
+
+def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
+    design = session.design
+    mesh = axes.pcolormesh(
+        session.field_time,
+        design.sites,
+        session.configuration.T,
+        cmap=PHASES,
+        vmin=-1.4,
+        vmax=1.4,
+        shading='nearest',
+        rasterized=True,
+    )
+    for level in range(design.levels):
+        axes.axhline(design.defect(level), color='k', lw=0.4, alpha=0.35)
+    axes.set_yticks([design.defect(level) for level in range(design.levels)])
+    axes.set_ylabel('site j (lines: defects)')
+    second = axes.secondary_yaxis('right')
+    second.set_yticks(
+        [design.defect(level) for level in range(design.levels)],
+        [design.code(level) for level in range(design.levels)],
+    )
+    axes.set_title('(a) configuration: blue active, red inactive', loc='left', fontsize=10)
+    bar = figure.colorbar(mesh, ax=axes, pad=0.06, ticks=[design.D_s1, 0.0, design.D_s2])
+    bar.ax.set_yticklabels([r'$\Delta_{s1}$', '0', r'$\Delta_{s2}$'])
+
+
+def _draw_strain(axes: Any, session: SessionData) -> None:
+    axes.plot(session.strain_time, 1e3 * session.strain, color='k', lw=0.9)
+    axes.axhline(0.0, color='grey', lw=0.4)
+    axes.set_ylabel(r'strain $\times 10^3$')
+    axes.set_xlabel('time in s')
+
+
+def _draw_echoes(
+    figure: Any, grid: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
+) -> None:
+    probe = ProbeSettings(**session.header['settings']['probe'])
+    end = max((echo.t[-1] for echo, _ in reads.values()), default=1.0)
+    for row, (level, (echo, values)) in enumerate(reads.items()):
+        axes = figure.add_subplot(grid[row, 0])
+        axes.semilogy(echo.t, np.maximum(echo.v_m, 1e-9), color='0.8', lw=0.4)
+        axes.semilogy(echo.t, np.maximum(echo.v_c, 1e-9), color='tab:blue', lw=1.0)
+        axes.semilogy(echo.t, threshold(probe, echo.t), color='tab:red', lw=0.7, ls='--')
+        axes.axvline(float(values['delay']), color='k', lw=0.8)
+        axes.set_xlim(0.0, end)
+        axes.set_ylim(3e-6, 2e-2)
+        axes.set_ylabel(session.design.code(level), rotation=0, ha='right', va='center')
+        axes.tick_params(labelbottom=row == len(reads) - 1, labelsize=7)
+        axes.set_yticks([1e-5, 1e-3])
+        if row == 0:
+            axes.set_title(
+                r'(b) echoes: $v_m$ grey, $v_c$ blue, threshold dashed, delay black',
+                loc='left',
+                fontsize=10,
+            )
+
+
+def _draw_delays(
+    axes: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
+) -> None:
+    calibrated = session.header['initial']['calibration']['left']['delays']
+    axes.plot(range(len(calibrated)), calibrated, '+', color='0.5', ms=9, label='calibrated')
+    measured = [(level, float(values['delay'])) for level, (_, values) in reads.items()]
+    axes.plot(*zip(*measured, strict=True) if measured else ([], []), 'o', ms=4, label='measured')
+    axes.set_xlabel('level')
+    axes.set_ylabel(r'echo delay $\Delta t$')
+    axes.legend(frameon=False, fontsize=8)
+    axes.set_title('(c) delay by level', loc='left', fontsize=10)

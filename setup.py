@@ -1,0 +1,44 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'mlmem_ros'
+
+EXTRAS = {
+    # ROS 2 Jazzy from wheels; a robot has it from apt.
+    'ros': [
+        'ros-jazzy-rclpy==7.1.*',
+        'ros-jazzy-common-interfaces==5.3.*',
+        'ros-jazzy-rmw-fastrtps-cpp==8.4.*',
+    ],
+    'bag': ['mcap>=1.1', 'rosbags>=0.10', 'pyyaml>=6.0'],
+    'plot': ['matplotlib>=3.6'],
+    'cli': ['rich>=13.0'],
+    'test': ['pytest>=7.4', 'pytest-timeout>=2.1', 'hypothesis>=6.98', 'scipy>=1.11'],
+    'lint': ['ruff>=0.17', 'mypy>=2.4'],
+}
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Mechanical multi-level memory for robots, as a ROS 2 device',
+    license='Apache-2.0',
+    maintainer='The mlmem_ros authors',
+    packages=find_packages(exclude=['test', 'test.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+        (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
+    ],
+    python_requires='>=3.10',
+    install_requires=['setuptools', 'numpy>=1.24', 'numba>=0.58'],
+    extras_require=EXTRAS,
+    entry_points={
+        'console_scripts': [
+            'memory_node = mlmem_ros.ros.main:main',
+            'mlmem = mlmem_ros.cli.main:main',
+        ]
+    },
+    zip_safe=True,
+)

@@ -1,0 +1,106 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Make `.venv` in the checkout with ROS 2 Jazzy from wheels and this package; repeatable.
+
+Runs on a bare Python and needs nothing but its standard library.
+"""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / '.venv'
+EXTRAS = 'ros,bag,plot,cli,test,lint'
+ROBOT_ROAD = (
+    'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
+    'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
+    '--from-paths src" and "colcon build"; README.md has the lines.'
+)
+
+
+def main() -> int:
+    """Set up the environment where it is missing or out of date; return the exit status."""
+    stamp = VENV / 'mlmem_ros.stamp'
+    wanted = hashlib.sha256((ROOT / 'setup.py').read_bytes() + sys.version.encode()).hexdigest()
+    if stamp.exists() and stamp.read_text() == wanted:
+        return 0
+    if problem := missing_prerequisite():
+        print(f'{problem}\n\n{ROBOT_ROAD}', file=sys.stderr)
+        return 1
+    python = str(VENV / 'bin' / 'python')
+    install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
+    steps = [
+        ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]),
+        (
+            'installing ROS 2 Jazzy and this package: 700 MB, a minute or two',
+            [*install, '--editable', f'{ROOT}[{EXTRAS}]'],
+        ),
+    ]
+    for number, (text, command) in enumerate(steps, 1):
+        print(f'[{number}/{len(steps)}] {text}', flush=True)
+        if not run(command):
+            shutil.rmtree(VENV, ignore_errors=True)
+            print(f'\nsetting up failed while {text}.\n{ROBOT_ROAD}', file=sys.stderr)
+            return 1
+    stamp.write_text(wanted)
+    return 0
+
+
+def run(command: 'list[str]') -> bool:
+    """Run a step, showing one line of what it does at a time; all of it if it fails."""
+    process = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    seen = []
+    width = shutil.get_terminal_size().columns - 8
+    for line in process.stdout:
+        seen.append(line)
+        if sys.stdout.isatty() and line.startswith(('Collecting', 'Installing', 'Building')):
+            print(f'\r      {line.strip()[:width]:<{width}}', end='', flush=True)
+    if sys.stdout.isatty():
+        print('\r' + ' ' * (width + 6) + '\r', end='', flush=True)
+    if process.wait() != 0:
+        print(''.join(seen[-40:]), file=sys.stderr)
+    return process.returncode == 0
+
+
+def missing_prerequisite() -> str:
+    """Say what this machine lacks for the wheels; empty when nothing."""
+    version = sys.version_info
+    if not (3, 10) <= version[:2] <= (3, 14):
+        return (
+            f'Python 3.10 to 3.14 is needed for the ROS 2 wheels; {sys.executable} is '
+            f'{platform.python_version()}. Name another one: make PYTHON=python3.12 demo'
+        )
+    if sys.implementation.name != 'cpython':
+        return f'CPython is needed for the ROS 2 wheels; this is {sys.implementation.name}.'
+    if sys.platform != 'linux' or platform.machine() != 'x86_64':
+        return (
+            'The ROS 2 wheels exist for Linux on x86_64 only; this machine is '
+            f'{sys.platform} on {platform.machine()}.'
+        )
+    library, release = platform.libc_ver()
+    if library != 'glibc' or tuple(map(int, release.split('.')[:2])) < (2, 28):
+        found = f'{library} {release}' if library else 'another C library'
+        return f'The ROS 2 wheels need glibc 2.28 or newer; this is {found}.'
+    try:
+        import ensurepip
+        import venv  # noqa: F401
+    except ImportError as error:
+        return (
+            f'Python lacks its venv module ({error.name}); on Debian and Ubuntu: '
+            f'sudo apt install python{version.major}.{version.minor}-venv'
+        )
+    del ensurepip
+    if not os.access(ROOT, os.W_OK):
+        return f'The checkout {ROOT} must be writable: .venv is made in it.'
+    return ''
+
+
+if __name__ == '__main__':
+    sys.exit(main())
