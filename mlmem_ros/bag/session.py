@@ -78,8 +78,13 @@ def command(tick: int, given: Command) -> bytes:
 
 
 def state_hash(element: MemoryElement) -> bytes:
-    """Return the message with the hash of the present state, as CDR."""
-    return _string({'tick': element.ticks, 'hash': snapshot.digest(element)})
+    """Return the message with the hash of the present state, as CDR.
+
+    It holds the displacements too, to the bit, so that a replay that differs can tell by how
+    much.
+    """
+    v = [number.hex() for number in element.chain.v.tolist()]
+    return _string({'tick': element.ticks, 'hash': snapshot.digest(element), 'v': v})
 
 
 def versions() -> dict[str, str]:

@@ -1,10 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session as arrays: what is drawn, listed and decoded again."""
+"""A recorded bag of a memory node as values: what is replayed, listed, drawn, decoded again."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -12,12 +13,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..device import Command, Read, SetStrain, Settings, Write
+from ..device import commands as device_commands
 from ..physics import Design
 from .errors import BagError
 from .reader import BagReader
-from .session import HEADER
+from .session import COMMAND, HEADER, STATE_HASH
 
 Array = NDArray[np.float64]
+
+COMMAND_TOPICS: dict[str, tuple[str, Callable[[Any], Command]]] = {
+    'strain': ('std_msgs/msg/Float64', lambda message: SetStrain(float(message.data))),
+    'probe': ('std_msgs/msg/Empty', lambda message: Read()),
+    'write_level': ('std_msgs/msg/UInt8', lambda message: Write(int(message.data))),
+}
+"""The node's command topics: type, and the command that a message is."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +35,7 @@ class RecordedEcho:
     """An echo and what was decoded from it.
 
     Attributes:
-        time: When it was heard, in seconds from the start of the session.
+        time: When it was heard, in seconds from the start of the bag.
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
@@ -40,101 +50,190 @@ class RecordedEcho:
 
 
 @dataclass(frozen=True)
+class StateHash:
+    """The hash of the material's state after a tick, and its displacements."""
+
+    tick: int
+    hash: str
+    v: Array
+
+
+@dataclass
 class SessionData:
-    """A session of one node.
+    """What a bag tells of one memory node.
 
     Attributes:
         node: Full name of the node.
-        header: All a replay starts from.
-        design: The element.
         start: Log time of the first message in nanoseconds.
-        field_time: Seconds of every configuration, shape (m,).
-        configuration: Delta_j over time, shape (m, N).
-        strain_time: Seconds of every strain sample, shape (k,).
-        strain: Substrate strain, shape (k,).
+        header: All a replay starts from, or None for a bag of another recorder.
+        stamped: Commands with the tick at which they took effect; empty without a header.
+        commands: Messages on the command topics: seconds and the command they ask for.
+        hashes: Hashes of the state.
+        field_time: Seconds of every configuration.
+        configuration: Delta_j over time, one array of shape (N,) each.
+        strain_time: Seconds of every sample of the substrate's end.
+        end_displacement: Substrate end displacement in metres.
         echoes: Every probe, in order.
         outcomes: How every procedure ended: seconds, and its keys and values.
     """
 
     node: str
-    header: dict[str, Any]
-    design: Design
     start: int
-    field_time: Array
-    configuration: Array
-    strain_time: Array
-    strain: Array
+    header: dict[str, Any] | None
+    stamped: list[tuple[int, Command]] = field(default_factory=list)
+    commands: list[tuple[float, Command]] = field(default_factory=list)
+    hashes: list[StateHash] = field(default_factory=list)
+    field_time: list[float] = field(default_factory=list)
+    configuration: list[NDArray[np.float32]] = field(default_factory=list)
+    strain_time: list[float] = field(default_factory=list)
+    end_displacement: list[float] = field(default_factory=list)
     echoes: list[RecordedEcho] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
 
-    def read_echoes(self) -> list[tuple[RecordedEcho, dict[str, str]]]:
-        """Return the echoes that reads from the left ended with, each with its outcome."""
+    @property
+    def design(self) -> Design:
+        """The element, as the header tells it.
+
+        Raises:
+            BagError: The bag has no header, or it describes no design.
+        """
+        try:
+            return Design(**self._head()['design'])
+        except (KeyError, TypeError, ValueError) as error:
+            raise BagError(f'the session header must hold a design; {error}') from error
+
+    @property
+    def settings(self) -> Settings:
+        """The instrument's settings, as the header tells them; raises as `design`."""
+        try:
+            return Settings.from_dict(self._head()['settings'])
+        except (KeyError, TypeError, ValueError) as error:
+            raise BagError(f'the session header must hold settings; {error}') from error
+
+    def _head(self) -> dict[str, Any]:
+        if self.header is None:
+            raise BagError(
+                f'the bag holds no session of {self.node}: another recorder wrote it, so design '
+                'and settings must be given'
+            )
+        return self.header
+
+    def reads(self, end: str = 'left') -> list[tuple[RecordedEcho, dict[str, str]]]:
+        """Return the echo that every successful read from an end stopped with, and its outcome."""
         found = []
         for time, values in self.outcomes:
-            if values.get('procedure') == 'read' and values.get('end') == 'left':
+            if values.get('procedure') == 'read' and values.get('end') == end:
                 before = [echo for echo in self.echoes if echo.time <= time]
-                if before:
+                if before and 'error' not in values:
                     found.append((before[-1], values))
         return found
 
 
-def load(path: str | PathLike[str]) -> SessionData:
-    """Read a session bag.
+def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
+    """Read what a bag tells of a memory node.
 
     Args:
-        path: The bag.
+        path: The bag, or a reader that opened it.
+        node: Full name of the node; by default the only one in the bag.
 
     Raises:
-        BagError: It cannot be read, or holds no session of a memory node.
+        BagError: The bag cannot be read, or tells of no node or of several.
     """
-    reader = BagReader(path)
-    node, header = _header(reader)
-    design = Design(**header['design'])
-    length = float(header['settings']['scale']['length'])
-    start = reader.span[0] if reader.span else 0
-    times: dict[str, list[float]] = {'field': [], 'joint_states': []}
-    configurations: list[Array] = []
-    strains: list[float] = []
-    echoes: list[RecordedEcho] = []
-    outcomes: list[tuple[float, dict[str, str]]] = []
-    waiting: Any = None
-    names = {f'{node}/{name}': name for name in (*times, 'echo', 'level', 'outcome')}
-    for message in reader.messages(names):
-        name, seconds = names[message.topic], (message.log_time - start) / 1e9
-        content = reader.deserialize(message)
-        if name in times:
-            times[name].append(seconds)
-        if name == 'field':
-            configurations.append(np.asarray(content.data, dtype=np.float32))
-        elif name == 'joint_states':
-            strains.append(float(content.position[0]) / length / design.N)
-        elif name == 'echo':
-            waiting = np.asarray(content.data, dtype=np.float64).reshape(3, -1)
-        elif name == 'level' and waiting is not None:
-            echoes.append(RecordedEcho(seconds, *waiting, int(content.data)))
-            waiting = None
-        elif name == 'outcome':
-            outcomes.append((seconds, {item.key: item.value for item in content.values}))
-    return SessionData(
-        node,
-        header,
-        design,
-        start,
-        np.array(times['field']),
-        np.array(configurations).reshape(-1, design.N),
-        np.array(times['joint_states']),
-        np.array(strains),
-        echoes,
-        outcomes,
-    )
+    reader = path if isinstance(path, BagReader) else BagReader(path)
+    node = node or _only_node(reader)
+    session = SessionData(node, reader.span[0] if reader.span else 0, None)
+    collector = _Collector(session)
+    handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
+    for message in reader.messages(handlers):
+        seconds = (message.log_time - session.start) / 1e9
+        handlers[message.topic](seconds, reader.deserialize(message))
+    return session
 
 
-def _header(reader: BagReader) -> tuple[str, dict[str, Any]]:
-    topics = [name for name in reader.topics if name.endswith(f'/{HEADER}')]
-    for message in reader.messages(topics):
-        header = json.loads(reader.deserialize(message).data)
-        return str(header['node']), header
+class _Collector:
+    """Sorts messages into a `SessionData`."""
+
+    def __init__(self, session: SessionData) -> None:
+        self._session = session
+        self._waiting: NDArray[np.float64] | None = None
+
+    def handlers(self) -> dict[str, Callable[[float, Any], None]]:
+        """Return what to do with the messages of every topic below the node's name."""
+        return {
+            HEADER: self._header,
+            COMMAND: self._stamped,
+            STATE_HASH: self._hash,
+            'field': self._field,
+            'joint_states': self._joint_states,
+            'echo': self._echo,
+            'level': self._level,
+            'outcome': self._outcome,
+            **{topic: self._command(make) for topic, (_, make) in COMMAND_TOPICS.items()},
+        }
+
+    def _header(self, _: float, message: Any) -> None:
+        self._session.header = self._session.header or _object(message, HEADER)
+
+    def _stamped(self, _: float, message: Any) -> None:
+        values = _object(message, COMMAND)
+        tick = int(values.pop('tick'))
+        self._session.stamped.append((tick, device_commands.from_dict(values)))
+
+    def _hash(self, _: float, message: Any) -> None:
+        values = _object(message, STATE_HASH)
+        v = np.array([float.fromhex(number) for number in values['v']])
+        self._session.hashes.append(StateHash(int(values['tick']), values['hash'], v))
+
+    def _field(self, seconds: float, message: Any) -> None:
+        self._session.field_time.append(seconds)
+        self._session.configuration.append(np.asarray(message.data, dtype=np.float32))
+
+    def _joint_states(self, seconds: float, message: Any) -> None:
+        self._session.strain_time.append(seconds)
+        self._session.end_displacement.append(float(message.position[0]))
+
+    def _echo(self, _: float, message: Any) -> None:
+        self._waiting = np.asarray(message.data, dtype=np.float64).reshape(3, -1)
+
+    def _level(self, seconds: float, message: Any) -> None:
+        if self._waiting is not None:
+            t, v_m, v_c = self._waiting
+            self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, int(message.data)))
+            self._waiting = None
+
+    def _outcome(self, seconds: float, message: Any) -> None:
+        values = {item.key: item.value for item in message.values}
+        self._session.outcomes.append((seconds, values))
+
+    def _command(self, make: Callable[[Any], Command]) -> Callable[[float, Any], None]:
+        return lambda seconds, message: self._session.commands.append((seconds, make(message)))
+
+
+def _object(message: Any, what: str) -> dict[str, Any]:
+    try:
+        values = json.loads(message.data)
+    except ValueError as error:
+        raise BagError(f'a message on {what} must be a JSON object; {error}') from error
+    if not isinstance(values, dict):
+        raise BagError(f'a message on {what} must be a JSON object; got {message.data[:40]!r}')
+    return values
+
+
+def _only_node(reader: BagReader) -> str:
+    """Return the full name of the one memory node that a bag tells of."""
+    marks = {HEADER: 'std_msgs/msg/String'}
+    marks |= {topic: kind for topic, (kind, _) in COMMAND_TOPICS.items()}
+    found = {
+        name.removesuffix(f'/{mark}')
+        for name, info in reader.topics.items()
+        for mark, kind in marks.items()
+        if name.endswith(f'/{mark}') and info.type == kind
+    }
+    if len(found) == 1:
+        return found.pop()
+    if found:
+        raise BagError(f'{reader.path} tells of several nodes: name one of {sorted(found)}')
     raise BagError(
-        f'{reader.path} must be a session of a memory node: it has no topic '
-        f'<node>/{HEADER} with a message; got topics {", ".join(sorted(reader.topics)) or "none"}.'
+        f'{reader.path} must tell of a memory node: it has none of the topics '
+        f'{", ".join(f"~/{mark}" for mark in marks)}; got {", ".join(sorted(reader.topics))}'
     )

@@ -9,7 +9,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 
-SUBCOMMANDS = ('demo', 'write', 'read', 'erase')
+SUBCOMMANDS = ('demo', 'write', 'read', 'erase', 'replay', 'inspect')
 """Modules of this package, each with SUMMARY, add_arguments(parser) and run(arguments)."""
 
 

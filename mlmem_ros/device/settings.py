@@ -9,7 +9,9 @@ The defaults are for the paper's Case II element.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..described import described, problems
 from .errors import SettingsError
@@ -168,6 +170,20 @@ class Settings:
                         f'got {value:g}'
                     )
 
-    def as_dict(self) -> dict[str, dict[str, object]]:
+    def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return all settings by group and name."""
         return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Mapping[str, Any]]) -> Settings:
+        """Return the settings that `as_dict` gave.
+
+        Raises:
+            SettingsError: A group or a setting is not known, or out of range.
+        """
+        default = cls()
+        try:
+            groups = {name: type(getattr(default, name))(**data[name]) for name in data}
+        except (AttributeError, TypeError) as error:
+            raise SettingsError(f'these are no settings of a device: {error}') from error
+        return cls(**groups)

@@ -144,6 +144,12 @@ class MemoryClient:
                 raise NoAnswer(f'{self.name} did not answer within {timeout:g} s')
             self._executor.spin_once(timeout_sec=POLL)
 
+    def spin(self, duration: float) -> None:
+        """Turn the client's node for a while, in seconds."""
+        end = time.monotonic() + duration
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
+
     def _trigger(self, service: str, timeout: float) -> dict[str, Any]:
         response = self._call(self._services[service], Trigger.Request(), timeout)
         answer: dict[str, Any] = json.loads(response.message)

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from ..bag.session_data import SessionData
 from ..device.echo import threshold
-from ..device.settings import ProbeSettings
 
 PHASES = 'RdBu'
 """Colours of the configuration: the paper's red for s1 and blue for s2."""
@@ -52,7 +51,7 @@ def draw(session: SessionData, path: str | PathLike[str]) -> Path:
 
 
 def _last_read_of_each_level(session: SessionData) -> dict[int, tuple[Any, dict[str, str]]]:
-    reads = {int(values['level']): (echo, values) for echo, values in session.read_echoes()}
+    reads = {int(values['level']): (echo, values) for echo, values in session.reads('left')}
     return {level: reads[level] for level in sorted(reads) if level >= 0}
 
 
@@ -61,7 +60,7 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
     mesh = axes.pcolormesh(
         session.field_time,
         design.sites,
-        session.configuration.T,
+        np.array(session.configuration).T,
         cmap=PHASES,
         vmin=-1.4,
         vmax=1.4,
@@ -83,7 +82,9 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
 
 
 def _draw_strain(axes: Any, session: SessionData) -> None:
-    axes.plot(session.strain_time, 1e3 * session.strain, color='k', lw=0.9)
+    length = session.settings.scale.length * session.design.end_displacement(1.0)
+    strain = np.array(session.end_displacement) / length
+    axes.plot(session.strain_time, 1e3 * strain, color='k', lw=0.9)
     axes.axhline(0.0, color='grey', lw=0.4)
     axes.set_ylabel(r'strain $\times 10^3$')
     axes.set_xlabel('time in s')
@@ -92,7 +93,7 @@ def _draw_strain(axes: Any, session: SessionData) -> None:
 def _draw_echoes(
     figure: Any, grid: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
 ) -> None:
-    probe = ProbeSettings(**session.header['settings']['probe'])
+    probe = session.settings.probe
     end = max((echo.t[-1] for echo, _ in reads.values()), default=1.0)
     for row, (level, (echo, values)) in enumerate(reads.items()):
         axes = figure.add_subplot(grid[row, 0])
@@ -116,6 +117,7 @@ def _draw_echoes(
 def _draw_delays(
     axes: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
 ) -> None:
+    assert session.header is not None
     calibrated = session.header['initial']['calibration']['left']['delays']
     axes.plot(range(len(calibrated)), calibrated, '+', color='0.5', ms=9, label='calibrated')
     measured = [(level, float(values['delay'])) for level, (_, values) in reads.items()]

@@ -1,0 +1,66 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Decoding recorded echoes again, from their waveforms and without a device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..device import Calibration, Settings
+from ..device.echo import EchoDetector, pulse_duration
+from ..device.pulse import Pulse
+from ..device.settings import ProbeSettings
+from .session_data import RecordedEcho
+
+
+@dataclass(frozen=True)
+class Redecoded:
+    """What a recorded waveform tells.
+
+    Attributes:
+        end: The end that was probed, told by the pulse itself.
+        delay: Delay of the first crossing, or None.
+        level: The calibrated level next to the delay (-1 for blank), or None without an echo.
+        level_margin: How clear that is: 1 on the calibrated delay, 0 half-way to the next.
+        threshold_margin: Greatest v_c over the threshold.
+    """
+
+    end: str
+    delay: float | None
+    level: int | None
+    level_margin: float
+    threshold_margin: float
+
+    def agrees(self, recorded: int) -> bool:
+        """Whether it is the level that was decoded at the time (undecodable agrees with all).
+
+        An echo alone does not tell the phases of the ends, which can make it undecodable.
+        """
+        return recorded < -1 or self.level == recorded
+
+
+def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -> Redecoded:
+    """Decode a recorded echo again.
+
+    Args:
+        echo: The recorded waveform.
+        settings: Pulses and thresholds of both ends.
+        calibration: Delays by level.
+    """
+    probes = {'left': settings.probe, 'right': settings.probe_right}
+    end = min(probes, key=lambda name: _misfit(echo, probes[name]))
+    detector = EchoDetector(probes[end], float(echo.t[1] - echo.t[0]))
+    detector.feed(echo.v_m)
+    if detector.delay is None:
+        return Redecoded(end, None, None, 0.0, detector.threshold_margin)
+    level, margin = calibration.table(end).nearest(detector.delay)
+    return Redecoded(end, detector.delay, level, margin, detector.threshold_margin)
+
+
+def _misfit(echo: RecordedEcho, probe: ProbeSettings) -> float:
+    """Return how much the start of a waveform differs from the pulse of an end."""
+    driven = echo.t <= pulse_duration(probe)
+    pulse = np.abs(Pulse(0.0, probe).at(echo.t[driven])[0])
+    return float(np.mean((echo.v_m[driven] - pulse) ** 2) / np.mean(pulse**2))

@@ -1,0 +1,227 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Replay: the recorded commands through a device without ROS, compared with what was recorded."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..device import (
+    Calibration,
+    Command,
+    DelayTable,
+    Heard,
+    MemoryElement,
+    Outcome,
+    Refused,
+    snapshot,
+)
+from ..device.errors import SettingsError
+from ..physics import DesignError, StateError
+from .errors import BagError
+from .session import versions
+from .session_data import SessionData, StateHash
+
+Progress = Callable[[int, int], None]
+"""Called now and then with the ticks done and the ticks to do."""
+
+PROGRESS_EVERY = 500
+"""Ticks between two calls of a progress callback."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where a replay leaves the recording.
+
+    Attributes:
+        tick: The first hashed tick whose state differs.
+        by: Greatest difference of a displacement there, in cells.
+    """
+
+    tick: int
+    by: float
+
+
+@dataclass
+class ReplayReport:
+    """How a replay went.
+
+    Attributes:
+        ticks: Ticks run.
+        commands: Commands applied.
+        refused: Commands the replay refused, with reasons.
+        hashes: State hashes compared.
+        difference: The first that differs, or None.
+        levels: Levels decoded by the replay, in order.
+        recorded_levels: Levels that were recorded.
+        echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
+        outcomes: How the procedures ended in the replay.
+        other_build: What differs in the versions that the bits may depend on.
+    """
+
+    ticks: int = 0
+    commands: int = 0
+    refused: list[str] = field(default_factory=list)
+    hashes: int = 0
+    difference: Difference | None = None
+    levels: list[int] = field(default_factory=list)
+    recorded_levels: list[int] = field(default_factory=list)
+    echo_difference: float = 0.0
+    outcomes: list[Outcome] = field(default_factory=list)
+    other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    @property
+    def levels_agree(self) -> bool:
+        """Whether every level that was recorded was decoded again."""
+        return self.levels[: len(self.recorded_levels)] == self.recorded_levels
+
+    @property
+    def exact(self) -> bool:
+        """Whether states, echoes and levels are the same to the bit."""
+        return self.difference is None and self.echo_difference == 0.0 and self.levels_agree
+
+    @property
+    def passed(self) -> bool:
+        """Whether all that is promised holds: the bits on the same build, else the levels."""
+        return self.levels_agree and (self.exact or bool(self.other_build))
+
+
+def element_of(session: SessionData) -> MemoryElement:
+    """Return the device of a session in the state in which the session began.
+
+    Raises:
+        BagError: The header is missing or describes no device.
+    """
+    design, settings = session.design, session.settings
+    assert session.header is not None
+    unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
+    try:
+        element = MemoryElement(design, settings, Calibration(unknown, unknown))
+        snapshot.restore(element, session.header['initial'])
+    except (KeyError, DesignError, SettingsError, StateError) as error:
+        raise BagError(f'the session header must hold the initial state; {error}') from error
+    return element
+
+
+def replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
+    """Run a session again and compare states, echoes and levels.
+
+    Args:
+        session: A session that a memory node recorded.
+        progress: Called now and then.
+
+    Raises:
+        BagError: The header is missing or describes no device.
+    """
+    element = element_of(session)
+    assert session.header is not None
+    report = ReplayReport(other_build=_other_build(session.header.get('versions', {})))
+    player = _Player(element, report, session)
+    hashed = [recorded.tick for recorded in session.hashes]
+    commanded = [tick + 1 for tick, _ in session.stamped]
+    player.play(session.stamped, max([element.ticks, *hashed, *commanded]), progress)
+    return report
+
+
+def replay_commands(
+    element: MemoryElement, session: SessionData, progress: Progress | None = None
+) -> ReplayReport:
+    """Run the command messages of any recorder's bag through a device, at their stamps.
+
+    Args:
+        element: The device they go to.
+        session: What the bag tells.
+        progress: Called now and then.
+
+    Returns:
+        The report; there are no states to compare, but the levels where they were recorded.
+    """
+    report = ReplayReport()
+    player = _Player(element, report, session)
+    tick_seconds = element.tick * element.settings.scale.time
+    first = element.ticks
+    stamped = [(first + round(time / tick_seconds), given) for time, given in session.commands]
+    player.play(stamped, max([first, *(tick + 1 for tick, _ in stamped)]), progress)
+    player.finish()
+    return report
+
+
+class _Player:
+    """Runs stamped commands through a device and compares with what was recorded."""
+
+    def __init__(self, element: MemoryElement, report: ReplayReport, session: SessionData) -> None:
+        self._element = element
+        self._report = report
+        self._echoes = session.echoes
+        self._hashes = {recorded.tick: recorded for recorded in session.hashes}
+        report.recorded_levels = [echo.level for echo in session.echoes]
+
+    def play(
+        self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
+    ) -> None:
+        """Apply the commands at their ticks and advance until the last tick is done."""
+        due: defaultdict[int, list[Command]] = defaultdict(list)
+        for tick, given in stamped:
+            due[tick].append(given)
+        first = self._element.ticks
+        for tick in range(first, last):
+            for given in due[tick]:
+                self._apply(given)
+            self._tick()
+            if progress and (tick + 1 == last or tick % PROGRESS_EVERY == 0):
+                progress(tick + 1 - first, last - first)
+
+    def finish(self) -> None:
+        """Advance until the procedure that runs has ended."""
+        while self._element.procedure:
+            self._tick()
+
+    def _apply(self, given: Command) -> None:
+        try:
+            self._element.apply(given)
+            self._report.commands += 1
+        except Refused as refusal:
+            self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
+
+    def _tick(self) -> None:
+        for event in self._element.advance():
+            if isinstance(event, Heard):
+                self._compare_echo(event)
+            else:
+                self._report.outcomes.append(event)
+        self._report.ticks += 1
+        recorded = self._hashes.get(self._element.ticks)
+        if recorded is not None:
+            self._compare_state(recorded)
+
+    def _compare_echo(self, heard: Heard) -> None:
+        index = len(self._report.levels)
+        self._report.levels.append(heard.reading.level)
+        if index >= len(self._echoes):
+            return
+        recorded = self._echoes[index].v_c
+        v_c = heard.echo.v_c.astype(np.float32)  # as it was published
+        same_length = len(v_c) == len(recorded)
+        difference = float(np.abs(v_c - recorded).max()) if same_length else math.inf
+        self._report.echo_difference = max(self._report.echo_difference, difference)
+
+    def _compare_state(self, recorded: StateHash) -> None:
+        self._report.hashes += 1
+        differs = snapshot.digest(self._element) != recorded.hash
+        if differs and self._report.difference is None:
+            by = float(np.abs(self._element.chain.v - recorded.v).max())
+            self._report.difference = Difference(self._element.ticks, by)
+
+
+def _other_build(recorded: dict[str, str]) -> dict[str, tuple[str, str]]:
+    here = versions()
+    return {
+        name: (recorded.get(name, 'unknown'), here.get(name, 'unknown'))
+        for name in {**recorded, **here}
+        if recorded.get(name, 'unknown') != here.get(name, 'unknown')
+    }

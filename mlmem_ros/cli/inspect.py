@@ -1,0 +1,188 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem inspect`: what is in a bag, what was lost, and what its echoes say. Needs no ROS.
+
+Lists topics, commands, procedures and levels, and decodes every recorded echo again from its
+waveform. Exit status 0: whole and in agreement; 1: something is lost or differs; 2: unreadable.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..bag.reader import BagReader
+    from ..bag.session_data import SessionData
+
+SUMMARY = 'list a session bag, decode its echoes again, plot or repair it'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    parser.add_argument('bag', type=Path, help='bag directory or file')
+    parser.add_argument('--node', default='', help='which node of the bag, if there are several')
+    parser.add_argument('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)')
+    parser.add_argument(
+        '--repair', type=Path, metavar='NEW', help='write a whole bag of all that can be read'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Inspect; return the exit status."""
+    from rich.console import Console
+
+    from ..bag.errors import BagError
+    from ..bag.reader import BagReader
+
+    console = Console()
+    try:
+        if arguments.repair:
+            return _repair(console, arguments.bag, arguments.repair)
+        reader = BagReader(arguments.bag)
+        _list_contents(console, reader)
+        agree = _inspect_session(console, reader, arguments)
+    except BagError as error:
+        print(f'mlmem inspect: {error}', file=sys.stderr)
+        return 2
+    return 0 if agree and not reader.losses else 1
+
+
+def _repair(console: Console, source: Path, destination: Path) -> int:
+    from ..bag.repair import repair
+
+    report = repair(source, destination)
+    for loss in report.losses:
+        console.print(f'[yellow]lost[/]  {loss}', highlight=False)
+    console.print(f'{report.messages} messages saved in {report.destination}')
+    return 0
+
+
+def _list_contents(console: Console, reader: BagReader) -> None:
+    span = reader.span
+    duration = (span[1] - span[0]) / 1e9 if span else 0.0
+    console.print(f'{reader.path}: {reader.message_count} messages, {duration:.2f} s')
+    table = _table('topics', 'topic', 'type', '>messages')
+    for name, info in sorted(reader.topics.items()):
+        table.add_row(name, info.type, str(info.message_count))
+    console.print(table)
+    for key, value in reader.custom_data.items():
+        console.print(f'{key}: {value}')
+    for loss in reader.losses:
+        console.print(f'[yellow]lost[/]  {loss}', highlight=False)
+
+
+def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Namespace) -> bool:
+    from ..bag.session_data import load
+
+    session = load(reader, arguments.node)
+    if session.header is None:
+        console.print(f'{session.node}: written by another recorder, no session header')
+    else:
+        design = session.design
+        versions = ', '.join(f'{k} {v}' for k, v in session.header['versions'].items())
+        console.print(
+            f'{session.node}: {design.levels} levels, {design.N} cells; {versions}',
+            highlight=False,
+        )
+    _list_commands(console, session)
+    _list_procedures(console, session)
+    agree = _list_echoes(console, session)
+    if arguments.plot:
+        from ..studies.session_figure import draw
+
+        console.print(f'picture  {draw(session, arguments.plot)}', highlight=False)
+    return agree
+
+
+def _list_commands(console: Console, session: SessionData) -> None:
+    if session.stamped:
+        table = _table('commands', '>tick', 'command')
+        for tick, command in session.stamped:
+            table.add_row(str(tick), str(command))
+        console.print(table)
+    elif session.commands:
+        table = _table('command messages', '>time', 'command')
+        for seconds, command in session.commands:
+            table.add_row(f'{seconds:.3f} s', str(command))
+        console.print(table)
+
+
+def _list_procedures(console: Console, session: SessionData) -> None:
+    if not session.outcomes:
+        return
+    table = _table(
+        'procedures',
+        '>time', 'procedure', '>level', 'code', '>delay', '>margins', '>tries', '>ticks', 'error',
+    )  # fmt: skip
+    for seconds, values in session.outcomes:
+        margins = [_rounded(values.get(f'{kind}_margin', '')) for kind in ('level', 'threshold')]
+        table.add_row(
+            f'{seconds:.3f} s',
+            values.get('procedure', ''),
+            values.get('level', ''),
+            values.get('code', ''),
+            _rounded(values.get('delay', '')),
+            ' '.join(margins),
+            values.get('attempts', ''),
+            values.get('ticks', ''),
+            values.get('error', ''),
+        )
+    console.print(table)
+
+
+def _rounded(text: str) -> str:
+    try:
+        return f'{float(text):.2f}'
+    except ValueError:
+        return text
+
+
+def _list_echoes(console: Console, session: SessionData) -> bool:
+    if session.header is None or not session.echoes:
+        return True
+    from ..bag.redecode import redecode
+    from ..bag.replay import element_of
+
+    settings, calibration = session.settings, element_of(session).calibration
+    table = _table(
+        'echoes, decoded again from their waveforms',
+        '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',
+    )  # fmt: skip
+    agree = True
+    for echo in session.echoes:
+        again = redecode(echo, settings, calibration)
+        right = again.agrees(echo.level)
+        agree = agree and right
+        table.add_row(
+            f'{echo.time:.3f} s',
+            again.end,
+            _level(echo.level),
+            f'[{"green" if right else "red"}]{_level(again.level)}[/]',
+            'none' if again.delay is None else f'{again.delay:.2f}',
+            f'{again.level_margin:.2f}',
+            f'{again.threshold_margin:.2f}',
+        )
+    console.print(table)
+    return agree
+
+
+def _level(level: int | None) -> str:
+    from ..device import describe_level
+
+    return 'no echo' if level is None else describe_level(level)
+
+
+def _table(title: str, *headings: str) -> Any:
+    from rich.table import Table
+
+    table = Table(title=title, title_justify='left')
+    for heading in headings:
+        table.add_column(
+            heading.removeprefix('>'), justify='right' if heading.startswith('>') else 'left'
+        )
+    return table

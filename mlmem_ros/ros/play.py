@@ -1,0 +1,110 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Playing the recorded commands of a session into a running node, at the recorded pace."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from std_msgs.msg import Empty, Float64, Int16, UInt8
+from std_srvs.srv import Trigger
+
+from ..bag.session_data import SessionData
+from ..device import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .client import POLL, MemoryClient
+from .qos import LATCHED, RELIABLE
+
+Progress = Callable[[int, int], None]
+
+PATIENCE = 120.0
+"""Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
+
+
+def play(session: SessionData, name: str, progress: Progress) -> list[int]:
+    """Send the commands of a session to a node and listen to the levels it decodes.
+
+    Args:
+        session: The recorded session; its stamped commands are sent, or where there are none
+            (another recorder's bag) its command messages.
+        name: Name of the node.
+        progress: Called with milliseconds done and to do.
+
+    Returns:
+        The levels heard, in order.
+
+    Raises:
+        NoAnswer: There is no such node, or the levels did not come.
+    """
+    schedule = _schedule(session)
+    heard: list[int] = []
+    ended: list[DiagnosticStatus] = []
+    with MemoryClient(name) as client:
+        client.wait_for_node()
+        send = _sender(client)
+        client.node.create_subscription(
+            Int16, f'{client.name}/level', lambda message: heard.append(message.data), LATCHED
+        )
+        client.node.create_subscription(
+            DiagnosticStatus, f'{client.name}/outcome', ended.append, LATCHED
+        )
+        client.spin(1.0)  # what is latched from before is none of ours
+        heard.clear()
+        ended.clear()
+        begun = 0
+        start = time.monotonic()
+        for due, command in schedule:
+            while (left := due - (time.monotonic() - start)) > 0.0:
+                progress(round(1e3 * (due - left)), round(1e3 * schedule[-1][0]))
+                client.spin(min(left, POLL))
+            if not isinstance(command, Abort):  # the node may be slower than the recorded one
+                client.wait_until(partial(_all_ended, ended, begun), PATIENCE)
+            send(command)
+            begun += not isinstance(command, SetStrain)
+        client.wait_until(partial(_all_ended, ended, begun), PATIENCE)
+        client.spin(0.2)  # the last level may come behind its outcome
+    return heard
+
+
+def _all_ended(ended: Sequence[DiagnosticStatus], begun: int) -> bool:
+    return len(ended) >= begun
+
+
+def _schedule(session: SessionData) -> list[tuple[float, Command]]:
+    if not session.stamped:
+        return session.commands
+    settings = session.settings
+    tick_seconds = settings.time.tick * settings.scale.time
+    first = session.stamped[0][0]
+    return [((tick - first) * tick_seconds, command) for tick, command in session.stamped]
+
+
+def _sender(client: MemoryClient) -> Callable[[Command], None]:
+    node, name = client.node, client.name
+    publishers: dict[type[Any], Any] = {
+        SetStrain: node.create_publisher(Float64, f'{name}/strain', RELIABLE),
+        Read: node.create_publisher(Empty, f'{name}/probe', RELIABLE),
+        Write: node.create_publisher(UInt8, f'{name}/write_level', RELIABLE),
+    }
+    services: dict[type[Any], Any] = {
+        Erase: node.create_client(Trigger, f'{name}/erase'),
+        Calibrate: node.create_client(Trigger, f'{name}/calibrate'),
+        Abort: node.create_client(Trigger, f'{name}/abort'),
+    }
+    client.wait_until(lambda: all(p.get_subscription_count() for p in publishers.values()))
+
+    def send(command: Command) -> None:
+        match command:
+            case SetStrain(strain):
+                publishers[SetStrain].publish(Float64(data=strain))
+            case Read():
+                publishers[Read].publish(Empty())
+            case Write(level):
+                publishers[Write].publish(UInt8(data=level))
+            case _:
+                services[type(command)].call_async(Trigger.Request())
+
+    return send
