@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..physics.portable import exponential
 from ..physics.potential import Array
 from .settings import ProbeSettings
 
@@ -34,7 +35,7 @@ def threshold(probe: ProbeSettings, t: Array) -> Array:
     Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, the
     ring-down of the pulse and the noise before it. The threshold falls with them.
     """
-    return probe.v_th * np.exp(-probe.gain_decay * t)
+    return probe.v_th * exponential(-probe.gain_decay * t)
 
 
 @dataclass(frozen=True)

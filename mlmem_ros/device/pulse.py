@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
 from .settings import ProbeSettings
 
@@ -51,10 +52,9 @@ class Pulse:
         """Return displacement and velocity at times t."""
         p = self.probe
         x = (t - self.t_0) / p.sigma
-        envelope = p.A * np.exp(-0.5 * x * x)
-        sine, cosine = np.sin(p.omega_c * t), np.cos(p.omega_c * t)
-        velocity = envelope * (p.omega_c * cosine - x / p.sigma * sine)
-        return np.stack((self.rest + envelope * sine, velocity))
+        envelope = p.A * exponential(-0.5 * x * x)
+        wave, slope = sine(p.omega_c * t), p.omega_c * cosine(p.omega_c * t)
+        return np.stack((self.rest + envelope * wave, envelope * (slope - x / p.sigma * wave)))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,68 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Replay tests for robots: pytest fixtures that run a recorded session again.
+
+pytest_plugins = ['mlmem_ros.testing']
+
+def test_the_gait_is_remembered(replay_session):
+    session = replay_session('bags/gait_store')
+    session.assert_levels([3, 5])
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from os import PathLike
+
+import pytest
+
+from .bag.replay import ReplayReport, replay
+from .bag.session_data import SessionData, load
+
+
+@dataclass(frozen=True)
+class ReplayedSession:
+    """A session that has been run again.
+
+    Attributes:
+        session: What was recorded.
+        report: How the replay went.
+    """
+
+    session: SessionData
+    report: ReplayReport
+
+    @property
+    def levels(self) -> list[int]:
+        """Levels that writes and reads ended with in the replay, in order (-1 is blank)."""
+        return [
+            outcome.reading.level
+            for outcome in self.report.outcomes
+            if outcome.procedure in ('write', 'read') and outcome.reading and outcome.success
+        ]
+
+    def assert_levels(self, expected: Sequence[int]) -> None:
+        """Fail unless writes and reads ended with these levels, as they did when recorded."""
+        assert self.levels == list(expected)
+        self.assert_agrees()
+
+    def assert_agrees(self) -> None:
+        """Fail unless the replay gives what was recorded.
+
+        That is every bit on the build that recorded, and every decoded level on another one.
+        """
+        report = self.report
+        assert report.levels_agree, f'levels {report.levels}, recorded {report.recorded_levels}'
+        assert report.passed, f'first difference: {report.difference}'
+
+
+@pytest.fixture
+def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
+    """A function that replays a session bag and returns a `ReplayedSession`."""
+
+    def run(bag: str | PathLike[str]) -> ReplayedSession:
+        session = load(bag)
+        return ReplayedSession(session, replay(session))
+
+    return run

@@ -1,0 +1,56 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The golden sessions replay: recorded by a node in real time, run again without ROS.
+
+    life            write 2, read, erase, read
+    manual_drive    write 0, then one level on by strain set by hand, read
+    aborted_write   write 3, abort on the way, write 1, read
+
+They were recorded with numpy 2.4 and numba 0.68 on a processor with AVX-512; a build that gives
+other bits must still decode the same levels.
+"""
+
+from pathlib import Path
+
+import pytest
+
+pytest_plugins = ['mlmem_ros.testing']
+
+DATA = Path(__file__).parent.parent / 'data'
+
+
+@pytest.mark.parametrize(
+    ('bag', 'levels'),
+    [('life', [2, 2, -1]), ('manual_drive', [0, 1]), ('aborted_write', [1, 1])],
+)
+def test_a_golden_session_replays(replay_session, bag, levels):
+    session = replay_session(DATA / bag)
+    session.assert_levels(levels)
+    assert session.report.hashes >= 2
+    assert session.report.refused == []
+
+
+def test_the_aborted_write_is_aborted_again(replay_session):
+    outcomes = replay_session(DATA / 'aborted_write').report.outcomes
+    assert [(o.procedure, o.success) for o in outcomes] == [
+        ('write', False),
+        ('abort', True),
+        ('write', True),
+        ('read', True),
+    ]
+    assert outcomes[0].error == 'aborted'
+
+
+def test_a_replay_that_leaves_the_recording_says_where_and_by_how_much(replay_session):
+    """Move the first command by one tick: the bits differ from the next hash on."""
+    session = replay_session(DATA / 'life').session
+    tick, command = session.stamped[0]
+    session.stamped[0] = (tick + 1, command)
+    from mlmem_ros.bag.replay import replay
+
+    report = replay(session)
+    assert not report.exact
+    assert report.difference is not None
+    assert report.difference.tick == next(h.tick for h in session.hashes if h.tick > tick)
+    # One tick later under the same ramp: the wall's cells lag by up to some tenths of a cell.
+    assert 1e-9 < report.difference.by < 2.5
