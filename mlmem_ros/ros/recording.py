@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from ..bag import session
+from ..bag.definitions import jazzy
 from ..bag.errors import BagError
 from ..bag.qos import QosProfile
 from ..bag.recorder import Recorder, RecorderStatus
@@ -52,25 +53,31 @@ class Recording:
             max_bytes=settings.max_bytes,
             max_duration=settings.max_duration,
         )
+        self._types: dict[str, str] = {}
         for topic, kind, qos in _recorded_topics():
-            writer.add_topic(node.resolve_topic_name(topic), _type_name(kind), (_offered(qos),))
+            full_name = node.resolve_topic_name(topic)
+            self._types[full_name] = _type_name(kind)
+            writer.add_topic(full_name, _type_name(kind), (_offered(qos),))
         writer.add_topic(self._topics.header, session.STRING, (_offered(LATCHED),), latch=True)
         for topic in (self._topics.command, self._topics.state_hash):
             writer.add_topic(topic, session.STRING, (_offered(RELIABLE),))
         self._recorder = Recorder(writer, dropped_topic=f'{name}/{DROPPED}', on_error=self._report)
-        self.put(self._topics.header, header)
+        self._put(self._topics.header, header)
         node.get_logger().info(f'recording a session into {writer.path}')
 
     def put(self, topic: str, cdr: bytes) -> None:
-        """Take a serialized message; never waits."""
+        """Take a message as `rclpy.serialization` gave it; never waits."""
+        self._put(topic, jazzy().trim(cdr, self._types[topic]))
+
+    def _put(self, topic: str, cdr: bytes) -> None:
         self._recorder.put(topic, cdr, self._node.get_clock().now().nanoseconds)
 
     def tick(self, commands: Sequence[Stamped]) -> None:
         """Record the commands of a tick, and the state's hash where it is due."""
         for tick, command in commands:
-            self.put(self._topics.command, session.command(tick, command))
+            self._put(self._topics.command, session.command(tick, command))
         if self._element.ticks % self._settings.hash_every == 0:
-            self.put(self._topics.state_hash, session.state_hash(self._element))
+            self._put(self._topics.state_hash, session.state_hash(self._element))
 
     @property
     def status(self) -> RecorderStatus:
@@ -79,7 +86,7 @@ class Recording:
 
     def close(self) -> None:
         """End the session with the hash of the last state, and finish the bag."""
-        self.put(self._topics.state_hash, session.state_hash(self._element))
+        self._put(self._topics.state_hash, session.state_hash(self._element))
         status = self._recorder.close()
         if status.error is None:
             self._node.get_logger().info(

@@ -1,0 +1,30 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one error a bag raises."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class BagError(Exception):
+    """A bag could not be written, read or repaired; the text says why and what to do."""
+
+
+@contextmanager
+def storage_errors(action: str) -> Iterator[None]:
+    """Turn what the file system refuses into a `BagError`.
+
+    Args:
+        action: What was tried, to follow "Cannot", such as ``'create /data/session'``.
+
+    Raises:
+        BagError: The body raised an OSError, for instance because the disk is full, or a
+            ValueError because a path has a NUL character.
+    """
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        reason = getattr(error, 'strerror', None) or error
+        raise BagError(f'Cannot {action}: {reason}.') from error

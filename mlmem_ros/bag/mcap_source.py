@@ -1,0 +1,155 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The messages of a bag that consists of MCAP files."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from mcap.records import Channel, Schema
+
+from .contents import Loss, Message
+from .definitions import Definition
+from .errors import BagError
+from .mcap_scan import Block, McapScan
+from .metadata import TopicInfo
+from .qos import QosProfile, parse_profiles
+
+
+class McapSource:
+    """Reads any number of MCAP files as one bag, holding no more than a few chunks in memory.
+
+    Attributes:
+        topics: The topics by name, with the number of messages that can be read.
+        definitions: The message definitions of the files.
+        losses: What cannot be read.
+    """
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Scan the files.
+
+        Args:
+            files: The files, in the order they were written.
+
+        Raises:
+            BagError: No file of them can be read.
+        """
+        self.topics: dict[str, TopicInfo] = {}
+        self.definitions: list[Definition] = []
+        self.losses: list[Loss] = []
+        self._scans: list[McapScan] = []
+        errors: list[BagError] = []
+        for file in files:
+            try:
+                scan = McapScan(file)
+            except BagError as error:
+                errors.append(error)
+                size = file.stat().st_size if file.is_file() else 0
+                self.losses.append(Loss(file, 0, size, str(error)))
+                continue
+            self._scans.append(scan)
+            self.losses.extend(scan.losses)
+            self._collect(scan)
+        if errors and not self._scans:
+            raise errors[0]
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """Earliest and latest log time in nanoseconds, or None without messages."""
+        blocks = [block for scan in self._scans for block in scan.blocks]
+        if not blocks:
+            return None
+        return min(block.start for block in blocks), max(block.end for block in blocks)
+
+    @property
+    def metadata_text(self) -> str | None:
+        """The last metadata record of the files, or None without one."""
+        texts = [scan.metadata for scan in self._scans if scan.metadata is not None]
+        return texts[-1] if texts else None
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Read messages in the order of their log times.
+
+        Args:
+            topics: Names of the topics wanted.
+
+        Yields:
+            Messages; those of equal log time in the order they were written.
+
+        Raises:
+            BagError: A file has changed since it was opened.
+        """
+        pending = [
+            (block.start, number, scan, block)
+            for number, (scan, block) in enumerate(self._blocks(topics))
+        ]
+        # Blocks by start; a block is read only once the merge has come to its start.
+        pending.sort(key=lambda item: item[:2], reverse=True)
+        heap: list[tuple[int, int, int, Message, Iterator[tuple[int, int, int, Message]]]] = []
+        while heap or pending:
+            if pending and (not heap or pending[-1][0] <= heap[0][0]):
+                _, number, scan, block = pending.pop()
+                entries = iter(self._sorted(scan, block, number, topics))
+            else:
+                *_, message, entries = heapq.heappop(heap)
+                yield message
+            if (entry := next(entries, None)) is not None:
+                heapq.heappush(heap, (*entry, entries))
+
+    def _blocks(self, topics: Collection[str]) -> Iterator[tuple[McapScan, Block]]:
+        for scan in self._scans:
+            wanted = {i for i, channel in scan.channels.items() if channel.topic in topics}
+            for block in scan.blocks:
+                if not wanted.isdisjoint(block.counts):
+                    yield scan, block
+
+    def _sorted(
+        self, scan: McapScan, block: Block, number: int, topics: Collection[str]
+    ) -> list[tuple[int, int, int, Message]]:
+        labels = {
+            i: (channel.topic, _type_name(scan, channel))
+            for i, channel in scan.channels.items()
+            if channel.topic in topics
+        }
+        found = enumerate(scan.messages(block, labels))
+        return sorted(
+            (log_time, number, position, Message(*labels[channel], log_time, publish_time, data))
+            for position, (channel, log_time, publish_time, data) in found
+        )
+
+    def _collect(self, scan: McapScan) -> None:
+        for channel in scan.channels.values():
+            count = sum(block.counts[channel.id] for block in scan.blocks)
+            info = _topic_info(scan, channel)
+            info = self.topics.setdefault(channel.topic, info)
+            self.topics[channel.topic] = replace(info, message_count=info.message_count + count)
+        self.definitions.extend(_definition(schema) for schema in scan.schemas.values())
+
+
+def _type_name(scan: McapScan, channel: Channel) -> str:
+    schema = scan.schemas.get(channel.schema_id)
+    return schema.name if schema else ''
+
+
+def _topic_info(scan: McapScan, channel: Channel) -> TopicInfo:
+    return TopicInfo(
+        name=channel.topic,
+        type=_type_name(scan, channel),
+        serialization_format=channel.message_encoding,
+        offered_qos_profiles=_profiles(channel.metadata.get('offered_qos_profiles', '')),
+        type_description_hash=channel.metadata.get('topic_type_hash', ''),
+    )
+
+
+def _profiles(text: str) -> tuple[QosProfile, ...]:
+    try:
+        return parse_profiles(text)
+    except BagError:
+        return ()  # what was offered is no reason to refuse the messages
+
+
+def _definition(schema: Schema) -> Definition:
+    return Definition(schema.name, schema.data.decode(errors='replace'), schema.encoding)

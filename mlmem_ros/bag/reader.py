@@ -1,0 +1,169 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading a bag, whoever recorded it and however the recording ended."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from .contents import Loss, Message
+from .definitions import Codec, Definition, codec_of
+from .errors import BagError, storage_errors
+from .mcap_source import McapSource
+from .metadata import FILE_NAME, BagMetadata, TopicInfo, parse_metadata, read_metadata
+from .rosbags_source import RosbagsSource
+from .source import Source
+
+
+class BagReader:
+    """Reads a bag directory, a single ``.mcap`` file or a single ``.db3`` file.
+
+    Opening the bag reads all of it once, a few chunks at a time; from then on `topics` and
+    `losses` are exact. What cannot be read is left out and told in `losses`.
+    """
+
+    def __init__(self, path: str | PathLike[str]) -> None:
+        """Open a bag.
+
+        Args:
+            path: The bag.
+
+        Raises:
+            BagError: There is no bag at the path or nothing of it can be read.
+        """
+        self.path = Path(path)
+        with storage_errors(f'read {self.path}'):
+            if not self.path.exists():
+                raise BagError(f'{self.path} must be a bag directory or file; it does not exist.')
+            directory = self.path.is_dir()
+        self._losses: list[Loss] = []
+        metadata = self._read_metadata() if directory else None
+        with storage_errors(f'read {self.path}'):
+            files = self._listed(metadata) or self._found() if directory else [self.path]
+        self._source = self._open(files, metadata)
+        if metadata is None:
+            metadata = _parsed(self._source.metadata_text)
+        self.metadata = metadata
+        """What the recorder wrote last about the bag; None when it wrote nothing."""
+
+    def __iter__(self) -> Iterator[Message]:
+        return self.messages()
+
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """The topics by name, with the number of messages that can be read."""
+        return self._source.topics
+
+    @property
+    def losses(self) -> tuple[Loss, ...]:
+        """What cannot be read; empty for a whole bag."""
+        return (*self._losses, *self._source.losses)
+
+    @property
+    def message_count(self) -> int:
+        """Messages that can be read."""
+        return sum(info.message_count for info in self.topics.values())
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """Earliest and latest log time in nanoseconds, or None without messages."""
+        return self._source.span
+
+    @property
+    def custom_data(self) -> Mapping[str, str]:
+        """What the recording application wrote beside the messages."""
+        return self.metadata.custom_data if self.metadata else {}
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+        """Read messages in the order of their log times, across all files.
+
+        Args:
+            topics: Names of the topics wanted; all by default. One the bag does not have is
+                simply not found.
+
+        Yields:
+            Messages; those of equal log time in the order they were written.
+
+        Raises:
+            BagError: The bag has changed since it was opened.
+        """
+        return self._source.messages(self.topics if topics is None else set(topics))
+
+    def definition(self, type_name: str) -> Definition:
+        """Give the definition of a type as the bag holds it.
+
+        Args:
+            type_name: Name of the type.
+
+        Returns:
+            The definition; without text and encoding if the bag holds none.
+        """
+        found = (item for item in self._source.definitions if item.type == type_name)
+        definition = next(found, Definition(type_name, '', ''))
+        hashes = (item for item in self.topics.values() if item.type == type_name)
+        digest = next((item.type_description_hash for item in hashes), '')
+        return Definition(type_name, definition.text, definition.encoding, digest)
+
+    def deserialize(self, message: Message) -> Any:
+        """Decode a message by the definitions the bag holds, else by those of Jazzy.
+
+        Args:
+            message: A message of this bag.
+
+        Returns:
+            An object with the fields as attributes; arrays of numbers are numpy arrays.
+
+        Raises:
+            BagError: The type is not known or the bytes are not a message of it.
+        """
+        return self._codec.deserialize(message.cdr, message.type)
+
+    @cached_property
+    def _codec(self) -> Codec:
+        types = {info.type for info in self.topics.values()}
+        return codec_of(self.definition(type_name) for type_name in sorted(types))
+
+    def _read_metadata(self) -> BagMetadata | None:
+        try:
+            return read_metadata(self.path)
+        except BagError as error:
+            file = self.path / FILE_NAME
+            size = file.stat().st_size if file.is_file() else 0
+            self._losses.append(Loss(file, 0, size, str(error)))
+            return None
+
+    def _listed(self, metadata: BagMetadata | None) -> list[Path]:
+        # rosbag2 before version 4 wrote the name of the directory too.
+        names = metadata.relative_file_paths if metadata else ()
+        return [self.path / Path(name).name for name in names]
+
+    def _found(self) -> list[Path]:
+        for suffix in ('.mcap', '.db3'):
+            files = [file for file in self.path.iterdir() if file.suffix == suffix]
+            if files:
+                return sorted(files, key=_natural_order)
+        raise BagError(f'{self.path} must be a bag; it has no {FILE_NAME}, .mcap or .db3 file.')
+
+    def _open(self, files: list[Path], metadata: BagMetadata | None) -> Source:
+        if metadata is not None and metadata.compression_mode.lower() not in {'', 'none'}:
+            return RosbagsSource([self.path])
+        if files[0].suffix == '.db3':
+            return RosbagsSource(files)
+        return McapSource(files)
+
+
+def _parsed(text: str | None) -> BagMetadata | None:
+    try:
+        return None if text is None else parse_metadata(text)
+    except BagError:
+        return None  # a copy for readers without metadata.yaml; the messages do not need it
+
+
+def _natural_order(path: Path) -> list[str | int]:
+    # NAME_10 comes after NAME_9.
+    return [int(part) if part.isdigit() else part for part in re.split('([0-9]+)', path.name)]

@@ -1,0 +1,217 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recording from a real-time loop: the loop hands over and goes on, a thread writes."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from .definitions import jazzy
+from .errors import BagError
+from .writer import BagWriter
+
+DROPPED_KEY = 'dropped_messages'
+"""Key of the custom data that tells how many messages are missing; absent when none is."""
+
+_COUNT_TYPE = 'std_msgs/msg/UInt64'
+_POLL_INTERVAL = 0.02  # seconds; a poll wakes no one, where a signal would cost the loop
+
+
+class _Item(NamedTuple):
+    topic: str
+    cdr: bytes
+    log_time: int
+    publish_time: int | None
+
+
+@dataclass(frozen=True)
+class RecorderStatus:
+    """How a recording stands.
+
+    Attributes:
+        path: The bag.
+        state: ``recording``, ``failed`` or ``closed``.
+        messages: Messages written, the counts of dropped ones included.
+        size: Bytes written.
+        files: Files begun.
+        queued: Messages that wait to be written.
+        dropped: Messages refused because too many waited.
+        error: Why the recording failed.
+    """
+
+    path: Path
+    state: str
+    messages: int
+    size: int
+    files: int
+    queued: int
+    dropped: int
+    error: BagError | None
+
+
+class Recorder:
+    """Puts a bounded queue and a thread between a producer and a `BagWriter`.
+
+    When the disk cannot follow and the queue is full, messages are dropped and counted. The
+    running count goes into the bag, as a message on `dropped_topic` each time it has grown and
+    as custom data, so that no gap is silent.
+    """
+
+    def __init__(
+        self,
+        writer: BagWriter,
+        *,
+        dropped_topic: str,
+        max_queued: int = 10_000,
+        max_queued_bytes: int = 64 * 2**20,
+        on_error: Callable[[BagError], None] | None = None,
+    ) -> None:
+        """Start recording.
+
+        Args:
+            writer: An open bag with its topics added. It belongs to the recorder from now on.
+            dropped_topic: Name of the topic (std_msgs/msg/UInt64) of the count of dropped
+                messages.
+            max_queued: Most messages that may wait.
+            max_queued_bytes: Most bytes that may wait; a larger message still fits alone.
+            on_error: Called once, from the recorder's thread, if the recording fails.
+
+        Raises:
+            BagError: The dropped topic cannot be added.
+        """
+        self._writer = writer
+        self._dropped_topic = dropped_topic
+        self._max_queued = max_queued
+        self._max_queued_bytes = max_queued_bytes
+        self._on_error = on_error
+        self._lock = threading.Lock()  # held for a few instructions, never while writing
+        self._queue: list[_Item] = []
+        self._queued_bytes = 0
+        self._dropped = 0
+        self._last_dropped_time = 0
+        self._accepting = True
+        self._recorded_dropped = 0
+        self._messages = 0
+        self._size = 0
+        self._files = 0
+        self._error: BagError | None = None
+        self._stop = threading.Event()
+        writer.add_topic(dropped_topic, _COUNT_TYPE)
+        self._thread = threading.Thread(target=self._run, name='mlmem-recorder', daemon=True)
+        self._thread.start()
+
+    def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
+        """Hand over a message; cheap, waits for nothing, raises nothing. Any thread may call.
+
+        Args:
+            topic: Name of a topic of the bag.
+            cdr: The encoded message.
+            log_time: When it was received, in nanoseconds.
+            publish_time: When it was sent, in nanoseconds; by default the log time.
+
+        Returns:
+            Whether the message was taken. It is not when the queue is full, which is counted,
+            or when the recording has failed or was closed.
+        """
+        try:
+            size = len(cdr)
+        except TypeError:
+            size = 0  # no bytes: the writer will say so, where it disturbs no loop
+        with self._lock:
+            if not self._accepting:
+                return False
+            full = self._queued_bytes + size > self._max_queued_bytes and self._queue
+            if full or len(self._queue) >= self._max_queued:
+                self._dropped += 1
+                self._last_dropped_time = log_time
+                return False
+            self._queue.append(_Item(topic, cdr, log_time, publish_time))
+            self._queued_bytes += size
+            return True
+
+    @property
+    def status(self) -> RecorderStatus:
+        """How the recording stands."""
+        if self._error is not None:
+            state = 'failed'
+        else:
+            state = 'recording' if self._thread.is_alive() else 'closed'
+        return RecorderStatus(
+            path=self._writer.path,
+            state=state,
+            messages=self._messages,
+            size=self._size,
+            files=self._files,
+            queued=len(self._queue),
+            dropped=self._dropped,
+            error=self._error,
+        )
+
+    def close(self, timeout: float | None = None) -> RecorderStatus:
+        """Take no more messages, write those that wait, and finish the bag.
+
+        Args:
+            timeout: Longest time to wait in seconds; None waits as long as it takes.
+
+        Returns:
+            The final status. Its state is still ``recording`` if the time was too short.
+        """
+        with self._lock:
+            self._accepting = False
+        self._stop.set()
+        self._thread.join(timeout)
+        return self.status
+
+    def _run(self) -> None:
+        try:
+            stopping = False
+            while not stopping:
+                stopping = self._stop.wait(_POLL_INTERVAL)
+                items, dropped, dropped_time = self._take()
+                for item in items:
+                    self._writer.write(*item)
+                # What was dropped came after all that fitted into the queue.
+                self._record_dropped(dropped, dropped_time)
+                self._writer.sync_if_due()
+                self._observe()
+            self._writer.close()
+            self._observe()
+        except BagError as error:
+            self._fail(error)
+        except Exception as error:  # a defect of ours must end the recording, not the robot
+            self._fail(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
+
+    def _take(self) -> tuple[list[_Item], int, int]:
+        with self._lock:
+            items, self._queue = self._queue, []
+            self._queued_bytes = 0
+            return items, self._dropped, self._last_dropped_time
+
+    def _record_dropped(self, dropped: int, log_time: int) -> None:
+        if dropped == self._recorded_dropped:
+            return
+        self._recorded_dropped = dropped
+        self._writer.custom_data[DROPPED_KEY] = str(dropped)
+        count = jazzy().message(_COUNT_TYPE, data=dropped)
+        self._writer.write(self._dropped_topic, jazzy().serialize(count), log_time)
+
+    def _observe(self) -> None:
+        self._messages = self._writer.message_count
+        self._size = self._writer.size
+        self._files = self._writer.file_count
+
+    def _fail(self, error: BagError) -> None:
+        self._error = error
+        with self._lock:
+            self._accepting = False
+            self._queue = []
+        with suppress(BagError):
+            # Finishes the bag after an unsuitable message; does nothing if the storage failed.
+            self._writer.close()
+        if self._on_error is not None:
+            self._on_error(error)

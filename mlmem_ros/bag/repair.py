@@ -1,0 +1,64 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Making a whole bag from what can be read of a damaged one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+from .contents import Loss
+from .errors import BagError
+from .reader import BagReader
+from .writer import BagWriter
+
+
+@dataclass(frozen=True)
+class RepairReport:
+    """What a repair did.
+
+    Attributes:
+        source: The damaged bag, unchanged.
+        destination: The new bag.
+        messages: Messages the new bag holds.
+        losses: What could not be read of the damaged one.
+    """
+
+    source: Path
+    destination: Path
+    messages: int
+    losses: tuple[Loss, ...]
+
+
+def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> RepairReport:
+    """Copy all that can be read of a bag into a new one.
+
+    Messages, times, definitions, QoS and custom data are kept; the new bag has one file.
+
+    Args:
+        source: The bag; it is only read.
+        destination: Directory of the new bag; must not exist.
+
+    Returns:
+        What was saved and what was not.
+
+    Raises:
+        BagError: Nothing can be read, or the destination exists or cannot be written.
+    """
+    reader = BagReader(source)
+    if not reader.message_count:
+        reasons = '; '.join(map(str, reader.losses)) or 'it is empty'
+        raise BagError(f'{source} must hold a message that can be read; {reasons}.')
+    with BagWriter(destination, custom_data=reader.custom_data) as writer:
+        for info in reader.topics.values():
+            writer.add_topic(
+                info.name,
+                info.type,
+                info.offered_qos_profiles,
+                definition=reader.definition(info.type),
+                serialization_format=info.serialization_format,
+            )
+        for message in reader:
+            writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
+    return RepairReport(reader.path, writer.path, writer.message_count, reader.losses)

@@ -1,0 +1,311 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Writing a bag directory that rosbag2, Foxglove, PlotJuggler and rosbags open."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from operator import index
+from os import PathLike
+from pathlib import Path
+
+from .definitions import Definition, jazzy
+from .durable import sync_directory
+from .errors import BagError, storage_errors
+from .ledger import Ledger
+from .mcap_chunk import check_compression
+from .mcap_file import McapFile
+from .metadata import BagMetadata, TopicInfo
+from .qos import RELIABLE, QosProfile, dump_profiles
+
+_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage demands
+_LATEST_TIME = 2**63 - 1
+
+
+@dataclass
+class _Channel:
+    info: TopicInfo
+    definition: Definition
+    latch: bool
+    id: int = 0  # in the file being written
+    last: tuple[bytes, int] | None = None  # if latched: data, publish time
+
+
+class BagWriter:
+    """Writes one bag: ``NAME/metadata.yaml``, ``NAME/NAME_0.mcap``, ``NAME/NAME_1.mcap`` ...
+
+    All that was synced survives the death of the program or the machine, and
+    ``metadata.yaml`` always agrees with the last sync. After an error of the storage the
+    writer is of no more use: every call but `close` raises that error again.
+
+    To be used by one thread at a time; `Recorder` gives it a thread of its own.
+    """
+
+    def __init__(
+        self,
+        path: str | PathLike[str],
+        *,
+        max_bytes: int = 0,
+        max_duration: float = 0.0,
+        sync_interval: float = 1.0,
+        compression: str = 'zstd',
+        custom_data: Mapping[str, str] | None = None,
+    ) -> None:
+        """Create the bag.
+
+        Args:
+            path: Directory of the bag; must not exist. Missing parents are made.
+            max_bytes: Begin a new file once the current one has this size; 0 never does. A
+                file exceeds it by less than one message and its summary.
+            max_duration: Begin a new file once the current one spans this many seconds of
+                log time; 0 never does.
+            sync_interval: Longest time in seconds, while messages arrive, until they are safe
+                on the disk; ``math.inf`` leaves it to `sync` and `close`.
+            compression: Compression of the chunks, ``'zstd'`` or ``'none'``.
+            custom_data: What ``metadata.yaml`` holds for the application.
+
+        Raises:
+            BagError: An argument is out of range, the path exists or cannot be created.
+        """
+        if max_bytes and max_bytes < _SMALLEST_SPLIT:
+            raise BagError(f'max_bytes must be 0 or at least {_SMALLEST_SPLIT}; got {max_bytes}.')
+        if not 0 <= max_duration < math.inf:
+            raise BagError(f'max_duration must be 0 or positive seconds; got {max_duration}.')
+        if not sync_interval >= 0:
+            raise BagError(f'sync_interval must be 0 or positive seconds; got {sync_interval}.')
+        check_compression(compression)
+        self.path = Path(path).absolute()
+        self.custom_data = dict(custom_data or {})
+        """Goes into ``metadata.yaml`` with the next sync, split or close; may be changed."""
+        self._max_bytes = max_bytes
+        self._max_duration = round(max_duration * 1e9)
+        self._sync_interval = sync_interval
+        self._compression = compression
+        self._channels: dict[str, _Channel] = {}
+        self._ledger = Ledger(self.path.name)
+        self._closed_bytes = 0
+        self._error: BagError | None = None
+        self._closed = False
+        self._metadata()  # refuses unsuitable custom data before anything is created
+        self._create_directory()
+        self._open_file()
+        self._last_sync = time.monotonic()
+        self._unsynced = False
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def message_count(self) -> int:
+        """Messages written so far, those repeated at splits included."""
+        return self._ledger.message_count
+
+    @property
+    def size(self) -> int:
+        """Bytes written so far."""
+        return self._closed_bytes + self._file.size
+
+    @property
+    def file_count(self) -> int:
+        """Files begun so far."""
+        return self._ledger.file_count
+
+    def add_topic(
+        self,
+        name: str,
+        type_name: str,
+        qos: Sequence[QosProfile] = (RELIABLE,),
+        *,
+        latch: bool = False,
+        definition: Definition | None = None,
+        serialization_format: str = 'cdr',
+    ) -> None:
+        """Declare a topic; needed once before its first message.
+
+        With `latch`, the topic's last message is repeated as the first in every new file, so
+        that each file of a split bag can be understood alone. A repetition is a message like
+        any other: it is counted, and ``ros2 bag play`` publishes it. Its log time is that of
+        the split, its publish time the original one, by which a reader knows it.
+
+        Args:
+            name: Full name of the topic.
+            type_name: Name of its type, such as ``std_msgs/msg/Float64``.
+            qos: The offered QoS of each of its publishers.
+            latch: Repeat the last message in every new file.
+            definition: The type's definition; that of Jazzy by default.
+            serialization_format: Encoding of the messages.
+
+        Raises:
+            BagError: The topic is there already, the type is not known, the bag is closed, or the
+                storage refuses.
+        """
+        self._require_open()
+        if name in self._channels:
+            raise BagError(f'Topic {name} must be added once; it is in {self.path} already.')
+        definition = definition or jazzy().definition(type_name)
+        info = TopicInfo(name, type_name, serialization_format, tuple(qos), definition.hash)
+        channel = _Channel(info, definition, latch)
+        with self._storage():
+            self._declare(channel)
+        self._channels[name] = channel
+        self._ledger.add_topic(info)
+
+    def write(
+        self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None
+    ) -> None:
+        """Write a message.
+
+        Args:
+            topic: Name of a topic that was added.
+            cdr: The encoded message.
+            log_time: When it was received, in nanoseconds.
+            publish_time: When it was sent, in nanoseconds; by default the log time.
+
+        Raises:
+            BagError: The topic was not added, the message is no bytes, a time is out of range,
+                the bag is closed, or the storage refuses.
+        """
+        self._require_open()
+        channel = self._channels.get(topic)
+        if channel is None:
+            raise BagError(f'Topic {topic!r} must be added to {self.path} before its messages.')
+        if not isinstance(cdr, (bytes, bytearray, memoryview)):
+            raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
+        log_time = _nanoseconds(log_time)
+        publish_time = log_time if publish_time is None else _nanoseconds(publish_time)
+        with self._storage():
+            if self._split_is_due(log_time):
+                self._split(log_time)
+            self._put(channel, cdr, log_time, publish_time)
+        self.sync_if_due()
+
+    def sync(self) -> None:
+        """Make all messages written so far safe on the disk and renew ``metadata.yaml``.
+
+        Raises:
+            BagError: The storage refuses, or the bag was removed, or it is closed.
+        """
+        self._require_open()
+        if self._unsynced:
+            with self._storage():
+                self._file.sync()
+                self._metadata().write(self.path)
+        self._last_sync = time.monotonic()
+        self._unsynced = False
+
+    def sync_if_due(self) -> None:
+        """Sync when the sync interval has passed; `write` does it by itself.
+
+        Raises:
+            BagError: As for `sync`.
+        """
+        if time.monotonic() - self._last_sync >= self._sync_interval:
+            self.sync()
+
+    def close(self) -> None:
+        """Finish the bag. Closing again, or after an error of the storage, does nothing.
+
+        Raises:
+            BagError: The storage refuses; what was synced before stays readable.
+        """
+        if self._closed:
+            return
+        try:
+            if self._error is None:
+                with self._storage():
+                    self._close_file()
+                    self._metadata().write(self.path)
+        finally:
+            self._closed = True
+
+    def _require_open(self) -> None:
+        if self._error is not None:
+            raise self._error
+        if self._closed:
+            raise BagError(f'{self.path} must be open to be written; it was closed.')
+
+    @contextmanager
+    def _storage(self) -> Iterator[None]:
+        try:
+            yield
+        except BagError as error:
+            self._error = error
+            self._file.abandon()
+            raise
+
+    def _create_directory(self) -> None:
+        with storage_errors(f'create {self.path}'):
+            try:
+                self.path.mkdir(parents=True)
+            except FileExistsError as error:
+                raise BagError(
+                    f'{self.path} exists already and a bag is never overwritten; '
+                    'choose another path.'
+                ) from error
+            sync_directory(self.path.parent)
+
+    def _open_file(self) -> None:
+        self._file = McapFile(self.path / self._ledger.add_file(), self._compression)
+        metadata = self._metadata()
+        self._file.write_metadata(metadata.record_text())
+        for channel in self._channels.values():
+            self._declare(channel)
+        metadata.write(self.path)
+
+    def _close_file(self) -> None:
+        self._file.write_metadata(self._metadata().record_text())
+        self._file.close()
+
+    def _declare(self, channel: _Channel) -> None:
+        info = channel.info
+        channel.id = self._file.add_channel(
+            info.name,
+            channel.definition,
+            info.serialization_format,
+            {
+                'offered_qos_profiles': dump_profiles(info.offered_qos_profiles),
+                'topic_type_hash': info.type_description_hash,
+            },
+        )
+
+    def _put(self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int) -> None:
+        self._file.write(channel.id, cdr, log_time, publish_time)
+        self._ledger.add_message(channel.info.name, log_time)
+        if channel.latch:
+            channel.last = cdr, publish_time
+        self._unsynced = True
+
+    def _split_is_due(self, log_time: int) -> bool:
+        if not self._ledger.file_message_count:
+            return False
+        too_big = 0 < self._max_bytes <= self._file.size
+        too_long = 0 < self._max_duration < log_time - self._ledger.file_start
+        return too_big or too_long
+
+    def _split(self, log_time: int) -> None:
+        self._close_file()
+        self._closed_bytes += self._file.size
+        self._open_file()
+        for channel in self._channels.values():
+            if channel.last is not None:
+                cdr, publish_time = channel.last
+                self._put(channel, cdr, log_time, publish_time)
+
+    def _metadata(self) -> BagMetadata:
+        return self._ledger.metadata(self.custom_data)
+
+
+def _nanoseconds(time: int) -> int:
+    try:
+        if 0 <= index(time) <= _LATEST_TIME:
+            return index(time)
+    except TypeError:
+        pass
+    raise BagError(f'A time must be an integer from 0 to 2**63 - 1 ns; got {time!r}.')

@@ -1,0 +1,45 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A small bag and its messages, for every test that needs one."""
+
+import pytest
+
+from mlmem_ros.bag import LATCHED, SENSOR_DATA, BagWriter, Message, jazzy
+
+LEVEL = '/mlmem/level', 'std_msgs/msg/Int16'
+RANGE = '/mlmem/range', 'std_msgs/msg/Float64'
+PROBE = '/mlmem/probe', 'std_msgs/msg/Empty'
+
+
+def cdr(type_name, **values):
+    return jazzy().serialize(jazzy().message(type_name, **values))
+
+
+@pytest.fixture
+def messages():
+    """Thirty messages on three topics, 0.1 s apart, sent 1 us before they were received."""
+    start, step = 1_700_000_000_000_000_000, 100_000_000
+    made = []
+    for i in range(10):
+        times = [start + (3 * i + j) * step for j in range(3)]
+        made.append(Message(*LEVEL, times[0], times[0] - 1000, cdr(LEVEL[1], data=i - 2)))
+        made.append(Message(*RANGE, times[1], times[1] - 1000, cdr(RANGE[1], data=i / 8)))
+        made.append(Message(*PROBE, times[2], times[2] - 1000, cdr(PROBE[1])))
+    return made
+
+
+@pytest.fixture
+def record(tmp_path, messages):
+    """Record the thirty messages into `tmp_path / 'bag'`; options go to the writer."""
+
+    def record(name='bag', latch=False, **options):
+        options.setdefault('sync_interval', float('inf'))
+        with BagWriter(tmp_path / name, **options) as writer:
+            writer.add_topic(*LEVEL, (LATCHED,), latch=latch)
+            writer.add_topic(*RANGE, (SENSOR_DATA,))
+            writer.add_topic(*PROBE)
+            for message in messages:
+                writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
+        return tmp_path / name
+
+    return record

@@ -1,0 +1,152 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Damage to an MCAP file costs what is damaged and no more."""
+
+from contextlib import nullcontext
+from itertools import pairwise
+
+import pytest
+from mcap.writer import CompressionType, Writer
+
+from mlmem_ros.bag import BagError, BagWriter, jazzy
+from mlmem_ros.bag.mcap_scan import McapScan
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """A file of five chunks of one message each, and where the chunks lie."""
+    with BagWriter(tmp_path / 'bag', sync_interval=0, compression='none') as writer:
+        writer.add_topic('/n', 'std_msgs/msg/UInt8')
+        for i in range(5):
+            writer.write('/n', count(i), i)
+    path = tmp_path / 'bag/bag_0.mcap'
+    return path, McapScan(path).blocks
+
+
+def count(i):
+    return jazzy().serialize(jazzy().message('std_msgs/msg/UInt8', data=i))
+
+
+def found(scan):
+    return [
+        data[4] for block in scan.blocks for *_, data in scan.messages(block, set(scan.channels))
+    ]
+
+
+def test_a_whole_file_has_no_losses(whole):
+    path, _ = whole
+    assert found(McapScan(path)) == [0, 1, 2, 3, 4]
+    assert McapScan(path).losses == []
+
+
+def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole, tmp_path):
+    path, blocks = whole
+    content = path.read_bytes()
+    ends = [block.offset + block.size for block in blocks]
+    cut = tmp_path / 'cut.mcap'
+    for size in range(len(content)):
+        cut.write_bytes(content[:size])
+        scan = McapScan(cut)
+        assert found(scan) == [i for i, end in enumerate(ends) if end <= size]
+        assert scan.losses, 'a file that was not closed must not pass as whole'
+        assert all(loss.offset + loss.size <= size for loss in scan.losses)
+
+
+def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole, tmp_path):
+    path, _ = whole
+    content = path.read_bytes()
+    bad = tmp_path / 'bad.mcap'
+    for offset in range(len(content)):
+        bad.write_bytes(content[:offset] + bytes([content[offset] ^ 0x55]) + content[offset + 1 :])
+        # Only the magic, the first eight bytes, decides whether it is an MCAP file at all.
+        with pytest.raises(BagError) if offset < 8 else nullcontext():
+            assert set(found(McapScan(bad))) <= {0, 1, 2, 3, 4}
+
+
+def test_a_damaged_chunk_costs_its_own_messages(whole):
+    path, blocks = whole
+    content = bytearray(path.read_bytes())
+    content[blocks[2].offset + blocks[2].size - 1] ^= 0xFF
+    path.write_bytes(content)
+    scan = McapScan(path)
+    assert found(scan) == [0, 1, 3, 4]
+    (loss,) = scan.losses
+    assert (loss.offset, loss.size) == (blocks[2].offset, blocks[2].size)
+    assert 'crc validation failed' in loss.reason
+
+
+def test_after_a_wrong_length_the_next_chunk_is_found(whole):
+    path, blocks = whole
+    content = bytearray(path.read_bytes())
+    content[blocks[1].offset + 1 : blocks[1].offset + 9] = b'\xff' * 8
+    path.write_bytes(content)
+    scan = McapScan(path)
+    assert found(scan) == [0, 2, 3, 4]
+    (loss,) = scan.losses
+    assert (loss.offset, loss.offset + loss.size) == (blocks[1].offset, blocks[2].offset)
+
+
+def test_zeros_at_the_end_are_told(whole):
+    # What some file systems leave after a power cut.
+    path, blocks = whole
+    content = path.read_bytes()
+    path.write_bytes(content[: blocks[3].offset] + bytes(4096))
+    scan = McapScan(path)
+    assert found(scan) == [0, 1, 2]
+    assert scan.losses[0].size == 4096
+    assert 'zeros' in scan.losses[0].reason
+
+
+def test_a_cut_summary_costs_no_message(whole):
+    path, _ = whole
+    path.write_bytes(path.read_bytes()[:-20])
+    scan = McapScan(path)
+    assert found(scan) == [0, 1, 2, 3, 4]
+    assert scan.losses[0].reason.endswith('all messages come before')
+
+
+@pytest.mark.parametrize('compression', list(CompressionType))
+@pytest.mark.parametrize('chunked', [True, False])
+def test_files_of_other_writers_are_read(tmp_path, compression, chunked):
+    # Such as rosbag2's presets: no chunks ("fastwrite"), lz4, zstd, CRC or not.
+    path = tmp_path / 'other.mcap'
+    writer = Writer(
+        str(path),
+        chunk_size=100,
+        compression=compression,
+        use_chunking=chunked,
+        enable_crcs=False,
+    )
+    writer.start()
+    schema = writer.register_schema('std_msgs/msg/UInt8', 'ros2msg', b'uint8 data')
+    channel = writer.register_channel('/n', 'cdr', schema)
+    for i in range(10):
+        writer.add_message(channel, i, count(i), i)
+    writer.finish()
+    scan = McapScan(path)
+    assert found(scan) == list(range(10))
+    assert scan.losses == []
+    assert all(a.offset + a.size <= b.offset for a, b in pairwise(scan.blocks))
+
+
+def test_messages_whose_channel_is_lost_are_told(tmp_path):
+    # mcap's writer puts channels into the first chunk. Killed, it leaves no summary to help.
+    path = tmp_path / 'other.mcap'
+    with path.open('wb') as stream:
+        writer = Writer(stream, chunk_size=50, compression=CompressionType.NONE)
+        writer.start()
+        channel = writer.register_channel('/n', 'cdr', 0)
+        for i in range(4):
+            writer.add_message(channel, i, bytes(100), i)
+    content = bytearray(path.read_bytes())
+    content[McapScan(path).blocks[0].offset + 60] ^= 0xFF
+    path.write_bytes(content)
+    scan = McapScan(path)
+    reasons = [loss.reason for loss in scan.losses]
+    assert reasons.count('1 messages are of channels whose definition is lost') == 3
+
+
+def test_what_is_no_mcap_file_is_refused(tmp_path):
+    (tmp_path / 'a.mcap').write_bytes(b'SQLite format 3\0')
+    with pytest.raises(BagError, match=r'a\.mcap must be an MCAP file; it begins with'):
+        McapScan(tmp_path / 'a.mcap')

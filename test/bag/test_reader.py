@@ -1,0 +1,203 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Bags are read whoever recorded them and however the recording ended."""
+
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mlmem_ros.bag import SENSOR_DATA, BagError, BagReader, BagWriter, Definition, Message, jazzy
+
+FLOAT = 'std_msgs/msg/Float64'
+
+
+@pytest.fixture
+def record_by_rosbags(tmp_path):
+    """Record ten numbers, 1 ns apart, with the writer of rosbags."""
+
+    def record(storage, compression=CompressionMode.NONE):
+        store = get_typestore(Stores.ROS2_JAZZY)
+        writer = Writer(tmp_path / 'other', version=9, storage_plugin=storage)
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+        with writer:
+            connection = writer.add_connection('/x', FLOAT, typestore=store)
+            for i in range(10):
+                message = store.types[FLOAT](data=i / 4)
+                writer.write(connection, i, store.serialize_cdr(message, FLOAT))
+        return tmp_path / 'other'
+
+    return record
+
+
+def values(reader):
+    return [reader.deserialize(message).data for message in reader]
+
+
+def test_messages_come_back_in_order(record, messages):
+    reader = BagReader(record())
+    assert list(reader) == messages
+    assert reader.message_count == 30
+    assert reader.span == (messages[0].log_time, messages[-1].log_time)
+    assert reader.losses == ()
+
+
+def test_topics_tell_type_qos_and_hash(record):
+    topic = BagReader(record()).topics['/mlmem/range']
+    assert topic.type == FLOAT
+    assert topic.offered_qos_profiles == (SENSOR_DATA,)
+    assert topic.type_description_hash == jazzy().definition(FLOAT).hash
+    assert topic.message_count == 10
+
+
+def test_some_topics_can_be_read_alone(record, messages):
+    reader = BagReader(record())
+    wanted = ['/mlmem/probe', '/not/there']
+    assert list(reader.messages(wanted)) == [m for m in messages if m.topic == wanted[0]]
+
+
+def test_messages_are_decoded(record):
+    reader = BagReader(record())
+    levels = [reader.deserialize(m).data for m in reader.messages(['/mlmem/level'])]
+    assert levels == [*range(-2, 8)]
+
+
+def test_order_is_that_of_log_time_across_chunks_and_files(tmp_path):
+    # Written out of order, in chunks of one message, into files of a few.
+    times = np.random.default_rng(3).permutation(100)
+    with BagWriter(tmp_path / 'bag', sync_interval=0, max_bytes=4096) as writer:
+        writer.add_topic('/n', 'std_msgs/msg/UInt8')
+        for time in times:
+            writer.write('/n', bytes([0, 1, 0, 0, time]), time)
+    reader = BagReader(tmp_path / 'bag')
+    assert len(list((tmp_path / 'bag').glob('*.mcap'))) > 2
+    assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in range(100)]
+
+
+def test_equal_times_keep_the_order_of_writing(tmp_path):
+    with BagWriter(tmp_path / 'bag', sync_interval=0, max_bytes=4096) as writer:
+        writer.add_topic('/n', 'std_msgs/msg/UInt8')
+        for i in range(50):
+            writer.write('/n', bytes([0, 1, 0, 0, i]), 7)
+    assert [m.cdr[4] for m in BagReader(tmp_path / 'bag')] == [*range(50)]
+
+
+def test_a_single_file_is_a_bag(record, messages):
+    reader = BagReader(record(custom_data={'seed': '42'}) / 'bag_0.mcap')
+    assert list(reader) == messages
+    assert reader.custom_data == {'seed': '42'}  # from the record inside the file
+
+
+def test_a_bag_without_metadata_is_read_in_the_order_of_its_files(record, messages):
+    # 'ros2 bag record' writes metadata.yaml last; killed, it leaves none.
+    path = record(max_duration=0.2)
+    (path / 'metadata.yaml').unlink()
+    assert (path / 'bag_9.mcap').exists()
+    assert list(BagReader(path)) == messages
+
+
+def test_damaged_metadata_is_told_and_not_needed(record, messages):
+    path = record()
+    (path / 'metadata.yaml').write_text('rosbag2_bagfile_inf')
+    reader = BagReader(path)
+    assert list(reader) == messages
+    assert reader.losses[0].file == path / 'metadata.yaml'
+    assert reader.metadata.message_count == 30  # from the record inside the file
+
+
+@pytest.fixture
+def cut_bag(tmp_path):
+    """A bag of one message whose metadata.yaml is cut off."""
+
+    def cut(size):
+        with BagWriter(tmp_path / 'bag') as writer:
+            writer.add_topic('/n', 'std_msgs/msg/UInt8')
+            writer.write('/n', b'\0\1\0\0\7', 1)
+        metadata = tmp_path / 'bag/metadata.yaml'
+        metadata.write_bytes(metadata.read_bytes()[:size])
+        return tmp_path / 'bag'
+
+    return cut
+
+
+@pytest.mark.parametrize('size', range(0, 900, 7))
+def test_metadata_cut_anywhere_never_hides_the_messages(cut_bag, size):
+    reader = BagReader(cut_bag(size))
+    assert [m.log_time for m in reader] == [1]
+
+
+def test_a_missing_file_is_told(record, messages):
+    path = record(max_duration=1.0)
+    (path / 'bag_1.mcap').unlink()
+    reader = BagReader(path)
+    assert list(reader) == messages[:11] + messages[22:]
+    (loss,) = reader.losses
+    assert loss.file == path / 'bag_1.mcap'
+    assert 'No such file' in loss.reason
+
+
+def test_a_foreign_file_among_others_is_told(record, messages):
+    path = record(max_duration=1.0)
+    (path / 'bag_1.mcap').write_bytes(b'something else')
+    reader = BagReader(path)
+    assert list(reader) == messages[:11] + messages[22:]
+    assert reader.losses[0].size == len(b'something else')
+
+
+@pytest.mark.parametrize('storage', list(StoragePlugin))
+def test_bags_of_rosbags_are_read(record_by_rosbags, storage):
+    reader = BagReader(record_by_rosbags(storage))
+    assert values(reader) == [i / 4 for i in range(10)]
+    assert [m.log_time for m in reader] == [*range(10)]
+    assert reader.topics['/x'].message_count == 10
+    assert reader.metadata.storage_identifier == storage.name.lower()
+    assert reader.losses == ()
+
+
+@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_compressed_bags_are_read(record_by_rosbags, mode):
+    reader = BagReader(record_by_rosbags(StoragePlugin.SQLITE3, mode))
+    assert values(reader) == [i / 4 for i in range(10)]
+
+
+def test_an_sqlite_bag_without_metadata_is_read(record_by_rosbags):
+    path = record_by_rosbags(StoragePlugin.SQLITE3)
+    (path / 'metadata.yaml').unlink()
+    assert values(BagReader(path)) == [i / 4 for i in range(10)]
+    assert values(BagReader(path / 'other.db3')) == [i / 4 for i in range(10)]
+
+
+def test_a_cut_sqlite_bag_is_refused_or_its_losses_are_told(record_by_rosbags):
+    path = record_by_rosbags(StoragePlugin.SQLITE3)
+    content = (path / 'other.db3').read_bytes()
+    for size in range(0, len(content), 4000):
+        (path / 'other.db3').write_bytes(content[:size])
+        with suppress(BagError):
+            assert BagReader(path).losses
+
+
+def test_definitions_in_the_bag_have_precedence(tmp_path):
+    mine = Definition('std_msgs/msg/Float64', 'float64 data\nuint8 quality\n')
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/x', FLOAT, definition=mine)
+        writer.write('/x', bytes([0, 1, 0, 0]) + bytes(8) + bytes([9]), 0)
+    reader = BagReader(tmp_path / 'bag')
+    assert reader.deserialize(next(iter(reader))).quality == 9
+
+
+def test_bytes_that_are_no_message_are_told(record):
+    reader = BagReader(record())
+    with pytest.raises(BagError, match='The 5 bytes must be CDR of a std_msgs/msg/Float64'):
+        reader.deserialize(Message('/mlmem/range', FLOAT, 0, 0, b'\0\1\0\0\7'))
+
+
+def test_where_there_is_no_bag_it_says_so(tmp_path):
+    with pytest.raises(BagError, match='does not exist'):
+        BagReader(tmp_path / 'none')
+    with pytest.raises(BagError, match=r'has no metadata\.yaml, \.mcap or \.db3 file'):
+        BagReader(tmp_path)
+    (tmp_path / 'text').write_text('hello')
+    with pytest.raises(BagError, match='must be an MCAP file'):
+        BagReader(tmp_path / 'text')

@@ -1,0 +1,165 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The recorder loses nothing silently and never disturbs its producer."""
+
+import shutil
+import threading
+import time
+
+import pytest
+
+from mlmem_ros.bag import DROPPED_KEY, BagError, BagReader, BagWriter, Recorder, jazzy
+
+DROPPED = '/mlmem/dropped'
+
+
+def level(i):
+    return jazzy().serialize(jazzy().message('std_msgs/msg/Int16', data=i % 1000))
+
+
+@pytest.fixture
+def make(tmp_path):
+    """Start a recorder of one topic; it is closed after the test."""
+    recorders = []
+
+    def make(sync_interval=0.0, **options):
+        writer = BagWriter(tmp_path / 'bag', sync_interval=sync_interval)
+        writer.add_topic('/level', 'std_msgs/msg/Int16')
+        recorders.append(Recorder(writer, dropped_topic=DROPPED, **options))
+        return recorders[-1]
+
+    yield make
+    for recorder in recorders:
+        recorder.close(5)
+
+
+def hold(recorder, monkeypatch):
+    """Let the disk stall: the first write waits until the returned event is set."""
+    released, stalled = threading.Event(), threading.Event()
+    write = recorder._writer.write
+
+    def slow(*args):
+        stalled.set()
+        released.wait(5)
+        write(*args)
+
+    monkeypatch.setattr(recorder._writer, 'write', slow)
+    recorder.put('/level', level(0), 0)
+    assert stalled.wait(5)
+    return released
+
+
+def wait_for(condition):
+    deadline = time.monotonic() + 5
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def test_all_that_was_put_is_in_the_bag(make):
+    recorder = make()
+    assert all(recorder.put('/level', level(i), i, i + 5) for i in range(1000))
+    status = recorder.close(5)
+    assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
+    assert status.error is None
+    reader = BagReader(status.path)
+    assert [(m.log_time, m.publish_time, m.cdr) for m in reader] == [
+        (i, i + 5, level(i)) for i in range(1000)
+    ]
+    assert reader.topics[DROPPED].message_count == 0  # stands there, and says: nothing dropped
+    assert DROPPED_KEY not in reader.custom_data
+
+
+def test_several_threads_may_put(make):
+    recorder = make()
+    threads = [
+        threading.Thread(target=lambda: [recorder.put('/level', level(i), i) for i in range(200)])
+        for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert recorder.close(5).messages == 800
+
+
+def test_an_idle_recording_is_synced(make):
+    recorder = make(sync_interval=0.05)
+    recorder.put('/level', level(1), 1)
+    wait_for(lambda: [m.cdr for m in BagReader(recorder.status.path)] == [level(1)])
+    assert recorder.status.state == 'recording'
+
+
+def test_overflow_is_counted_and_recorded(make, monkeypatch):
+    recorder = make(max_queued=10)
+    released = hold(recorder, monkeypatch)
+    taken = [recorder.put('/level', level(i), i) for i in range(1, 16)]
+    assert taken == [True] * 10 + [False] * 5
+    assert recorder.status.dropped == 5
+    assert recorder.status.queued == 10
+    released.set()
+    assert recorder.close(5).dropped == 5
+    reader = BagReader(recorder.status.path)
+    assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
+    (count,) = reader.messages([DROPPED])
+    assert reader.deserialize(count).data == 5
+    assert count.log_time == 15  # that of the last message that is missing
+    assert reader.custom_data[DROPPED_KEY] == '5'
+
+
+def test_the_queue_is_bounded_in_bytes_too(make, monkeypatch):
+    recorder = make(max_queued_bytes=100)
+    released = hold(recorder, monkeypatch)
+    # 6 bytes each: sixteen fit into 100.
+    assert sum(recorder.put('/level', level(i), i) for i in range(1, 31)) == 16
+    released.set()
+
+
+def test_a_message_larger_than_the_queue_fits_alone(make):
+    recorder = make(max_queued_bytes=1)
+    assert recorder.put('/level', level(1), 1)
+    assert recorder.close(5).messages == 1
+
+
+def test_a_removed_directory_ends_the_recording_with_one_error(make):
+    errors = []
+    recorder = make(on_error=errors.append)
+    recorder.put('/level', level(1), 1)
+    wait_for(lambda: recorder.status.messages == 1)
+    shutil.rmtree(recorder.status.path)
+    recorder.put('/level', level(2), 2)
+    wait_for(lambda: errors)
+    assert recorder.put('/level', level(3), 3) is False
+    status = recorder.close(5)
+    assert (status.state, status.error) == ('failed', errors[0])
+    assert 'deleted while being written' in str(status.error)
+    assert len(errors) == 1
+
+
+@pytest.mark.parametrize('item', [('/none', b'', 0), ('/level', None, 0), ('/level', b'', 'now')])
+def test_put_raises_nothing_whatever_it_is_given(make, item):
+    errors = []
+    recorder = make(on_error=errors.append)
+    recorder.put('/level', level(1), 1)
+    recorder.put(*item)
+    status = recorder.close(5)
+    assert isinstance(status.error, BagError)
+    assert errors == [status.error]
+    reader = BagReader(status.path)  # what came before is whole
+    assert [m.cdr for m in reader] == [level(1)]
+    assert reader.losses == ()
+
+
+def test_a_closed_recorder_takes_nothing(make):
+    recorder = make()
+    recorder.close(5)
+    assert recorder.put('/level', level(1), 1) is False
+    assert recorder.close(5).messages == 0
+
+
+def test_close_waits_no_longer_than_told(make, monkeypatch):
+    recorder = make()
+    released = hold(recorder, monkeypatch)
+    assert recorder.close(timeout=0.05).state == 'recording'
+    released.set()
+    assert recorder.close(5).state == 'closed'

@@ -1,0 +1,227 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A bag directory is written as rosbag2 writes it, and what goes wrong is told once."""
+
+import os
+import resource
+import shutil
+from itertools import pairwise
+
+import pytest
+
+from mlmem_ros.bag import LATCHED, BagError, BagReader, BagWriter, Message, jazzy
+from mlmem_ros.bag.metadata import read_metadata
+
+SECOND = 1_000_000_000
+
+
+def level(i):
+    return jazzy().serialize(jazzy().message('std_msgs/msg/Int16', data=i))
+
+
+@pytest.fixture
+def writer(tmp_path):
+    """A bag with one topic, closed after the test."""
+    with BagWriter(tmp_path / 'bag', sync_interval=float('inf')) as writer:
+        writer.add_topic('/level', 'std_msgs/msg/Int16')
+        yield writer
+
+
+def names(path):
+    return sorted(file.name for file in path.iterdir())
+
+
+def test_files_are_named_as_by_rosbag2(record):
+    assert names(record('session')) == ['metadata.yaml', 'session_0.mcap']
+
+
+def test_metadata_tells_what_is_in_the_bag(record, messages):
+    metadata = read_metadata(record(custom_data={'seed': '42'}))
+    assert metadata.message_count == 30
+    assert metadata.starting_time == messages[0].log_time
+    assert metadata.duration == messages[-1].log_time - messages[0].log_time
+    assert metadata.custom_data == {'seed': '42'}
+    assert [(topic.name, topic.message_count) for topic in metadata.topics] == [
+        ('/mlmem/level', 10),
+        ('/mlmem/range', 10),
+        ('/mlmem/probe', 10),
+    ]
+    assert metadata.topics[0].offered_qos_profiles == (LATCHED,)
+    assert metadata.relative_file_paths == ('bag_0.mcap',)
+
+
+def test_metadata_is_there_from_the_start_and_renewed_by_sync(writer):
+    assert read_metadata(writer.path).message_count == 0
+    writer.write('/level', level(1), 5)
+    assert read_metadata(writer.path).message_count == 0
+    writer.custom_data['note'] = 'added later'
+    writer.sync()
+    metadata = read_metadata(writer.path)
+    assert (metadata.message_count, metadata.starting_time) == (1, 5)
+    assert metadata.custom_data == {'note': 'added later'}
+
+
+def test_an_empty_bag_is_a_bag(tmp_path):
+    BagWriter(tmp_path / 'bag').close()
+    assert read_metadata(tmp_path / 'bag').message_count == 0
+    assert list(BagReader(tmp_path / 'bag')) == []
+    assert BagReader(tmp_path / 'bag').losses == ()
+
+
+def test_messages_are_synced_at_the_interval(tmp_path):
+    with BagWriter(tmp_path / 'bag', sync_interval=0) as writer:
+        writer.add_topic('/level', 'std_msgs/msg/Int16')
+        writer.write('/level', level(1), 0)
+        assert [m.cdr for m in BagReader(writer.path)] == [level(1)]
+
+
+def test_publish_time_is_the_log_time_unless_told(writer):
+    writer.write('/level', level(1), 7)
+    writer.write('/level', level(2), 8, 3)
+    writer.close()
+    assert [(m.log_time, m.publish_time) for m in BagReader(writer.path)] == [(7, 7), (8, 3)]
+
+
+def test_a_new_file_begins_when_one_spans_the_duration(record, messages):
+    # 30 messages, 0.1 s apart; a file may span 1 s, hence 11 messages.
+    path = record(max_duration=1.0)
+    assert names(path) == ['bag_0.mcap', 'bag_1.mcap', 'bag_2.mcap', 'metadata.yaml']
+    files = read_metadata(path).files
+    assert [file.message_count for file in files] == [11, 11, 8]
+    assert [file.duration for file in files] == [SECOND, SECOND, 7 * SECOND // 10]
+    assert [file.starting_time for file in files] == [messages[i].log_time for i in (0, 11, 22)]
+    assert list(BagReader(path)) == messages
+
+
+def test_a_new_file_begins_when_one_has_the_size(tmp_path):
+    with BagWriter(tmp_path / 'bag', max_bytes=4096, compression='none') as writer:
+        writer.add_topic('/level', 'std_msgs/msg/Int16')
+        for i in range(300):
+            writer.write('/level', level(i), i)
+    files = sorted(tmp_path.glob('bag/*.mcap'), key=lambda file: file.stat().st_mtime_ns)
+    assert len(files) > 3
+    # Besides its messages a full file holds the last metadata, the summary and an index.
+    assert all(4096 <= file.stat().st_size < 4096 + 8192 for file in files[:-1])
+    assert [m.cdr for m in BagReader(tmp_path / 'bag')] == [level(i) for i in range(300)]
+
+
+def test_a_latched_message_is_repeated_in_every_file(record, messages):
+    path = record(latch=True, max_duration=1.0)
+    for file in sorted(path.glob('*.mcap'))[1:]:
+        first, *_ = BagReader(file)
+        # The repetition keeps its publish time but is logged when the file begins.
+        before = [m for m in messages if m.topic == first.topic and m.log_time < first.log_time]
+        assert (first.cdr, first.publish_time) == (before[-1].cdr, before[-1].publish_time)
+
+
+def test_repetitions_are_counted(record, messages):
+    path = record(latch=True, max_duration=1.0)
+    metadata = read_metadata(path)
+    assert metadata.message_count == 30 + len(metadata.files) - 1
+    assert metadata.topics[0].message_count == 10 + len(metadata.files) - 1
+    assert len(list(BagReader(path))) == metadata.message_count
+
+
+def test_split_files_share_no_time_but_the_border(record):
+    files = read_metadata(record(max_duration=0.5)).files
+    assert all(a.starting_time + a.duration <= b.starting_time for a, b in pairwise(files))
+
+
+def test_an_existing_path_is_never_touched(record, tmp_path):
+    path = record()
+    before = {file: file.read_bytes() for file in path.iterdir()}
+    with pytest.raises(BagError, match='exists already and a bag is never overwritten'):
+        BagWriter(path)
+    assert {file: file.read_bytes() for file in path.iterdir()} == before
+    (tmp_path / 'file').touch()
+    with pytest.raises(BagError, match='exists already'):
+        BagWriter(tmp_path / 'file')
+
+
+@pytest.mark.parametrize(
+    ('options', 'reason'),
+    [
+        ({'max_bytes': 100}, 'max_bytes must be 0 or at least 1024; got 100'),
+        ({'max_duration': -1.0}, 'max_duration must be 0 or positive seconds; got -1.0'),
+        ({'max_duration': float('nan')}, 'max_duration must be'),
+        ({'sync_interval': -1}, 'sync_interval must be 0 or positive seconds; got -1'),
+        ({'compression': 'rar'}, "compression must be one of zstd, none; got 'rar'"),
+        ({'custom_data': {'seed': 42}}, 'custom_data must map strings to strings'),
+    ],
+)
+def test_a_wrong_argument_is_refused_before_anything_is_made(tmp_path, options, reason):
+    with pytest.raises(BagError, match=reason):
+        BagWriter(tmp_path / 'bag', **options)
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_mistakes_of_the_caller_are_told_and_do_no_harm(writer):
+    with pytest.raises(BagError, match='/level must be added once'):
+        writer.add_topic('/level', 'std_msgs/msg/Int16')
+    with pytest.raises(BagError, match="definition of 'no_msgs/msg/No' is not known"):
+        writer.add_topic('/no', 'no_msgs/msg/No')
+    with pytest.raises(BagError, match="'/other' must be added"):
+        writer.write('/other', level(1), 0)
+    with pytest.raises(BagError, match='must be bytes; got str'):
+        writer.write('/level', 'text', 0)
+    for time in (-1, 2**63, 0.5, None):
+        with pytest.raises(BagError, match=r'must be an integer from 0 to 2\*\*63 - 1'):
+            writer.write('/level', level(1), time)
+    writer.write('/level', level(2), 0)
+    writer.close()
+    assert [m.cdr for m in BagReader(writer.path)] == [level(2)]
+
+
+def test_a_closed_bag_takes_no_more(writer):
+    writer.close()
+    writer.close()  # once more does nothing
+    for use in (lambda: writer.write('/level', level(1), 0), writer.sync):
+        with pytest.raises(BagError, match='it was closed'):
+            use()
+
+
+def test_a_removed_directory_is_noticed_by_the_next_sync(writer):
+    writer.write('/level', level(1), 0)
+    writer.sync()
+    shutil.rmtree(writer.path)
+    writer.write('/level', level(2), 1)
+    with pytest.raises(BagError, match='deleted while being written') as first:
+        writer.sync()
+    with pytest.raises(BagError) as second:
+        writer.write('/level', level(3), 2)
+    assert second.value is first.value  # one error, however often it is asked
+    writer.close()  # quiet: the error has been told
+
+
+def test_a_full_disk_leaves_what_was_synced(writer):
+    # A limit on the size of files stands in for the disk: writing fails half way through.
+    writer.add_topic('/noise', 'std_msgs/msg/ByteMultiArray')
+    writer.write('/level', level(1), 0)
+    writer.sync()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (64 * 1024, hard))
+    try:
+        with pytest.raises(BagError, match=r'bag_0\.mcap: File too large'):
+            writer.write('/noise', os.urandom(1 << 20), 1)
+        writer.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    reader = BagReader(writer.path)
+    assert list(reader) == [Message('/level', 'std_msgs/msg/Int16', 0, 0, level(1))]
+    assert 'a chunk record needs' in reader.losses[0].reason
+    assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
+
+
+def test_a_path_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / 'file').touch()
+    with pytest.raises(BagError, match=r'Cannot create .*: Not a directory'):
+        BagWriter(tmp_path / 'file' / 'bag')
+    with pytest.raises(BagError, match=r'Cannot create .*: embedded null byte'):
+        BagWriter(tmp_path / 'a\0b')
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason='root may write anywhere')
+def test_a_missing_permission_is_told(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(BagError, match='Permission denied'):
+        BagWriter(tmp_path / 'bag')

@@ -1,0 +1,45 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The README tells what the code declares."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / 'README.md').read_text(encoding='utf-8')
+
+
+def test_the_table_of_parameters_is_the_declarations():
+    spec = importlib.util.spec_from_file_location('table', ROOT / 'tools/parameter_table.py')
+    assert spec is not None
+    assert spec.loader is not None
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    assert tool.with_table(README) == README, 'run .venv/bin/python tools/parameter_table.py'
+
+
+def test_every_topic_and_service_is_told():
+    pytest.importorskip('rclpy')
+    from mlmem_ros.ros.inlets import Inlets
+    from mlmem_ros.ros.outlets import Outlets
+
+    for name, *_ in (*Inlets.TOPICS, *Outlets.TOPICS):
+        assert f'`{name}`' in README, name
+    for name in ('write', 'read', 'erase', 'calibrate', 'abort', 'pause', 'step'):
+        assert f'`~/{name}`' in README, name
+
+
+def test_every_subcommand_is_told():
+    from mlmem_ros.cli.main import SUBCOMMANDS
+
+    for name in SUBCOMMANDS:
+        assert f'`mlmem {name}' in README, name
+
+
+def test_the_pictures_are_there():
+    import re
+
+    for path in re.findall(r'!\[[^\]]*\]\(([^)]+)\)', README):
+        assert (ROOT / path).is_file(), path
