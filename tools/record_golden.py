@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Record the golden sessions under test/data with a running memory node.
 
-Usage: .venv/bin/python tools/record_golden.py. Renew them only when the format or the device is meant to have changed, and say so.
+Usage: .venv/bin/python tools/record_golden.py. Renew them only when the format or the device
+is meant to have changed, and say so.
 """
 
 import os

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,10 +58,11 @@ class Actuator:
     def check(self, strain: float) -> None:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
-        if not (math.isfinite(strain) and abs(strain) <= limit):
+        number = isinstance(strain, (int, float)) and not isinstance(strain, bool)
+        if not (number and abs(strain) <= limit):  # false for NaN, too
             raise Refused(
                 f'strain must be a finite number from {-limit:g} to {limit:g} '
-                f'(actuator.max_strain); got {strain:g}'
+                f'(actuator.max_strain); got {strain!r}'
             )
 
     def slew_to(self, strain: float) -> None:

@@ -30,6 +30,12 @@ class DelayTable:
             raise SettingsError(
                 f'delays must be finite, one for every level; got {list(self.delays)}'
             )
+        if self.blank is not None and not (
+            np.isfinite(self.blank) and self.blank not in self.delays
+        ):
+            raise SettingsError(
+                f'blank must be a finite delay that no level has, or None; got {self.blank}'
+            )
         steps = np.diff(self.delays)
         if not ((steps > 0).all() or (steps < 0).all()):
             raise SettingsError(
@@ -84,13 +90,11 @@ class DelayTable:
             SettingsError: The data are not such a table.
         """
         try:
-            blank = data['blank']
-            return cls(
-                tuple(float(delay) for delay in data['delays']),
-                None if blank is None else float(blank),
-            )
+            delays = tuple(float(delay) for delay in data['delays'])
+            blank = None if data['blank'] is None else float(data['blank'])
         except (KeyError, TypeError, ValueError) as error:
             raise SettingsError(f'a delay table needs delays and blank; {error!r}') from error
+        return cls(delays, blank)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from ..physics.chain import ACCURATE_STEP
 from . import procedures
 from .actuator import Actuator
 from .calibration import Calibration
-from .commands import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .commands import KINDS, Abort, Calibrate, Command, Erase, Read, SetStrain, Write
 from .echo import Echo
 from .errors import ProcedureFailed, Refused, SettingsError
 from .events import Event, Heard, Outcome
@@ -103,6 +103,8 @@ class MemoryElement:
                 self._run('erase', procedures.erase(self))
             case Calibrate():
                 self._run('calibrate', procedures.calibrate(self))
+            case _:
+                raise Refused(f'command must be one of {", ".join(KINDS)}; got {command!r}')
 
     def _check_level(self, level: int) -> None:
         last = self.design.levels - 1
@@ -162,11 +164,11 @@ class MemoryElement:
         except StopIteration as stop:
             result: Result = stop.value
             self._end(True, '', result.reading, result.attempts)
-        except (ProcedureFailed, Refused) as error:
+        except ProcedureFailed as failure:
             self.transducer.release()
-            if self.actuator.motion.target != 0.0:
+            if run.name != 'read':  # which leaves a strain set by hand where it is
                 self.actuator.slew_to(0.0)
-            self._end(False, str(error), self.reading, 1)
+            self._end(False, str(failure), self.reading, failure.attempts)
 
     def _end(self, success: bool, error: str, reading: Reading | None, attempts: int) -> None:
         assert self._running is not None

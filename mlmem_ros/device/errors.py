@@ -12,4 +12,12 @@ class Refused(Exception):
 
 
 class ProcedureFailed(Exception):
-    """A procedure that ran and did not reach its aim; the message says what was seen."""
+    """A procedure that ran and did not reach its aim; the message says what was seen.
+
+    Attributes:
+        attempts: Tries it took.
+    """
+
+    def __init__(self, message: str, attempts: int = 1) -> None:
+        super().__init__(message)
+        self.attempts = attempts

@@ -69,3 +69,4 @@ def _delay(twin: MemoryElement, v: np.ndarray, end: str) -> float | None:
         for event in twin.advance():
             if isinstance(event, Heard):
                 return event.echo.delay
+            raise SettingsError(f'the ideal element cannot be probed: {event.error}')

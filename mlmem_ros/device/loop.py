@@ -15,6 +15,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import Any
 
 from .commands import Abort, Calibrate, Command, Erase, Read, Write
 from .element import MemoryElement
@@ -108,7 +109,7 @@ class Loop:
             self._changed.notify_all()
         if self._thread.is_alive():
             self._thread.join()
-        self._refuse_all(Refused('the device is shut down'))
+        self._refuse_all()
 
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick.
@@ -118,9 +119,12 @@ class Loop:
             once it is taken, the exception `Refused` where it is not.
         """
         answer: Future[Outcome | None] = Future()
-        self._inbox.append((command, answer))
-        if self._stopping or self.failure:
-            self._refuse_all(Refused(f'the device has stopped: {self.failure or "shut down"}'))
+        with self._changed:
+            stopped = self._stopped()
+            if not stopped:
+                self._inbox.append((command, answer))
+        if stopped:
+            answer.set_exception(stopped)
         return answer
 
     @property
@@ -141,15 +145,23 @@ class Loop:
             The number of ticks done, once it is.
 
         Raises:
-            Refused: Time is running.
+            Refused: Time is running, or the loop has ended.
         """
         done: Future[int] = Future()
         with self._changed:
+            if stopped := self._stopped():
+                raise stopped
             if not self._paused:
                 raise Refused('step works only while paused; pause first')
             self._single_ticks.append(done)
             self._changed.notify_all()
         return done
+
+    def _stopped(self) -> Refused | None:
+        """Return the refusal of all that comes after the end of the loop."""
+        if self.failure:
+            return Refused(f'the device has stopped: {self.failure}')
+        return Refused('the device is shut down') if self._stopping else None
 
     # --- in the loop's thread ------------------------------------------------------------
 
@@ -157,17 +169,19 @@ class Loop:
         next_due = time.monotonic()
         while (due := self._wait(next_due)) is not None:
             begun = time.monotonic()
+            single = bool(self._single_ticks)  # asked for before this tick began
             try:
                 commands = self._take_commands()
                 events = self.element.advance()
                 self._answer(events)
                 self._listener(commands, events)
-                if self._paused and self._single_ticks:
-                    self._single_ticks.popleft().set_result(self.element.ticks)
             except Exception as failure:  # anything: a device that failed must say so, and stop
-                self.failure = failure
-                self._refuse_all(Refused(f'the device has stopped: {failure}'))
+                with self._changed:
+                    self.failure = failure
+                self._refuse_all()
                 return
+            if single and (done := self._single_ticks.popleft()).set_running_or_notify_cancel():
+                done.set_result(self.element.ticks)
             now = time.monotonic()
             self.statistics.count(max(0.0, begun - due), now - begun)
             next_due = due + self._period
@@ -178,26 +192,31 @@ class Loop:
 
     def _wait(self, due: float) -> float | None:
         """Wait for the next tick; return when it was due, or None when the loop shall end."""
-        if not self._paused and (delay := due - time.monotonic()) > 0.0:
-            time.sleep(delay)
-        if self._paused:
-            with self._changed:
+        with self._changed:
+            if not self._paused and (delay := due - time.monotonic()) > 0.0:
+                self._changed.wait_for(lambda: self._stopping or self._paused, delay)
+            if self._paused:
                 self._changed.wait_for(
                     lambda: self._stopping or not self._paused or bool(self._single_ticks)
                 )
-            due = time.monotonic()
-        return None if self._stopping else due
+                due = time.monotonic()
+            return None if self._stopping else due
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
         while self._inbox:
             command, answer = self._inbox.popleft()
+            if not answer.set_running_or_notify_cancel():
+                continue  # who asked has given up before it was taken
             try:
                 self.element.apply(command)
             except Refused as refusal:
                 self.statistics.refused += 1
                 answer.set_exception(refusal)
                 continue
+            except Exception as failure:
+                answer.set_exception(failure)
+                raise
             taken.append((self.element.ticks, command))
             if isinstance(command, Write | Read | Erase | Calibrate | Abort):
                 self._answers.append(answer)
@@ -210,10 +229,15 @@ class Loop:
             if isinstance(event, Outcome):
                 self._answers.popleft().set_result(event)
 
-    def _refuse_all(self, refusal: Refused) -> None:
-        while self._inbox:
-            self._inbox.popleft()[1].set_exception(refusal)
+    def _refuse_all(self) -> None:
+        """Refuse who still waits; nobody can join any more."""
+        refusal = self._stopped() or Refused('the device has stopped')
         while self._answers:
             self._answers.popleft().set_exception(refusal)
-        while self._single_ticks:
-            self._single_ticks.popleft().set_exception(refusal)
+        waiting: list[Future[Any]] = [answer for _, answer in self._inbox]
+        waiting += self._single_ticks
+        self._inbox.clear()
+        self._single_ticks.clear()
+        for answer in waiting:
+            if answer.set_running_or_notify_cancel():
+                answer.set_exception(refusal)

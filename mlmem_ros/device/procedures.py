@@ -80,21 +80,24 @@ def launch(
 
 
 def quiet(element: MemoryElement, end: str) -> Procedure[None]:
-    """Wait until an end is quiet enough for its echo detector.
+    """Wait until the strain stands still and an end is quiet enough for its echo detector.
 
     Raises:
         ProcedureFailed: It did not become quiet within `read.patience`.
     """
+    while element.actuator.moving:  # a strain set by hand: the wall may be under way
+        yield
     probe = element.transducer.probes[end]
     limit = element.settings.read.quiet * probe.v_th
-    for _ in range(math.ceil(element.settings.read.patience / element.tick)):
-        if element.transducer.unrest(end) <= limit:
-            return
+    patience = math.ceil(element.settings.read.patience / element.tick)
+    while (unrest := element.transducer.unrest(end)) > limit:
+        if patience == 0:
+            raise ProcedureFailed(
+                f'the {end} end does not come to rest: it moves by {unrest:.2g} '
+                f'and at most {limit:.2g} lets an echo be heard'
+            )
+        patience -= 1
         yield
-    raise ProcedureFailed(
-        f'the {end} end does not come to rest: it moves by '
-        f'{element.transducer.unrest(end):.2g} and at most {limit:.2g} lets an echo be heard'
-    )
 
 
 def listening_time(element: MemoryElement, end: str) -> float:
@@ -132,6 +135,7 @@ def look(element: MemoryElement) -> Procedure[Reading]:
 def slacken(element: MemoryElement) -> Procedure[None]:
     """Bring a strain that was set by hand back to zero, and let the element settle."""
     if element.actuator.strain != 0.0 or element.actuator.moving:
+        element.forget()
         yield from ramp(element, 0.0, element.settings.write.release)
         yield from wait(element, element.settings.write.settle)
 
@@ -164,13 +168,17 @@ def write(element: MemoryElement, level: int) -> Procedure[Result]:
         reading = yield from look(element)
     seen = []
     for attempt in range(1, attempts + 1):
-        yield from _toward(element, reading.level, level)
-        reading = yield from look(element)
+        try:
+            yield from _toward(element, reading.level, level)
+            reading = yield from look(element)
+        except ProcedureFailed as failure:
+            raise ProcedureFailed(str(failure), attempt) from failure
         if reading.level == level:
             return Result(reading, attempt)
         seen.append(describe_level(reading.level))
     raise ProcedureFailed(
-        f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}'
+        f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}',
+        attempts,
     )
 
 
@@ -227,9 +235,13 @@ def erase(element: MemoryElement) -> Procedure[Result]:
 def calibrate(element: MemoryElement) -> Procedure[Result]:
     """Learn the delay of every level from both ends, then restore the content.
 
+    Every new delay has to be nearest to that of its own level in the present calibration: a
+    step that failed would give a table whose levels are all one off.
+
     Raises:
-        ProcedureFailed: The delays do not tell the levels apart, or the content could not be
-            restored; the old calibration is kept in the first case.
+        ProcedureFailed: The wall did not follow or the delays do not tell the levels apart
+            (the old calibration is kept, the content is not), or the content could not be
+            restored.
     """
     yield from slacken(element)
     content = yield from look(element)
@@ -241,6 +253,12 @@ def calibrate(element: MemoryElement) -> Procedure[Result]:
             reading = yield from probe(element, end)
             if reading.delay is None:
                 raise ProcedureFailed(f'level {level} gives no echo at the {end} end')
+            nearest, _ = element.calibration.table(end).nearest(reading.delay)
+            if nearest != level:
+                raise ProcedureFailed(
+                    f'the calibration was not taken: on the way to level {level} the {end} end '
+                    f'hears {describe_level(nearest)}, at {reading.delay:.2f}'
+                )
             known.append(reading.delay)
     blank = result.reading.delay if result.reading else None
     try:
@@ -257,6 +275,8 @@ def calibrate(element: MemoryElement) -> Procedure[Result]:
 def abort(element: MemoryElement) -> Procedure[Result]:
     """Bring the strain to zero at the greatest rate."""
     element.transducer.release()
+    if element.actuator.strain != 0.0:
+        element.forget()
     element.actuator.slew_to(0.0)
     while element.actuator.moving:
         yield
