@@ -14,7 +14,7 @@ EXTRAS = {
     'bag': ['mcap>=1.1', 'rosbags>=0.10', 'pyyaml>=6.0'],
     'plot': ['matplotlib>=3.6'],
     'cli': ['rich>=13.0'],
-    'test': ['pytest>=7.4', 'pytest-timeout>=2.1', 'hypothesis>=6.98', 'scipy>=1.11'],
+    'test': ['pytest>=7.4', 'pytest-timeout>=2.1', 'hypothesis>=6.98', 'scipy>=1.11', 'mpmath>=1.3'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }
 

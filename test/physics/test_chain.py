@@ -1,0 +1,510 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The moving chains: against SciPy, against themselves, and against misuse.
+
+=======================  ===========================================================
+run                      must agree with
+=======================  ===========================================================
+ramp + driven end        DOP853 on Eqs. (1a), (1b) as printed; the error falls with dt^2
+V_N = 0, ground state    nothing moves, in whatever phases
+saved and continued      the run that was not interrupted, to the bit
+cut into pieces          the run in one piece, to the bit
+driven end               the prescribed motion, to the bit, then free
+refused input            the state before, to the bit
+=======================  ===========================================================
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import oracle
+import pytest
+
+from mlmem_ros.physics import (
+    CASE_I,
+    CASE_II,
+    Chain,
+    DesignError,
+    Drive,
+    StateError,
+    stable_step,
+    substep_times,
+    walls,
+)
+from mlmem_ros.physics.equilibrium import resting_wall, wall_profile
+from mlmem_ros.physics.kernel import advance_elastic, advance_rigid
+
+SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+
+
+def case_ii(substrate='rigid', **changes):
+    return dataclasses.replace(CASE_II, substrate=substrate, **changes)
+
+
+# --- against SciPy ----------------------------------------------------------------------------
+
+RAMP, RELEASE, END = 30.0, 20.0, 40.0
+
+
+def ramp(t):
+    """Stretch the element by 1.5 lattice constants."""
+    return 1.5 * oracle.smooth(np.asarray(t) / RAMP)
+
+
+def pulse(t):
+    """Return v_1(t), a short burst about s2; it leaves some motion at the release."""
+    return CASE_II.D_s2 + 0.05 * np.exp(-0.5 * ((t - 12.0) / 5.0) ** 2) * np.sin(2.1 * t)
+
+
+def pulse_rate(t):
+    return np.imag(pulse(t + 1e-30j)) / 1e-30
+
+
+def by_dop853(p, start):
+    """Return v, v', and V, V' of an elastic substrate, at END; v_1 is driven until RELEASE."""
+    elastic = p.substrate == 'elastic'
+    rhs = oracle.elastic_rhs if elastic else oracle.rigid_rhs
+    y = np.zeros((4 if elastic else 2) * p.N)
+    y[: p.N] = start
+    y = oracle.solve(rhs(p, ramp, pulse), y, (0.0, RELEASE))
+    y[0], y[p.N] = pulse(RELEASE), pulse_rate(RELEASE)
+    y = oracle.solve(rhs(p, ramp), y, (RELEASE, END))
+    rows = y.reshape(-1, p.N)
+    if elastic:
+        rows[2, -1] = ramp(END)  # prescribed, not solved for
+    return rows
+
+
+def by_chain(p, start, dt):
+    """Return the same by the package."""
+    steps, driven = round(END / dt), 2 * round(RELEASE / dt)
+    chain = Chain(p, dt)
+    chain.place(start)
+    t = substep_times(steps, dt)
+    chain.advance(ramp(t), Drive(1, np.array([pulse(t[:driven]), pulse_rate(t[:driven])])))
+    rows = [chain.v, chain.velocity, chain.V, chain.substrate_velocity]
+    return np.array(rows[: 4 if p.substrate == 'elastic' else 2])
+
+
+@pytest.mark.parametrize(
+    ('substrate', 'N', 'dt', 'errors'),
+    [
+        # The whole element at the step we use: some (omega dt)^2 / 166 of the pulse.
+        ('rigid', 225, 0.25, (2e-3, 3e-3)),
+        # A quarter of it: DOP853 must follow the substrate's omega of 110.
+        ('elastic', 60, 0.025, (2e-5, 4e-5, 1e-4)),
+    ],
+)
+def test_an_element_under_strain_and_pulse_follows_dop853(substrate, N, dt, errors):
+    """The wall at level 0 is loose, and strong damping shows where it acts."""
+    p = case_ii(substrate, N=N, eta=0.05)
+    start = wall_profile(p, 27.3)  # not in balance: it starts with a jerk
+    exact = by_dop853(p, start)
+    coarse, fine, finest = (by_chain(p, start, dt / k) for k in (1, 4, 8))
+    for row, error in enumerate(errors):
+        assert np.abs(coarse - exact)[row].max() < error
+    ratio = np.abs(fine - exact)[:2].max() / np.abs(finest - exact)[:2].max()
+    assert ratio == pytest.approx(4.0, abs=0.1)  # second order
+    extrapolated = (4.0 * finest - fine) / 3.0  # the dt^2 term removed
+    np.testing.assert_allclose(extrapolated[:2], exact[:2], atol=2e-6)
+    if substrate == 'elastic':  # the substrate rings at omega dt = 0.3 even at the finest step
+        np.testing.assert_allclose(extrapolated[2], exact[2], atol=2e-6)
+        np.testing.assert_allclose(extrapolated[3], exact[3], atol=1e-4)
+
+
+def let_go_in_mid_step(substrate, dt):
+    """Return the error of a run whose driven end is let go at p dt of a step."""
+    p = case_ii(substrate, N=30, eta=0.0)
+    steps, driven = round(6.0 / dt), 2 * round(4.0 / dt) + 1
+    t = substep_times(steps, dt)[:driven]
+    release = t[-1]
+    assert release == pytest.approx(4.0 + 0.54 * dt)
+
+    def v_1(t):
+        return p.D_s2 + 0.01 * t * t
+
+    rhs = oracle.elastic_rhs if substrate == 'elastic' else oracle.rigid_rhs
+    y = np.zeros((4 if substrate == 'elastic' else 2) * p.N)
+    y[: p.N] = p.D_s2
+    y = oracle.solve(rhs(p, lambda t: 0.0, v_1), y, (0.0, release))
+    y[0], y[p.N] = v_1(release), 0.02 * release
+    y = oracle.solve(rhs(p, lambda t: 0.0), y, (release, 6.0))
+
+    chain = Chain(p, dt)
+    chain.place(np.full(p.N, p.D_s2))
+    chain.advance(np.zeros(2 * steps), Drive(1, np.array([v_1(t), 0.02 * t])))
+    return np.abs(chain.v - y[: p.N]).max()
+
+
+@SUBSTRATES
+def test_a_chain_let_go_in_mid_step_keeps_the_order(substrate):
+    errors = [let_go_in_mid_step(substrate, dt) for dt in (0.02, 0.01)]
+    assert errors[0] < 1e-5
+    assert errors[1] < errors[0] / 3.0
+
+
+# --- at rest ----------------------------------------------------------------------------------
+
+
+@SUBSTRATES
+@pytest.mark.parametrize('phase', [-2, 0, 1, 2, 3])
+def test_a_blank_chain_holds_still_in_any_phase(substrate, phase):
+    design = case_ii(substrate, phase=phase)
+    chain = Chain(design)
+    chain.rest(2000)
+    np.testing.assert_allclose(chain.v, design.D_s1, atol=1e-12)
+    assert walls(design, chain.configuration) == []
+
+
+@SUBSTRATES
+@pytest.mark.parametrize('phase', [0, 2])
+def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
+    """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
+    design = case_ii(substrate, phase=phase)
+    chain = Chain(design)
+    chain.place(resting_wall(design, 3))
+    before = walls(design, chain.configuration)
+    chain.rest(4000)
+    (wall,) = walls(design, chain.configuration)
+    assert wall.anti_kink
+    assert wall.position == pytest.approx(before[0].position, abs=0.05)  # the substrate's sag
+    # In phase 0 the wall's tail falls off by 5 % per cell only, and the end is 125 cells away.
+    assert chain.v[0] == pytest.approx(design.D_s2, abs=0.02)
+    assert chain.v[-1] == pytest.approx(design.D_s1, abs=0.02)
+
+
+@SUBSTRATES
+def test_a_new_chain(substrate):
+    design = case_ii(substrate)
+    chain = Chain(design)
+    assert chain.time == 0.0
+    assert chain.dt == min(0.25, stable_step(design))
+    np.testing.assert_array_equal(chain.configuration, design.D_s1)
+    np.testing.assert_array_equal(chain.velocity, 0.0)
+    chain.rest(12)
+    assert chain.steps_done == 12
+    assert chain.time == 12 * chain.dt
+
+
+@SUBSTRATES
+def test_a_step_out_of_range_is_refused(substrate):
+    limit = stable_step(case_ii(substrate))
+    Chain(case_ii(substrate), limit)
+    for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
+        with pytest.raises(DesignError, match=rf'^dt must be .* {limit:.5g}.*; got'):
+            Chain(case_ii(substrate), dt)
+
+
+def test_the_substeps_end_at_p_and_at_one():
+    np.testing.assert_allclose(substep_times(3, 0.5), [0.27, 0.5, 0.77, 1.0, 1.27, 1.5])
+    assert substep_times(0, 0.5).shape == (0,)
+
+
+@SUBSTRATES
+def test_a_placed_chain_is_strained_quasi_statically_and_accelerates_by_its_forces(substrate):
+    design = case_ii(substrate, N=60)
+    chain = Chain(design)
+    v = wall_profile(design, 30.7)
+    chain.place(v, V_N=0.8)
+    V = 0.8 * oracle.quasi_static(design)
+    f, F = oracle.forces(design, v, V)
+    np.testing.assert_array_equal(chain.v, v)
+    np.testing.assert_allclose(chain.V, V, atol=1e-13)
+    np.testing.assert_allclose(chain.configuration, v - V, atol=1e-13)
+    assert chain.V_N == 0.8
+    state = chain.state()
+    np.testing.assert_allclose(state[2], f, atol=1e-12)
+    if substrate == 'elastic':
+        np.testing.assert_allclose(state[5, 1:-1], F[1:-1], atol=1e-9)  # 3000 times a rounding
+
+
+# --- to the bit -------------------------------------------------------------------------------
+
+
+def eventful(design, steps, dt):
+    """Return a run with everything in it: strain, a driven end, and its release in mid-step."""
+    t = substep_times(steps, dt)
+    V_N = 0.02 * design.N * np.sin(2.0 * np.pi * t / t[-1])
+    driven = t[: 2 * steps // 3 | 1]
+    motion = np.array([design.D_s2 + 0.1 * np.sin(2.1 * driven), 0.21 * np.cos(2.1 * driven)])
+    return V_N, motion
+
+
+def moved(substrate, site=1, pieces=(400,)):
+    """Return a chain after that run, cut into pieces of so many steps, and its recorded ends."""
+    design = case_ii(substrate, N=61)
+    chain = Chain(design)
+    chain.place(resting_wall(design, 1))
+    V_N, motion = eventful(design, sum(pieces), chain.dt)
+    ends, done = [], 0
+    for steps in pieces:
+        rest = motion[:, done : done + 2 * steps]
+        drive = Drive(site, rest) if rest.shape[1] else None
+        ends.append(chain.advance(V_N[done : done + 2 * steps], drive))
+        done += 2 * steps
+    return chain, np.hstack(ends)
+
+
+@SUBSTRATES
+@pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
+@pytest.mark.parametrize(
+    'pieces',
+    [(1,) * 400, (1, 0, 132, 1, 1, 65, 200), (133, 267), (134, 266), (399, 1)],
+    ids=lambda pieces: f'{len(pieces)} pieces, first {pieces[0]}',
+)
+def test_a_run_cut_into_pieces_is_the_same_to_the_bit(substrate, site, pieces):
+    assert sum(pieces) == 400
+    whole, whole_ends = moved(substrate, site)
+    cut, cut_ends = moved(substrate, site, pieces)
+    np.testing.assert_array_equal(cut.state(), whole.state())
+    np.testing.assert_array_equal(cut_ends, whole_ends)
+    assert (cut.V_N, cut.steps_done) == (whole.V_N, whole.steps_done)
+
+
+@SUBSTRATES
+def test_two_runs_are_the_same_to_the_bit(substrate):
+    (first, ends), (second, again) = moved(substrate), moved(substrate)
+    np.testing.assert_array_equal(first.state(), second.state())
+    np.testing.assert_array_equal(ends, again)
+
+
+@SUBSTRATES
+def test_a_restored_chain_goes_on_to_the_bit(substrate):
+    chain, _ = moved(substrate)
+    saved, V_N, steps = chain.state(), chain.V_N, chain.steps_done
+    later = np.linspace(V_N, 0.0, 600)
+    ends = chain.advance(later)
+    goal = chain.state()
+    assert np.abs(goal - saved).max() > 1e-3  # it did move on
+
+    for successor in (chain, Chain(chain.design, chain.dt)):  # itself, and one made anew
+        successor.restore(saved, V_N=V_N, steps_done=steps)
+        np.testing.assert_array_equal(successor.state(), saved)
+        np.testing.assert_array_equal(successor.advance(later), ends)
+        np.testing.assert_array_equal(successor.state(), goal)
+        assert successor.steps_done == steps + 300
+        assert successor.V_N == 0.0
+
+
+@SUBSTRATES
+def test_a_saved_state_is_a_copy(substrate):
+    chain, _ = moved(substrate)
+    saved = chain.state()
+    kept = saved.copy()
+    chain.rest(10)
+    np.testing.assert_array_equal(saved, kept)
+    chain.restore(saved, V_N=0.0, steps_done=0)
+    chain.rest(10)
+    np.testing.assert_array_equal(saved, kept)
+
+
+@SUBSTRATES
+def test_no_steps_do_nothing(substrate):
+    chain, _ = moved(substrate)
+    before, V_N = chain.state(), chain.V_N
+    assert chain.advance(np.empty(0)).shape == (2, 0)
+    assert chain.advance(np.empty(0), Drive(1, np.empty((2, 0)))).shape == (2, 0)
+    np.testing.assert_array_equal(chain.state(), before)
+    assert chain.V_N == V_N
+
+
+@pytest.mark.parametrize('loop', [advance_rigid, advance_elastic], ids=['rigid', 'elastic'])
+def test_slices_lists_and_whole_numbers_compile_nothing_new(loop):
+    """A tick loop must not stop for the compiler because a slice is not contiguous."""
+    substrate = 'rigid' if loop is advance_rigid else 'elastic'
+    chain, _ = moved(substrate)
+    known = len(loop.signatures)
+    chain.advance(np.zeros(40)[::2])
+    chain.advance(np.zeros(20, dtype=int), Drive(1, np.zeros((2, 50))[:, ::5]))
+    frozen = np.zeros((2, 10))
+    frozen.flags.writeable = False
+    chain.advance(np.zeros(20), Drive(1, frozen))
+    assert len(loop.signatures) == known
+
+
+# --- the driven end ---------------------------------------------------------------------------
+
+
+@SUBSTRATES
+@pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
+def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site):
+    design = case_ii(substrate, N=61)
+    chain = Chain(design)
+    chain.place(resting_wall(design, 1))
+    home = chain.end(site)
+    t = substep_times(100, chain.dt)
+    motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])
+    ends = chain.advance(np.zeros(200), Drive(site, motion))
+    driven, other = (ends[0], ends[1]) if site == 1 else (ends[1], ends[0])
+    np.testing.assert_array_equal(driven, motion[0, 1::2])  # at whole steps
+    assert chain.end(site) == motion[0, -1]
+    assert chain.velocity[site - 1] == motion[1, -1]
+    if substrate == 'rigid':  # 25 time units: the wave has not crossed the chain yet
+        assert np.abs(other - other[0]).max() < 1e-5
+
+    free = chain.rest(2)[0 if site == 1 else 1]
+    # Let go, it coasts on: at first by its velocity, with a force of at most 0.1 (k + 1).
+    coasting = motion[0, -1] + motion[1, -1] * chain.dt * np.array([1.0, 2.0])
+    np.testing.assert_allclose(free, coasting, atol=0.5 * 0.2 * (2.0 * chain.dt) ** 2)
+    assert np.all(free != motion[0, -1])
+
+
+@SUBSTRATES
+@pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
+@pytest.mark.parametrize('driven', [1, 2, 3, 4])
+def test_a_driven_end_flies_on_at_the_velocity_it_was_given(substrate, site, driven):
+    """It is held still, told to have velocity 1 at last, and let go at the end of any sub-step."""
+    design = case_ii(substrate, N=61)
+    chain = Chain(design, dt=1e-3)
+    home = chain.end(site)
+    motion = np.array([np.full(driven, home), np.zeros(driven)])
+    motion[1, -1] = 1.0
+    chain.advance(np.zeros(2 * 5), Drive(site, motion))
+    flight = 5 * chain.dt - substep_times(5, chain.dt)[driven - 1]
+    # Springs and damping take (k + eta) times flight off it, 1 % at most.
+    assert chain.end(site) - home == pytest.approx(flight, rel=0.01)
+    assert chain.velocity[site - 1] == pytest.approx(1.0, rel=0.01)
+
+
+@SUBSTRATES
+def test_a_driven_end_pulls_its_neighbour_from_the_first_sub_step(substrate):
+    """A jump of v_1 by 1 accelerates v_2 by 1: after one step v_2 has moved by dt^2 / 2."""
+    design = case_ii(substrate, N=61)
+    chain = Chain(design, dt=1e-3)
+    v = chain.v.copy()
+    chain.advance(np.zeros(2), Drive(1, np.full((2, 2), [[design.D_s1 + 1.0], [0.0]])))
+    dt, p = chain.dt, 0.54
+    # In sub-step 1 v_2 is predicted before it is pulled; the rest is (1 - p^2) of dt^2 / 2
+    # with the corrected velocity, p (1 - p) dt^2 / 2, and the pull, (1 - p)^2 dt^2 / 2.
+    moved = 0.5 * (p * (1.0 - p) + (1.0 - p) ** 2) * dt**2
+    assert chain.v[1] - v[1] == pytest.approx(moved, rel=1e-4)
+    np.testing.assert_allclose(chain.v[3:], v[3:], atol=1e-12)
+
+
+# --- refusals ---------------------------------------------------------------------------------
+
+
+def assert_refused(chain, message, action):
+    """Check that an action raises and that nothing at all has changed."""
+    before, V_N, steps = chain.state(), chain.V_N, chain.steps_done
+    with pytest.raises(StateError, match=message):
+        action()
+    np.testing.assert_array_equal(chain.state(), before)
+    assert (chain.V_N, chain.steps_done) == (V_N, steps)
+
+
+@SUBSTRATES
+def test_wrong_states_are_refused_whole(substrate):
+    chain, _ = moved(substrate)
+    rows = 6 if substrate == 'elastic' else 3
+    good = chain.state()
+    for bad_value in (math.nan, math.inf, -math.inf):
+        for row in range(rows):
+            bad = good.copy()
+            bad[row, 17] = bad_value
+            assert_refused(
+                chain, 'must be finite; got', lambda bad=bad: chain.restore(
+                    bad, V_N=0.0, steps_done=0)
+            )
+        bad_v = np.zeros(61)
+        bad_v[60] = bad_value
+        assert_refused(chain, 'must be finite; got', lambda bad_v=bad_v: chain.place(bad_v))
+        assert_refused(
+            chain, 'must be finite; got', lambda x=bad_value: chain.place(np.zeros(61), V_N=x)
+        )
+        assert_refused(
+            chain, 'must be finite; got',
+            lambda x=bad_value: chain.restore(good, V_N=x, steps_done=0),
+        )
+    assert_refused(
+        chain, rf'must have shape \({rows}, 61\); got \({rows}, 60\)',
+        lambda: chain.restore(good[:, 1:], V_N=0.0, steps_done=0),
+    )
+    assert_refused(
+        chain, rf'must have shape \({rows}, 61\); got \({9 - rows}, 61\)',
+        lambda: chain.restore(np.zeros((9 - rows, 61)), V_N=0.0, steps_done=0),
+    )
+    assert_refused(
+        chain, r'v must have shape \(61,\); got \(60,\)', lambda: chain.place(np.zeros(60))
+    )
+
+
+@SUBSTRATES
+@pytest.mark.parametrize(
+    ('V_N', 'drive', 'message'),
+    [
+        (np.zeros(7), None, r'V_N must have shape \(2 steps,\); got \(7,\)'),
+        (np.zeros((2, 4)), None, r'V_N must have shape \(2 steps,\); got \(2, 4\)'),
+        (np.array([0.0, math.nan]), None, 'V_N must be finite'),
+        (np.array([math.inf, 0.0]), None, 'V_N must be finite'),
+        (np.zeros(8), Drive(0, np.zeros((2, 8))), 'site must be 1 or N = 61; got 0'),
+        (np.zeros(8), Drive(30, np.zeros((2, 8))), 'site must be 1 or N = 61; got 30'),
+        (np.zeros(8), Drive(1, np.zeros(8)), r'motion must have shape \(2, m\); got \(8,\)'),
+        (np.zeros(8), Drive(1, np.zeros((3, 8))), r'motion must have shape \(2, m\); got'),
+        (np.zeros(8), Drive(1, np.zeros((2, 9))), 'motion must end with the run.* 8 .*; got 9'),
+        (np.zeros(8), Drive(1, np.full((2, 8), math.nan)), 'motion must be finite'),
+    ],
+)
+def test_wrong_inputs_are_refused_whole(substrate, V_N, drive, message):
+    chain, _ = moved(substrate)
+    assert_refused(chain, message, lambda: chain.advance(V_N, drive))
+
+
+@pytest.mark.parametrize(
+    ('substrate', 'row'),
+    [
+        ('rigid', 'v'),
+        ('rigid', 'velocity'),
+        ('elastic', 'v'),
+        ('elastic', 'velocity'),
+        ('elastic', 'V'),
+        ('elastic', 'substrate_velocity'),
+    ],
+)
+def test_a_chain_that_stops_being_finite_says_so(substrate, row):
+    """A NaN is never integrated in silence, wherever it comes from."""
+    chain, _ = moved(substrate)
+    getattr(chain, row)[30] = math.nan
+    with pytest.raises(StateError, match='stopped being finite before step 401'):
+        chain.rest(1)
+
+
+@SUBSTRATES
+def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
+    """A blow-up passes from row to row of the state; it must be seen wherever it has got to."""
+    chain, _ = moved(substrate)
+    good, seen = chain.state(), set()
+    for row in range(0, len(good), 3):
+        for exponent in range(0, 300, 2):
+            bad = good.copy()
+            bad[row + 1, 30] = 10.0**exponent  # a velocity
+            chain.restore(bad, V_N=chain.V_N, steps_done=0)
+            try:
+                chain.rest(1)
+            except StateError:
+                seen.add('lost')
+            else:
+                seen.add('finite')
+                assert np.isfinite(chain.state()).all(), (row, exponent)
+    assert seen == {'lost', 'finite'}
+
+
+def test_a_lost_chain_can_be_restored():
+    chain, _ = moved('rigid')
+    saved = chain.state()
+    chain.velocity[30] = 1e200
+    with pytest.raises(StateError, match='stopped being finite'):
+        chain.rest(100)
+    chain.restore(saved, V_N=0.0, steps_done=0)
+    chain.rest(100)
+    assert np.isfinite(chain.state()).all()
+
+
+def test_case_i_runs_too():
+    """The element of Fig. 2: its wall at the defect in the middle, j = 100."""
+    chain = Chain(CASE_I)
+    chain.place(resting_wall(CASE_I, 0))
+    chain.rest(4000)
+    (wall,) = walls(CASE_I, chain.configuration)
+    assert wall.position == pytest.approx(100.0, abs=1.0)

@@ -1,0 +1,239 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design: Table I as one value.
+
+====================  ==============================================================
+quantity              must agree with
+====================  ==============================================================
+alpha                 its definition, site by site; soft exactly at the defects
+s                     Eq. (2) as printed; least at j_0 (mod J_s), 3 : 1
+strain_shape          the balance of the bare substrate's springs (linear solve)
+levels, bits, codes   the paper's count of the Case II element: 8 levels, 3 bits
+a wrong design        one message: symbol, what it must be, what it is
+====================  ==============================================================
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import oracle
+import pytest
+
+from mlmem_ros.physics import CASE_I, CASE_II, PRESETS, Design, DesignError, preset
+
+EVERY_PRESET = pytest.mark.parametrize('design', PRESETS.values(), ids=PRESETS)
+
+
+def changed(**changes):
+    return dataclasses.replace(CASE_II, **changes)
+
+
+def test_table_i():
+    common = {'a': 0.2582, 'b': 0.0172, 'c': 7.4489}
+    case_i = {'gamma': -2.5e-4, 'beta': -0.2, 'J': 100, 'J_s': 200, 'j_0': 81, 'd': 0.0061}
+    case_ii = {'gamma': -1.3333e-4, 'beta': -0.05, 'J': 25, 'J_s': 50, 'j_0': 17, 'd': 0.0380}
+    for design, row in ((CASE_I, case_i | common), (CASE_II, case_ii | common)):
+        for symbol, value in row.items():
+            assert getattr(design, symbol) == pytest.approx(value, rel=3e-5), symbol
+        assert design.eta == 1 / 250
+        assert design.s_max == 3.0 * design.s_min
+    assert (CASE_I.N, CASE_II.N) == (200, 225)
+
+
+def test_a_preset_is_found_by_name():
+    assert preset('case_2') is CASE_II
+    with pytest.raises(DesignError, match="must be one of case_1, case_2; got 'case_3'"):
+        preset('case_3')
+
+
+# --- derived arrays ---------------------------------------------------------------------------
+
+
+@EVERY_PRESET
+def test_alpha_is_its_definition(design):
+    np.testing.assert_allclose(design.alpha, oracle.alpha(design), rtol=1e-15)
+
+
+def test_alpha_in_numbers():
+    """Site 1, the first defect with its neighbours, and the last site, which is a defect too."""
+    g = 4e-4 / 3
+    np.testing.assert_allclose(
+        CASE_II.alpha[[0, 23, 24, 25, 224]],
+        [1 - g, 1 - 24 * g, 0.95 * (1 - 25 * g), 1 - 26 * g, 0.95 * (1 - 225 * g)],
+        rtol=1e-15,
+    )
+
+
+@EVERY_PRESET
+def test_the_substrate_stiffness_is_eq_2(design):
+    np.testing.assert_allclose(design.s, oracle.s(design), rtol=1e-14)
+
+
+def test_the_substrate_is_softest_at_j_0_and_stiffest_half_a_period_on():
+    s = CASE_II.s  # s_{j + 1/2} at index j - 1
+    assert s[[17 - 1, 67 - 1, 117 - 1, 167 - 1, 217 - 1]] == pytest.approx(1000.0)
+    assert s[[42 - 1, 92 - 1, 142 - 1, 192 - 1]] == pytest.approx(3000.0)
+    assert s.min() == pytest.approx(1000.0)
+    assert s.max() == pytest.approx(3000.0)
+    assert np.diff(s[17 - 1 : 42]) == pytest.approx(80.0)  # a straight flank: 2000 over 25 cells
+
+
+@pytest.mark.parametrize('j_0', [0.0, 17.0, -33.0, 17.5, 1e6])
+def test_eq_2_holds_for_any_offset(j_0):
+    design = changed(j_0=j_0)
+    np.testing.assert_allclose(design.s, oracle.s(design), rtol=1e-9)
+
+
+@EVERY_PRESET
+def test_the_strain_shape_balances_the_springs(design):
+    shape = oracle.quasi_static(design)
+    np.testing.assert_allclose(design.strain_shape, shape, atol=1e-12)  # N eps of the solve
+    assert design.strain_shape[0] == 0.0
+    assert design.strain_shape[-1] == 1.0
+
+
+def test_a_uniform_substrate_stretches_uniformly():
+    uniform = changed(s_max=1000.0)
+    np.testing.assert_allclose(uniform.strain_shape, np.arange(225) / 224.0, atol=1e-14)
+
+
+def test_strain_is_end_displacement_over_length():
+    assert CASE_II.end_displacement(-0.02) == pytest.approx(-4.5)
+
+
+# --- levels -----------------------------------------------------------------------------------
+
+
+def test_the_papers_eight_levels():
+    assert CASE_II.levels == 8
+    assert CASE_II.bits == 3
+    pinning_sites = [CASE_II.defect(level) - 100 for level in range(8)]
+    assert pinning_sites == [-75, -50, -25, 0, 25, 50, 75, 100]  # x of Fig. 4
+    codes = [CASE_II.code(level) for level in range(8)]
+    assert codes == ['000', '001', '010', '011', '100', '101', '110', '111']
+
+
+@pytest.mark.parametrize(
+    ('N', 'J', 'levels', 'bits', 'last_code'),
+    [
+        (200, 100, 1, 0, '0'),  # Case I; the defect at the very end counts for nothing
+        (201, 100, 2, 1, '1'),
+        (200, 25, 7, 2, '110'),  # Fig. 3b; beyond 2^m codes just grow
+        (226, 25, 9, 3, '1000'),
+        (26, 25, 1, 0, '0'),
+        (1025, 2, 512, 9, '1' * 9),
+    ],
+)
+def test_levels_and_bits(N, J, levels, bits, last_code):
+    design = changed(N=N, J=J)
+    assert (design.levels, design.bits) == (levels, bits)
+    assert bits == math.floor(math.log2(levels))
+    assert design.code(levels - 1) == last_code
+
+
+@EVERY_PRESET
+def test_every_level_has_a_soft_defect_inside_the_element(design):
+    for level in range(design.levels):
+        j = design.defect(level)
+        assert 1 < j < design.N
+        assert design.alpha[j - 1] < min(design.alpha[j - 2], design.alpha[j])
+
+
+# --- the phases -------------------------------------------------------------------------------
+
+
+def test_the_next_pair_of_ground_states_begins_where_this_one_ends():
+    upper = changed(phase=2)
+    assert upper.D_s1 == CASE_II.D_s2
+    assert upper.k_s1 == CASE_II.k_s2
+    assert CASE_II.D_s1 < CASE_II.D_barrier < CASE_II.D_s2 < upper.D_barrier < upper.D_s2
+
+
+# --- refusals ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'N': 2}, r'N must be a whole number from 3 to 100000; got 2'),
+        ({'N': 225.0}, r'N must be a whole number from 3 to 100000; got 225\.0'),
+        ({'N': True}, r'N must be a whole number .*; got True'),
+        ({'J': 1}, r'J must be a whole number from 2 to 100000; got 1'),
+        ({'J': 225}, r'J must be at most N - 1 = 224, or no level fits; got 225'),
+        ({'J_s': 0}, r'J_s must be a whole number from 2 to 100000; got 0'),
+        ({'j_0': math.nan}, r'j_0 must be a finite number .*; got nan'),
+        ({'gamma': math.inf}, r'gamma must be a finite number from -1 to 1; got inf'),
+        ({'gamma': -1 / 225}, r'alpha .* must stay positive; got .* at j = 225: .* -0\.00444'),
+        ({'beta': -1.0}, r'beta must be greater than -1; got -1'),
+        ({'beta': 11.0}, r'beta must be a finite number from -1 to 10; got 11'),
+        ({'a': 0.0}, r'a must be a finite number from 1e-09 to 1000; got 0'),
+        ({'a': -0.2582}, r'a must be .*; got -0\.2582'),
+        ({'b': 'x'}, r"b must be a finite number .*; got 'x'"),
+        ({'c': None}, r'c must be a finite number .*; got None'),
+        ({'d': 0.0}, r'd must be a finite number from 1e-09 .*; got 0'),
+        ({'b': -0.1}, r'at least two neighbouring ground states .* no ground state 1: .* -0\.1'),
+        ({'a': 1.0, 'b': -1e-3}, r'at least two neighbouring ground states .* no ground state 2'),
+        ({'s_max': 999.0}, r's_max must be at least s_min = 1000; got 999'),
+        ({'s_min': 9.9}, r's_min must be far above max\(k_r, k_s\) = 1 .*10 times.*; got 9\.9'),
+        ({'d': 8.0}, r's_min must be far above max\(k_r, k_s\) = 124\.4 .*; got 1000'),
+        ({'eta': -1e-3}, r'eta must be a finite number from 0 to 10; got -0\.001'),
+        ({'phase': 1.0}, r'phase must be a whole number from -100 to 100; got 1\.0'),
+        ({'phase': 101}, r'phase must be .*; got 101'),
+        ({'substrate': 'soft'}, r"substrate must be one of rigid, elastic; got 'soft'"),
+    ],
+    ids=str,
+)
+def test_a_wrong_design_is_refused(changes, message):
+    with pytest.raises(DesignError, match=f'^{message}'):
+        changed(**changes)
+
+
+def test_all_that_is_wrong_is_said_at_once():
+    with pytest.raises(DesignError, match=r'N must be .*; eta must be .*; substrate must be'):
+        changed(N=1, eta=-1, substrate='')
+    with pytest.raises(DesignError, match=r'J must be .*; s_max must be'):
+        changed(J=225, s_max=1.0)
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {'N': 3, 'J': 2},
+        {'J': 224},
+        {'gamma': -0.99 / 225},
+        {'gamma': 1.0},
+        {'beta': -0.999},
+        {'s_min': 10.0},
+        {'eta': 0},
+        {'b': 0.0},
+        {'b': 1e-320},
+        {'phase': 0},
+        {'phase': -3},
+    ],
+    ids=str,
+)
+def test_a_design_at_the_edge_of_the_rules_is_taken(changes):
+    design = changed(**changes)
+    assert design.alpha.min() > 0.0
+    assert design.D_s1 < design.D_barrier < design.D_s2
+    assert design.k_s1 > 0.0
+    assert design.k_s2 > 0.0
+
+
+# --- a value ----------------------------------------------------------------------------------
+
+
+def test_a_design_is_a_value():
+    twin = Design(N=225, gamma=-4e-4 / 3, beta=-1 / 20, J=25, J_s=50, j_0=17.0, d=0.0380)
+    assert twin == CASE_II
+    assert hash(twin) == hash(CASE_II)
+    assert changed(d=0.039) != CASE_II
+
+
+def test_a_design_cannot_be_changed():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        CASE_II.N = 200  # type: ignore[misc]
+    for array in (CASE_II.sites, CASE_II.alpha, CASE_II.s, CASE_II.strain_shape):
+        with pytest.raises(ValueError, match='read-only'):
+            array[0] = 0.0

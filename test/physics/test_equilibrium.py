@@ -1,0 +1,153 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Static equilibria: against SciPy's minimiser, against a long damped run, and their meaning.
+
+=====================  =============================================================
+equilibrium            must agree with
+=====================  =============================================================
+relax                  scipy.optimize (trust-exact with the exact Hessian), from the
+                       same guess; forces of the paper below rounding
+relax, under strain    where a damped chain comes to rest
+resting_wall(level)    one anti-kink at the defect of every level; a chain put there stays
+=====================  =============================================================
+"""
+
+import dataclasses
+
+import numpy as np
+import oracle
+import pytest
+from scipy.optimize import minimize
+
+from mlmem_ros.physics import CASE_I, CASE_II, Chain, StateError, walls
+from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
+
+SMALL = dataclasses.replace(CASE_II, N=80)
+
+
+def by_scipy(p, guess, V):
+    """Return the minimum of the paper's potential energy next to a guess."""
+    amplitude = oracle.alpha(p)
+
+    def total(v):
+        return np.sum(amplitude * oracle.psi(p, v - V)) + 0.5 * np.sum(np.diff(v) ** 2)
+
+    def gradient(v):
+        return -oracle.forces(p, v, V)[0]
+
+    def hessian(v):
+        h = 1e-6
+        curvature = (oracle.psi_prime(p, v - V + h) - oracle.psi_prime(p, v - V - h)) / (2 * h)
+        springs = np.diag(np.r_[1.0, np.full(p.N - 2, 2.0), 1.0])
+        springs -= np.eye(p.N, k=1) + np.eye(p.N, k=-1)
+        return springs + np.diag(amplitude * curvature)
+
+    found = minimize(
+        total, guess, jac=gradient, hess=hessian, method='trust-exact',
+        options={'gtol': 1e-9, 'initial_trust_radius': 0.1},
+    )
+    assert np.linalg.eigvalsh(hessian(found.x)).min() > 0.0
+    return found.x
+
+
+@pytest.mark.parametrize('V_N', [0.0, -0.8, 1.2])
+@pytest.mark.parametrize('position', [25.3, 37.8, 50.3])
+def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
+    V = V_N * oracle.quasi_static(SMALL)
+    guess = wall_profile(SMALL, position) + V
+    v = relax(SMALL, guess, V)
+    # SciPy's force of 1e-9 over the softest stiffness, some 1e-2: the wall in its pinning site.
+    np.testing.assert_allclose(v, by_scipy(SMALL, guess, V), atol=1e-7)
+    assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
+
+
+def test_relax_under_strain_is_where_a_damped_chain_rests():
+    design = dataclasses.replace(SMALL, eta=0.1)
+    V_N = -0.8
+    V = V_N * oracle.quasi_static(design)
+    guess = wall_profile(design, 50.3) + V
+    chain = Chain(design)
+    chain.place(guess, V_N=V_N)
+    chain.rest(8000)  # exp(-0.05 x 2000) of the start is left
+    np.testing.assert_allclose(chain.v, relax(design, guess, V), atol=1e-9)
+
+
+@pytest.mark.parametrize('offset', [-2.0, -0.5, 0.5, 2.0])
+def test_relax_brings_a_wall_near_a_defect_home(offset):
+    v = relax(SMALL, wall_profile(SMALL, 25.0 + offset), np.zeros(80))
+    np.testing.assert_allclose(v, resting_wall(SMALL, 0), atol=1e-9)
+
+
+@pytest.mark.parametrize('d', [0.038, 38.0])
+def test_relax_reaches_its_tolerance_in_stiff_wells_too(d):
+    """At d = 38 the on-site stiffness is 591, and rounding alone leaves forces of 1e-12."""
+    stiff = dataclasses.replace(SMALL, d=d, s_min=6000.0, s_max=18000.0)
+    v = relax(stiff, np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
+    np.testing.assert_allclose(v, stiff.D_s1, atol=1e-11)
+
+
+def test_relax_refuses_to_stand_on_a_summit():
+    summit = np.full(80, SMALL.D_barrier)
+    uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
+    assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
+    with pytest.raises(StateError, match='unstable equilibrium'):
+        relax(uniform, summit, np.zeros(80))
+    tipped = relax(uniform, summit + 1e-6, np.zeros(80))
+    np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
+
+
+def test_relax_gives_up_in_words():
+    with pytest.raises(StateError, match=r'no equilibrium within 2 Newton steps; .* 1e-12 was'):
+        relax(SMALL, wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
+    with pytest.raises(StateError, match='no equilibrium'):
+        relax(SMALL, np.full(80, np.nan), np.zeros(80))
+
+
+# --- resting walls ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('level', range(8))
+def test_a_wall_rests_at_the_defect_of_every_level(level):
+    v = resting_wall(CASE_II, level)
+    (wall,) = walls(CASE_II, v)
+    assert wall.anti_kink
+    assert wall.position == pytest.approx(CASE_II.defect(level), abs=2e-3)
+    # By the zero of D instead of the barrier it sits a third of a cell right of the defect.
+    j = np.flatnonzero((v[:-1] > 0.0) & (v[1:] <= 0.0))[0]
+    zero = j + 1 + v[j] / (v[j] - v[j + 1])
+    assert zero == pytest.approx(CASE_II.defect(level) + 0.33, abs=0.01)
+    chain = Chain(CASE_II)
+    chain.place(v)
+    chain.rest(4000)  # 1000 time units
+    np.testing.assert_allclose(chain.v, v, atol=1e-11)
+
+
+@pytest.mark.parametrize('level', [-1, 8, 100])
+def test_there_is_no_wall_at_a_level_that_is_not(level):
+    with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
+        resting_wall(CASE_II, level)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'beta': 0.0, 'gamma': -4e-3}, 'the defect at j = 100 pins no wall; none is left'),
+        ({'beta': 0.5}, 'the defect at j = 100 pins no wall; one at 86 is left'),
+    ],
+    ids=['a slope without defects', 'hard defects'],
+)
+def test_a_design_that_pins_nothing_says_so(changes, message):
+    with pytest.raises(StateError, match=message):
+        resting_wall(dataclasses.replace(CASE_I, **changes), 0)
+
+
+def test_the_guess_has_its_wall_where_it_was_asked_for():
+    profile = wall_profile(CASE_II, 60.25)
+    middle = 0.5 * (CASE_II.D_s1 + CASE_II.D_s2)
+    assert np.interp(60.25, CASE_II.sites, profile) == pytest.approx(middle, abs=0.01)
+    assert profile[0] == pytest.approx(CASE_II.D_s2, abs=1e-9)
+    assert profile[-1] == pytest.approx(CASE_II.D_s1, abs=1e-9)
+    assert np.all(np.diff(profile) <= 0.0)
+    assert np.abs(np.diff(wall_profile(CASE_II, 60.25, width=20.0))).max() == pytest.approx(
+        1.0 / 20.0, rel=0.01
+    )

@@ -1,0 +1,141 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The on-site potential: what must agree with what.
+
+====================  ==============================================================
+quantity              must agree with
+====================  ==============================================================
+ground states, k_s    the paper's Table I worked out (five decimals)
+energy                the formula of page 3, written again in `oracle.psi`
+slope                 complex-step derivative of that formula
+stiffness             second derivative of that formula by mpmath, 30 digits
+ground_state(n)       the phase a y + b y^3 = 2 pi n, on the branch where it rises
+barrier(n)            a maximum of height 2 d between ground states n and n + 1
+b -> 0                the straight phase: ground states 2 pi n / a apart
+====================  ==============================================================
+"""
+
+import math
+
+import mpmath
+import numpy as np
+import oracle
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mlmem_ros.physics import DesignError
+from mlmem_ros.physics.potential import Potential
+
+TABLE_I = Potential(a=0.2582, b=0.0172, c=7.4489, d=0.0380)
+
+
+@pytest.mark.parametrize(
+    ('n', 'configuration', 'k_over_d'), [(1, -0.99790, 5.7867), (2, 1.00286, 15.5560)]
+)
+def test_the_ground_states_are_the_papers(n, configuration, k_over_d):
+    state = TABLE_I.ground_state(n)
+    assert state == pytest.approx(configuration, abs=5e-6)  # half the last digit given
+    assert TABLE_I.stiffness(state) / TABLE_I.d == pytest.approx(k_over_d, abs=5e-5)
+
+
+def test_the_energy_is_the_papers_formula():
+    D = np.linspace(-15.0, 4.0, 1001)  # ground states -3 to 4
+    # Two roundings of an angle of at most 30.
+    np.testing.assert_allclose(TABLE_I.energy(D), oracle.psi(TABLE_I, D), atol=1e-14 * TABLE_I.d)
+
+
+def test_the_slope_is_the_derivative_of_the_energy():
+    D = np.linspace(-15.0, 4.0, 1001)
+    exact = oracle.psi_prime(TABLE_I, D)
+    np.testing.assert_allclose(TABLE_I.slope(D), exact, atol=1e-13 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize('D', [-8.0, -1.0, -0.3, 0.1, 1.0, 2.5])
+def test_the_stiffness_is_the_second_derivative_of_the_energy(D):
+    p = TABLE_I
+    with mpmath.workdps(30):
+        exact = mpmath.diff(
+            lambda x: p.d * (1 - mpmath.cos(p.a * (x + p.c) + p.b * (x + p.c) ** 3)), D, 2
+        )
+    assert TABLE_I.stiffness(D) == pytest.approx(float(exact), abs=1e-13)
+
+
+once = settings(deadline=None, derandomize=True, database=None)
+
+coefficients = {
+    'a': st.floats(1e-3, 1e2),
+    'b': st.one_of(st.just(0.0), st.floats(1e-12, 10.0), st.floats(-10.0, -1e-12)),
+    'n': st.integers(-20, 20),
+}
+
+
+def phase(a, b, y):
+    """Return the phase at y, the sizes of its terms summed (what it is rounded by), its slope."""
+    return a * y + b * y**3, a * abs(y) + abs(b * y**3), a + 3.0 * b * y * y
+
+
+def solved_or_out_of_reach(a, b, theta, find):
+    """Check that find() returns y of phase theta on the rising branch, or rightly refuses."""
+    try:
+        y = find()
+    except DesignError:
+        assert b < 0.0
+        top = -math.sqrt(a / (-3.0 * b)) if theta < 0.0 else math.sqrt(a / (-3.0 * b))
+        assert abs(phase(a, b, top)[0]) <= abs(theta) * (1.0 + 1e-14)
+        return
+    reached, size, rising = phase(a, b, y)
+    assert reached == pytest.approx(theta, abs=4e-15 * size)
+    assert rising > -1e-7 * a  # zero at the turning point, to the root of the rounding
+
+
+@given(**coefficients)
+@settings(once, max_examples=400)
+def test_a_ground_state_has_a_phase_of_whole_turns(a, b, n):
+    potential = Potential(a, b, c=0.0, d=1.0)
+    solved_or_out_of_reach(a, b, 2.0 * math.pi * n, lambda: potential.ground_state(n))
+
+
+@given(**coefficients)
+@settings(once, max_examples=200)
+def test_a_barrier_has_a_phase_of_odd_half_turns(a, b, n):
+    potential = Potential(a, b, c=0.0, d=1.0)
+    solved_or_out_of_reach(a, b, math.pi * (2 * n + 1), lambda: potential.barrier(n))
+
+
+@given(a=st.floats(1e-2, 10.0), b=st.floats(-1e-3, 10.0), c=st.floats(-50.0, 50.0))
+@settings(once, max_examples=200)
+def test_between_two_ground_states_stands_a_barrier_of_2_d(a, b, c):
+    potential = Potential(a, b, c, d=0.7)
+    try:
+        low, top, high = potential.ground_state(1), potential.barrier(1), potential.ground_state(2)
+    except DesignError:
+        return
+    assert low < top < high
+    steepest = max(abs(a), abs(phase(a, b, high + c)[2]))
+    rounding = 1e-14 * (1.0 + abs(c) * steepest)  # of the phase, through D + c
+    assert potential.energy([low, high]) == pytest.approx([0.0, 0.0], abs=rounding**2)
+    assert potential.energy(top) == pytest.approx(1.4, abs=1e-14 + rounding**2)
+    assert potential.stiffness(top) < 0.0 < potential.stiffness(low)
+
+
+def test_without_the_cubic_term_the_ground_states_are_evenly_spaced():
+    straight = Potential(a=0.5, b=0.0, c=1.0, d=1.0)
+    spacing = [straight.ground_state(n) for n in range(-2, 3)]
+    np.testing.assert_allclose(spacing, 4.0 * math.pi * np.arange(-2, 3) - 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize('b', [1e-320, -1e-320, 1e-200, 1e-12, -1e-12])
+def test_a_vanishing_cubic_term_changes_nothing(b):
+    # Cardano's a / b overflows here; y^3 b is below 2e-9 of the phase.
+    assert Potential(0.5, b, 0.0, 1.0).ground_state(1) == pytest.approx(4 * math.pi, rel=1e-9)
+
+
+def test_a_phase_that_turns_back_has_finitely_many_ground_states():
+    # theta = y - b y^3 tops out at 2/3 y_turn with y_turn = sqrt(1 / 3b): b = 1e-3 gives 12.17.
+    turning = Potential(a=1.0, b=-1e-3, c=0.0, d=1.0)
+    assert turning.ground_state(1) < turning.barrier(1) < math.sqrt(1e3 / 3.0)
+    with pytest.raises(DesignError, match=r'no ground state 2: .*-0\.001.* 12\.17.* 12\.57'):
+        turning.ground_state(2)
+    with pytest.raises(DesignError, match='no barrier above ground state 2'):
+        turning.barrier(2)

@@ -1,0 +1,81 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rigid and the elastic substrate tell the same story.
+
+==========================  ========================================================
+scenario                    agreement
+==========================  ========================================================
+one write step, 0 to 1      the wall's path within half a site while it flies 30 sites,
+                            0.02 sites in the median; displacements at rest within 2e-3
+a stiffer substrate         the difference falls with 1 / s
+all seven steps             both write every level
+==========================  ========================================================
+
+The ramps are the published lead, 1200 up, 600 hold, 1200 down, 1500 to settle.
+"""
+
+import dataclasses
+import functools
+
+import numpy as np
+import oracle
+import pytest
+
+from mlmem_ros.physics import CASE_II, Chain, stable_step, substep_times, walls
+from mlmem_ros.physics.equilibrium import resting_wall
+
+
+def cycle(chain, peak):
+    """Strain the element to a peak and back; return the wall's path, every 25 time units."""
+    sample = round(25.0 / chain.dt)
+    t = substep_times(180 * sample, chain.dt)
+    strain = peak * (oracle.smooth(t / 1200.0) - oracle.smooth((t - 1800.0) / 1200.0))
+    path = []
+    for V_N in np.split(chain.design.end_displacement(strain), 180):
+        chain.advance(V_N)
+        (wall,) = walls(chain.design, chain.configuration)
+        path.append(wall.position)
+    return np.array(path)
+
+
+def element(substrate, stiffer=1.0):
+    """Return a chain at level 0; both step sizes fit 25 time units a whole number of times."""
+    design = dataclasses.replace(
+        CASE_II, substrate=substrate, s_min=1000.0 * stiffer, s_max=3000.0 * stiffer
+    )
+    whole = np.ceil(25.0 / min(0.25, stable_step(design)))
+    chain = Chain(design, 25.0 / whole)
+    chain.place(resting_wall(design, 0))
+    return chain
+
+
+@functools.cache
+def first_step(substrate, stiffer=1.0):
+    chain = element(substrate, stiffer)
+    return cycle(chain, -0.030), chain.v.copy()
+
+
+def test_one_write_step_is_the_same():
+    (rigid, v), (elastic, w) = first_step('rigid'), first_step('elastic')
+    assert rigid.max() > 52.0  # it flew past the next defect, and came back
+    assert rigid[-1] == pytest.approx(50.0, abs=0.3)
+    gap = np.abs(rigid - elastic)
+    assert gap.max() < 0.6  # two time units late in flight
+    assert np.median(gap) < 0.03
+    assert np.abs(v - w).max() < 3e-3
+
+
+def test_the_difference_is_the_substrates_compliance():
+    """Three times as stiff, a third of the way apart: the wall's pull strains the substrate."""
+    rigid, _ = first_step('rigid')
+    gaps = [np.median(np.abs(rigid - first_step('elastic', k)[0])) for k in (1.0, 3.0)]
+    assert gaps[1] == pytest.approx(gaps[0] / 3.0, rel=0.15)
+
+
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+def test_seven_steps_write_seven_levels(substrate):
+    chain = element(substrate)
+    for level in range(1, 8):
+        path = cycle(chain, -0.030 if level % 2 else 0.045)
+        assert path[-1] == pytest.approx(chain.design.defect(level), abs=0.6)
+        assert abs(chain.V_N) < 1e-9
