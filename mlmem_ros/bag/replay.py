@@ -125,6 +125,7 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
     hashed = [recorded.tick for recorded in session.hashes]
     commanded = [tick + 1 for tick, _ in session.stamped]
     player.play(session.stamped, max([element.ticks, *hashed, *commanded]), progress)
+    player.finish(heard=len(session.echoes))  # a killed recorder leaves no hash at the end
     return report
 
 
@@ -176,9 +177,9 @@ class _Player:
             if progress and (tick + 1 == last or tick % PROGRESS_EVERY == 0):
                 progress(tick + 1 - first, last - first)
 
-    def finish(self) -> None:
-        """Advance until the procedure that runs has ended."""
-        while self._element.procedure:
+    def finish(self, heard: float = math.inf) -> None:
+        """Advance until the running procedure has ended or so many echoes were heard."""
+        while self._element.procedure and len(self._report.levels) < heard:
             self._tick()
 
     def _apply(self, given: Command) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import platform
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
@@ -34,6 +35,9 @@ STATE_HASH = 'session/state_hash'
 
 STRING = 'std_msgs/msg/String'
 
+PACKAGES = ('mcap', 'rosbags', 'rclpy')
+"""Packages whose versions are recorded although the bits do not depend on them."""
+
 
 @dataclass(frozen=True)
 class SessionTopics:
@@ -49,12 +53,13 @@ class SessionTopics:
         return cls(*(f'{node}/{topic}' for topic in (HEADER, COMMAND, STATE_HASH)))
 
 
-def header(element: MemoryElement, node: str) -> bytes:
+def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
     """Return the message that tells all a replay starts from, as CDR.
 
     Args:
         element: An idle device.
         node: The node's full name.
+        parameters: The node's parameters, for the record; a replay uses design and settings.
 
     Raises:
         Refused: A procedure runs.
@@ -67,6 +72,8 @@ def header(element: MemoryElement, node: str) -> bytes:
             'seed': 0,
             'design': dataclasses.asdict(element.design),
             'settings': element.settings.as_dict(),
+            'parameters': dict(parameters),
+            'packages': _found(PACKAGES),
             'initial': snapshot.take(element),
         }
     )
@@ -89,13 +96,22 @@ def state_hash(element: MemoryElement) -> bytes:
 
 def versions() -> dict[str, str]:
     """Return what the bits may depend on: package, numpy, numba, Python and processor."""
-    found = {'mlmem_ros': __version__, 'python': platform.python_version()}
-    for name in ('numpy', 'numba', 'llvmlite'):
+    return {
+        'mlmem_ros': __version__,
+        'python': platform.python_version(),
+        **_found(('numpy', 'numba', 'llvmlite')),
+        'machine': platform.machine(),
+    }
+
+
+def _found(packages: Iterable[str]) -> dict[str, str]:
+    found = {}
+    for name in packages:
         try:
             found[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             found[name] = 'unknown'
-    return found | {'machine': platform.machine()}
+    return found
 
 
 def _string(values: dict[str, Any]) -> bytes:

@@ -14,6 +14,7 @@ from ..device import UNDECODABLE, Loop, describe_level
 from ..physics import stable_step
 from ..physics.energy import energy
 from .messages import key_values
+from .recording import Recording
 
 PERIOD = 1.0
 """Seconds between two reports."""
@@ -23,9 +24,13 @@ class Diagnostics:
     """Reports one status for every component.
 
     The material's values are taken by `tick` in the loop's thread, where the state is whole.
+
+    Attributes:
+        recording: The session that is recorded, or None.
     """
 
     def __init__(self, node: Node, loop: Loop) -> None:
+        self.recording: Recording | None = None
         self._node = node
         self._loop = loop
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -52,7 +57,12 @@ class Diagnostics:
 
     def _report(self) -> None:
         message = DiagnosticArray(
-            status=[self._loop_status(), self._material_status(), self._memory_status()]
+            status=[
+                self._loop_status(),
+                self._material_status(),
+                self._memory_status(),
+                self._recorder_status(),
+            ]
         )
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
@@ -102,3 +112,21 @@ class Diagnostics:
         return self._status(
             'memory', DiagnosticStatus.WARN if bad else DiagnosticStatus.OK, text, values
         )
+
+    def _recorder_status(self) -> DiagnosticStatus:
+        if self.recording is None:
+            return self._status('recorder', DiagnosticStatus.OK, 'not recording', {})
+        status = self.recording.status
+        values = {
+            'path': status.path,
+            'messages': status.messages,
+            'bytes': status.size,
+            'queued': status.queued,
+            'dropped': status.dropped,
+        }
+        if status.error is not None:
+            return self._status('recorder', DiagnosticStatus.ERROR, str(status.error), values)
+        if status.dropped:
+            text = f'{status.dropped} messages found no room and are missing'
+            return self._status('recorder', DiagnosticStatus.WARN, text, values)
+        return self._status('recorder', DiagnosticStatus.OK, status.state, values)

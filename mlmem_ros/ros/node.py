@@ -47,6 +47,7 @@ class MemoryNode(Node):
         if given.record.path:
             self._recording = Recording(self, self._element, given.record)
             self._outlets.tap = self._inlets.tap = self._recording.put
+            self._diagnostics.recording = self._recording
         Services(self, self.loop)
         self.loop.start()
         self.get_logger().info(

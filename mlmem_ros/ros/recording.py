@@ -46,7 +46,8 @@ class Recording:
         self._settings = settings
         name = node.get_fully_qualified_name()
         self._topics = session.SessionTopics.of(name)
-        header = session.header(element, name)
+        parameters = {key: item.value for key, item in node.get_parameters_by_prefix('').items()}
+        header = session.header(element, name, parameters)
         writer = BagWriter(
             settings.path,
             sync_interval=settings.sync_interval,

@@ -21,18 +21,20 @@ def psi_prime(p, D):
 
 def alpha(p):
     """Return alpha_j, site by site from its definition."""
-    return np.array([
-        (1 + p.gamma * j) * (1 + (p.beta if j in range(p.J, p.N + 1, p.J) else 0))
-        for j in range(1, p.N + 1)
-    ])
+    return np.array(
+        [
+            (1 + p.gamma * j) * (1 + (p.beta if j in range(p.J, p.N + 1, p.J) else 0))
+            for j in range(1, p.N + 1)
+        ]
+    )
 
 
 def s(p):
     """Return s_{j+1/2}, j = 1 ... N - 1, as Eq. (2) is printed."""
     half, slope = p.J_s / 2, 2 * (p.s_max - p.s_min) / p.J_s
-    return np.array([
-        slope * abs((j - p.j_0 - half) % p.J_s - half) + p.s_min for j in range(1, p.N)
-    ])
+    return np.array(
+        [slope * abs((j - p.j_0 - half) % p.J_s - half) + p.s_min for j in range(1, p.N)]
+    )
 
 
 def quasi_static(p):

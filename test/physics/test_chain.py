@@ -404,8 +404,9 @@ def test_wrong_states_are_refused_whole(substrate):
             bad = good.copy()
             bad[row, 17] = bad_value
             assert_refused(
-                chain, 'must be finite; got', lambda bad=bad: chain.restore(
-                    bad, V_N=0.0, steps_done=0)
+                chain,
+                'must be finite; got',
+                lambda bad=bad: chain.restore(bad, V_N=0.0, steps_done=0),
             )
         bad_v = np.zeros(61)
         bad_v[60] = bad_value
@@ -414,15 +415,18 @@ def test_wrong_states_are_refused_whole(substrate):
             chain, 'must be finite; got', lambda x=bad_value: chain.place(np.zeros(61), V_N=x)
         )
         assert_refused(
-            chain, 'must be finite; got',
+            chain,
+            'must be finite; got',
             lambda x=bad_value: chain.restore(good, V_N=x, steps_done=0),
         )
     assert_refused(
-        chain, rf'must have shape \({rows}, 61\); got \({rows}, 60\)',
+        chain,
+        rf'must have shape \({rows}, 61\); got \({rows}, 60\)',
         lambda: chain.restore(good[:, 1:], V_N=0.0, steps_done=0),
     )
     assert_refused(
-        chain, rf'must have shape \({rows}, 61\); got \({9 - rows}, 61\)',
+        chain,
+        rf'must have shape \({rows}, 61\); got \({9 - rows}, 61\)',
         lambda: chain.restore(np.zeros((9 - rows, 61)), V_N=0.0, steps_done=0),
     )
     assert_refused(

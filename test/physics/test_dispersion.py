@@ -53,7 +53,9 @@ def test_the_group_velocity_is_the_slope_of_the_frequency(k_s):
     kappa, h = np.linspace(0.1, 3.0, 30), 1e-5
     slope = (eq4.frequency(kappa + h, k_s) - eq4.frequency(kappa - h, k_s)) / (2.0 * h)
     np.testing.assert_allclose(
-        eq4.group_velocity(eq4.frequency(kappa, k_s), k_s), slope, atol=1e-9  # h^2 and eps / h
+        eq4.group_velocity(eq4.frequency(kappa, k_s), k_s),
+        slope,
+        atol=1e-9,  # h^2 and eps / h
     )
 
 

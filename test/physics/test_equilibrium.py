@@ -43,7 +43,11 @@ def by_scipy(p, guess, V):
         return springs + np.diag(amplitude * curvature)
 
     found = minimize(
-        total, guess, jac=gradient, hess=hessian, method='trust-exact',
+        total,
+        guess,
+        jac=gradient,
+        hess=hessian,
+        method='trust-exact',
         options={'gtol': 1e-9, 'initial_trust_radius': 0.1},
     )
     assert np.linalg.eigvalsh(hessian(found.x)).min() > 0.0

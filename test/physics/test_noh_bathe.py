@@ -116,8 +116,24 @@ def test_half_and_half_is_velocity_verlet():
     spare = np.zeros(p.N + 2), np.zeros(p.N), np.zeros(p.N)
     ends = np.empty((2, steps))
     advance_rigid(
-        steps, p.N, field, speed, acceleration, *spare, p.alpha * p.d, p.strain_shape, ramp,
-        p.eta, p.a, p.b, p.c, 1, 0, np.zeros((2, 1)), ends, np.array(coefficients(dt, p=0.5)),
+        steps,
+        p.N,
+        field,
+        speed,
+        acceleration,
+        *spare,
+        p.alpha * p.d,
+        p.strain_shape,
+        ramp,
+        p.eta,
+        p.a,
+        p.b,
+        p.c,
+        1,
+        0,
+        np.zeros((2, 1)),
+        ends,
+        np.array(coefficients(dt, p=0.5)),
     )
     # The same sums in another order: some roundings per step, not yet spread by chaos.
     np.testing.assert_allclose(field[1:-1], u, atol=1e-12)

@@ -1,0 +1,136 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A session recorded by the running node holds what it published, and replays to the bit.
+
+The bag is read by `rosbags`, which shares no code with our writer; what was published is what a
+subscriber received over DDS.
+"""
+
+import os
+import shutil
+import signal
+
+import pytest
+from robot import OUT, Robot
+from rosbags.highlevel import AnyReader
+
+from mlmem_ros.bag.replay import replay
+from mlmem_ros.bag.session_data import load
+
+EVERY_ONE = ('level', 'outcome', 'echo')
+"""Reliable topics: a subscriber that is there receives all of them."""
+
+STREAMS = ('range', 'joint_states', 'field', 'wall')
+"""Sensor data: a subscriber may miss some, but receives nothing that was not recorded."""
+
+
+def values(message):
+    """Return a message of rclpy or of rosbags as plain values."""
+    if hasattr(message, 'get_fields_and_field_types'):
+        names = message.get_fields_and_field_types()
+    elif hasattr(message, '__dataclass_fields__'):
+        names = [
+            name for name in message.__dataclass_fields__ if name.islower() and name[0] != '_'
+        ]
+    elif isinstance(message, bytes):
+        return message[0]  # rclpy's byte
+    elif isinstance(message, bytes):
+        return message[0]  # rclpy's byte
+    elif hasattr(message, 'tolist'):
+        return message.tolist()
+    elif isinstance(message, (list, tuple)):
+        return [values(item) for item in message]
+    else:
+        return message
+    return {name: values(getattr(message, name)) for name in names}
+
+
+def recorded(bag):
+    """Return every message of every topic, decoded by rosbags."""
+    found = {}
+    with AnyReader([bag]) as reader:
+        for connection, _, data in reader.messages():
+            message = values(reader.deserialize(data, connection.msgtype))
+            found.setdefault(connection.topic, []).append(message)
+    return found
+
+
+@pytest.fixture
+def session(start, tmp_path):
+    """Write level 1 and read it while a session is recorded; return bag and what was heard."""
+    bag = tmp_path / 'session'
+    node = start(parameters={'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
+    with Robot() as robot:
+        heard = {topic: robot.received(topic) for topic in OUT if not topic.startswith('/')}
+        assert robot.write(1).success
+        assert robot.trigger('read').success
+        robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
+        node.signal(signal.SIGINT)
+        assert node.exit_status() == 0
+    return bag, {topic: [values(m) for m in messages] for topic, messages in heard.items()}
+
+
+def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
+    bag, heard = session
+    found = recorded(bag)
+    for topic in EVERY_ONE:
+        assert found[f'/mlmem/{topic}'] == heard[topic], topic
+        assert heard[topic], topic
+    for topic in STREAMS:
+        assert heard[topic], topic
+        rest = iter(found[f'/mlmem/{topic}'])  # a subsequence: each is found after the one before
+        for message in heard[topic]:
+            assert any(_same(message, other) for other in rest), topic
+    report = replay(load(bag))
+    assert report.exact
+    assert report.hashes >= 10
+    assert report.levels == [-1, 1, 1]
+
+
+def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
+    bag = tmp_path / 'session'
+    node = start(
+        parameters={'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}
+    )
+    with Robot() as robot:
+        assert robot.write(0).success
+        robot.wait(lambda: _size(bag) > 0, 'a synced chunk')
+        node.signal(signal.SIGKILL)
+        node.exit_status()
+    survived = load(bag)
+    assert survived.header is not None
+    report = replay(survived)
+    assert report.passed
+    assert report.difference is None
+
+
+def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_path):
+    bag = tmp_path / 'session'
+    node = start(
+        parameters={'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}
+    )
+    with Robot() as robot:
+        robot.next('wall')
+        shutil.rmtree(bag)
+        status = robot.next(
+            '/diagnostics',
+            lambda array: any(
+                s.name.endswith('recorder') and s.level == b'\x02' for s in array.status
+            ),
+        )
+        (recorder,) = [s for s in status.status if s.name.endswith('recorder')]
+        assert str(bag) in recorder.message
+        assert robot.write(0).success
+        node.signal(signal.SIGINT)
+        assert node.exit_status() == 0
+    assert node.output.count('recording stopped') == 1
+    assert 'Traceback' not in node.output
+
+
+def _same(one, other):
+    """Compare values where infinities and NaN are equal to themselves."""
+    return repr(one) == repr(other)
+
+
+def _size(bag):
+    return sum(os.path.getsize(file) for file in bag.glob('*.mcap')) if bag.exists() else 0

@@ -1,0 +1,157 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Replay of bags that others recorded, of damaged ones and of ones that hold no session."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from mlmem_ros.bag import BagError
+from mlmem_ros.bag.redecode import redecode
+from mlmem_ros.bag.replay import element_of, replay, replay_commands
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import BLANK, new_element
+from mlmem_ros.physics import CASE_II
+
+DATA = Path(__file__).parent.parent / 'data'
+JAZZY = get_typestore(Stores.ROS2_JAZZY)
+
+
+def foreign_bag(path, messages, node='/mlmem'):
+    """Write command messages as another recorder would: (seconds, topic, type, values)."""
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connections = {}
+        for seconds, topic, kind, values in messages:
+            if topic not in connections:
+                name = f'{node}/{topic}'
+                connections[topic] = writer.add_connection(name, kind, typestore=JAZZY)
+            message = JAZZY.types[kind](**values)
+            data = JAZZY.serialize_cdr(message, kind)
+            writer.write(connections[topic], round(1e9 * (1000 + seconds)), data)
+    return path
+
+
+WRITE_LEVEL_1_THEN_PROBE = [
+    (0.0, 'write_level', 'std_msgs/msg/UInt8', {'data': 1}),
+    # Launch and one cycle take 9000 time units, 0.9 s at 1e-4 s each, and the verifying echo.
+    (1.5, 'probe', 'std_msgs/msg/Empty', {'structure_needs_at_least_one_member': 0}),
+]
+
+
+def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
+    session = load(foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
+    report = replay_commands(new_element(CASE_II), session)
+    assert report.refused == []
+    assert [(o.procedure, o.reading.level) for o in report.outcomes] == [('write', 1), ('read', 1)]
+    probed = report.outcomes[1].start_tick
+    assert probed == round(1.5 / 2e-3)  # ticks of 20 time units, 2 ms
+
+
+def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
+    early = [WRITE_LEVEL_1_THEN_PROBE[0], (0.1, *WRITE_LEVEL_1_THEN_PROBE[1][1:])]
+    report = replay_commands(new_element(CASE_II), load(foreign_bag(tmp_path / 'bag', early)))
+    assert len(report.refused) == 1
+    assert 'busy: write is running' in report.refused[0]
+    assert report.levels[-1] == 1
+
+
+def test_strain_by_hand_is_replayed(tmp_path):
+    drive = [(0.0, 'strain', 'std_msgs/msg/Float64', {'data': 0.02})]
+    element = new_element(CASE_II)
+    replay_commands(element, load(foreign_bag(tmp_path / 'bag', drive)))
+    for _ in range(20):  # 0.02 at 1e-4 per time unit: 200 time units, ten ticks
+        element.advance()
+    assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
+
+
+def test_the_command_line_tells_and_judges(tmp_path, capsys):
+    foreign = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE)
+    assert main(['replay', str(foreign)]) == 0
+    assert main(['replay', str(DATA / 'life')]) == 0
+    assert 'exact' in capsys.readouterr().out
+    assert main(['replay', str(tmp_path / 'nothing')]) == 2
+    assert 'nothing' in capsys.readouterr().err
+
+
+def test_a_bag_without_our_topics_is_refused_with_what_it_holds(tmp_path):
+    chatter = [(0.0, 'chatter', 'std_msgs/msg/String', {'data': 'hello'})]
+    with pytest.raises(BagError, match=r'/talker/chatter'):
+        load(foreign_bag(tmp_path / 'bag', chatter, node='/talker'))
+
+
+def test_a_bag_of_several_nodes_wants_one_named(tmp_path):
+    kind = 'std_msgs/msg/UInt8'
+    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for node in ('/a', '/b'):
+            connection = writer.add_connection(f'{node}/write_level', kind, typestore=JAZZY)
+            data = JAZZY.serialize_cdr(JAZZY.types[kind](data=3), kind)
+            writer.write(connection, 10**12, data)
+    with pytest.raises(BagError, match="'/a', '/b'"):
+        load(tmp_path / 'bag')
+    assert len(load(tmp_path / 'bag', '/b').commands) == 1
+
+
+def test_every_recorded_echo_decodes_again_from_its_waveform():
+    session = load(DATA / 'life')
+    calibration = element_of(session).calibration
+    for echo in session.echoes:
+        again = redecode(echo, session.settings, calibration)
+        assert again.agrees(echo.level)
+        if echo.level == BLANK:
+            assert again.end == 'right'
+        # v_c is computed from v_m, both rounded to 32 bits: delays agree to a sample.
+    (read,) = [values for _, values in session.reads('left')]
+    echo = session.reads('left')[0][0]
+    again = redecode(echo, session.settings, calibration)
+    step = float(np.median(np.diff(echo.t)))
+    assert again.delay == pytest.approx(float(read['delay']), abs=1.01 * step)
+
+
+def test_a_wrong_recorded_level_is_found_by_inspect(tmp_path, capsys, monkeypatch):
+    """Tamper with one decoded level: inspect says so and fails."""
+    from mlmem_ros.bag import session_data
+
+    def tampered(reader, node=''):
+        session = load(reader, node)
+        echo = session.echoes[1]
+        fields = {**echo.__dict__, 'level': 5}
+        session.echoes[1] = type(echo)(**fields)
+        return session
+
+    assert main(['inspect', str(DATA / 'life')]) == 0
+    monkeypatch.setattr(session_data, 'load', tampered)
+    assert main(['inspect', str(DATA / 'life')]) == 1
+
+
+def test_inspect_plots_without_ros(tmp_path):
+    picture = tmp_path / 'session.png'
+    assert main(['inspect', str(DATA / 'life'), '--plot', str(picture)]) == 0
+    assert picture.read_bytes().startswith(b'\x89PNG')
+
+
+def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):
+    broken, mended = tmp_path / 'broken', tmp_path / 'mended'
+    shutil.copytree(DATA / 'life', broken)
+    (file,) = broken.glob('*.mcap')
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) * 3 // 5])
+    before = file.read_bytes()
+    assert main(['inspect', str(broken)]) == 1
+    assert 'lost' in capsys.readouterr().out
+    assert main(['inspect', str(broken), '--repair', str(mended)]) == 0
+    assert file.read_bytes() == before
+    assert main(['inspect', str(mended)]) == 0
+    report = replay(load(mended))
+    assert report.passed
+    assert 0 < report.hashes < len(load(DATA / 'life').hashes)
+
+
+def test_repair_refuses_an_existing_destination(tmp_path, capsys):
+    (tmp_path / 'there').mkdir()
+    assert main(['inspect', str(DATA / 'life'), '--repair', str(tmp_path / 'there')]) == 2
+    assert 'exists' in capsys.readouterr().err
