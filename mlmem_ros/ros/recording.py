@@ -62,8 +62,9 @@ class Recording:
         writer.add_topic(self._topics.header, session.STRING, (_offered(LATCHED),), latch=True)
         for topic in (self._topics.command, self._topics.state_hash):
             writer.add_topic(topic, session.STRING, (_offered(RELIABLE),))
+        writer.write(self._topics.header, header, self._now())
+        writer.sync()  # without its header a session is worth little
         self._recorder = Recorder(writer, dropped_topic=f'{name}/{DROPPED}', on_error=self._report)
-        self._put(self._topics.header, header)
         node.get_logger().info(f'recording a session into {writer.path}')
 
     def put(self, topic: str, cdr: bytes) -> None:
@@ -71,7 +72,10 @@ class Recording:
         self._put(topic, jazzy().trim(cdr, self._types[topic]))
 
     def _put(self, topic: str, cdr: bytes) -> None:
-        self._recorder.put(topic, cdr, self._node.get_clock().now().nanoseconds)
+        self._recorder.put(topic, cdr, self._now())
+
+    def _now(self) -> int:
+        return self._node.get_clock().now().nanoseconds
 
     def tick(self, commands: Sequence[Stamped]) -> None:
         """Record the commands of a tick, and the state's hash where it is due."""
