@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .durable import write_atomically
+from ..durable import write_atomically
 from .errors import BagError, storage_errors
 from .qos import QosProfile, parse_profiles, profiles_of
 from .yaml_text import Node, dump, load

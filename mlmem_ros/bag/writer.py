@@ -14,7 +14,7 @@ from os import PathLike
 from pathlib import Path
 
 from .definitions import Definition, jazzy
-from .durable import sync_directory
+from ..durable import sync_directory
 from .errors import BagError, storage_errors
 from .ledger import Ledger
 from .mcap_chunk import check_compression

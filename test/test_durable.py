@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from mlmem_ros.bag.durable import write_atomically
+from mlmem_ros.durable import write_atomically
 
 
 def test_the_old_content_is_replaced(tmp_path):
