@@ -30,8 +30,8 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-from .definitions import Definition
 from ..durable import sync_directory
+from .definitions import Definition
 from .errors import BagError, storage_errors
 from .mcap_chunk import ChunkBuilder
 from .mcap_records import encode

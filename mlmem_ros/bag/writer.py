@@ -13,8 +13,8 @@ from operator import index
 from os import PathLike
 from pathlib import Path
 
-from .definitions import Definition, jazzy
 from ..durable import sync_directory
+from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
 from .ledger import Ledger
 from .mcap_chunk import check_compression

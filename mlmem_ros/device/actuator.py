@@ -29,7 +29,7 @@ class Motion:
         """Return the strain at the times since the move began; the target afterwards."""
         if self.duration == 0.0:
             return np.full_like(t, self.target)
-        x = np.minimum(t / self.duration, 1.0)
+        x = np.minimum(t, self.duration) / self.duration
         progress = x * x * (3.0 - 2.0 * x) if self.smooth else x
         return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
 

@@ -104,6 +104,14 @@ class Calibration:
     left: DelayTable
     right: DelayTable
 
+    def check(self, levels: int) -> None:
+        """Raise `SettingsError` unless both tables have this number of levels."""
+        for table in (self.left, self.right):
+            if (count := len(table.delays)) != levels:
+                raise SettingsError(
+                    f'the calibration must have {levels} levels, as the design; got {count}'
+                )
+
     def table(self, end: str) -> DelayTable:
         """Return the table of an end, 'left' or 'right'."""
         return self.left if end == 'left' else self.right

@@ -47,6 +47,8 @@ class Calibrate:
 class Abort:
     """Stop the running procedure and bring the strain to zero."""
 
+    why: str = ''
+
 
 Command = SetStrain | Write | Read | Erase | Calibrate | Abort
 
@@ -68,7 +70,7 @@ def from_dict(data: Mapping[str, Any]) -> Command:
     """
     values = dict(data)
     kind = values.pop('kind', None)
-    if kind not in KINDS:
+    if not isinstance(kind, str) or kind not in KINDS:
         raise Refused(f'command must be one of {", ".join(KINDS)}; got {kind!r}')
     try:
         command: Command = KINDS[kind](**values)

@@ -14,7 +14,7 @@ from .actuator import Actuator
 from .calibration import Calibration
 from .commands import KINDS, Abort, Calibrate, Command, Erase, Read, SetStrain, Write
 from .echo import Echo
-from .errors import ProcedureFailed, Refused, SettingsError
+from .errors import ProcedureFailed, Refused
 from .events import Event, Heard, Outcome
 from .procedures import Procedure, Result
 from .reading import Reading, decode, phase_of
@@ -49,11 +49,7 @@ class MemoryElement:
         Raises:
             SettingsError: The calibration is that of another number of levels.
         """
-        for end in ENDS:
-            if (count := len(calibration.table(end).delays)) != design.levels:
-                raise SettingsError(
-                    f'the calibration must have {design.levels} levels, as the design; got {count}'
-                )
+        calibration.check(design.levels)
         self.design = design
         self.settings = settings
         self.tick = settings.time.tick
@@ -77,6 +73,12 @@ class MemoryElement:
         """Name of the running procedure, empty when there is none."""
         return self._running.name if self._running else ''
 
+    @property
+    def idle(self) -> bool:
+        """Whether no procedure runs, and no strain is on or on its way."""
+        actuator = self.actuator
+        return not (self._running or actuator.moving or actuator.strain)
+
     def apply(self, command: Command) -> None:
         """Take a command; it takes effect in the next tick.
 
@@ -84,7 +86,7 @@ class MemoryElement:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
         if isinstance(command, Abort):
-            self._abort()
+            self._abort(command.why)
             return
         if self._running:
             raise Refused(f'busy: {self._running.name} is running; abort it or wait')
@@ -111,10 +113,10 @@ class MemoryElement:
         if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
             raise Refused(f'level must be a whole number from 0 to {last}; got {level!r}')
 
-    def _abort(self) -> None:
+    def _abort(self, why: str) -> None:
         if self._running:
             self._running.steps.close()
-            self._end(False, 'aborted', None, 1)
+            self._end(False, f'aborted: {why}' if why else 'aborted', None, 1)
         self._run('abort', procedures.abort(self))
 
     def _run(self, name: str, steps: Procedure[Result]) -> None:
@@ -167,7 +169,7 @@ class MemoryElement:
         except ProcedureFailed as failure:
             self.transducer.release()
             if run.name != 'read':  # which leaves a strain set by hand where it is
-                self.actuator.slew_to(0.0)
+                self.actuator.ramp_to(0.0, self.settings.write.release)
             self._end(False, str(failure), self.reading, failure.attempts)
 
     def _end(self, success: bool, error: str, reading: Reading | None, attempts: int) -> None:

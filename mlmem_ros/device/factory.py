@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..physics import Design, StateError
@@ -37,7 +39,7 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
-    unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
+    unknown = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
     twin = MemoryElement(design, settings, Calibration(unknown, unknown))
     delays: dict[str, list[float]] = {'left': [], 'right': []}
     for level in range(design.levels):
@@ -64,6 +66,9 @@ def _delay(twin: MemoryElement, v: np.ndarray, end: str) -> float | None:
     """Place a configuration, probe it once, and return the echo delay."""
     twin.chain.place(v)
     twin.transducer.settle()
+    if twin.design.substrate == 'elastic':  # which the wall pulls at: let that come to rest
+        for _ in range(math.ceil(twin.settings.write.settle / twin.tick)):
+            twin.advance()
     twin.apply(Read(end))
     while True:
         for event in twin.advance():

@@ -1,26 +1,27 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Real time: a thread that runs a device's ticks on a steady clock.
+"""Real time: a thread that runs a device's ticks at the pace of a clock.
 
 The clock decides only when the next tick runs, never what it computes. A tick that comes late
-is counted, and the wall time that was lost is skipped, not caught up.
+is counted, and the time that was lost is skipped, not caught up.
 """
 
 from __future__ import annotations
 
-import math
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from .commands import Abort, Calibrate, Command, Erase, Read, Write
 from .element import MemoryElement
 from .errors import Refused
 from .events import Event, Outcome
+from .loop_statistics import LoopStatistics
+from .pacing import Pacer, SteadyPacer
+
+T = TypeVar('T')
 
 Stamped = tuple[int, Command]
 """A command and the tick at which it took effect."""
@@ -28,43 +29,8 @@ Stamped = tuple[int, Command]
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick."""
 
-LATENESS_MEMORY = 0.002
-"""Weight of the newest tick in the running mean and variance of the lateness."""
-
-
-@dataclass
-class LoopStatistics:
-    """How the loop keeps time; all times in seconds.
-
-    Attributes:
-        ticks: Ticks run.
-        overruns: Ticks of wall time that were skipped.
-        refused: Commands that were refused.
-        lateness_mean: Running mean of how late ticks began.
-        lateness_variance: Running variance of the same.
-        busy: Running mean of the time a tick takes.
-    """
-
-    ticks: int = 0
-    overruns: int = 0
-    refused: int = 0
-    lateness_mean: float = 0.0
-    lateness_variance: float = 0.0
-    busy: float = 0.0
-
-    def count(self, lateness: float, busy: float) -> None:
-        """Take the times of one tick."""
-        self.ticks += 1
-        weight = max(LATENESS_MEMORY, 1.0 / self.ticks)
-        deviation = lateness - self.lateness_mean
-        self.lateness_mean += weight * deviation
-        self.lateness_variance += weight * (deviation * deviation - self.lateness_variance)
-        self.busy += weight * (busy - self.busy)
-
-    @property
-    def lateness_deviation(self) -> float:
-        """Standard deviation of the lateness."""
-        return math.sqrt(self.lateness_variance)
+LONGEST_SLEEP = 0.1
+"""Seconds after which a sleeping loop looks again whether the clock has jumped."""
 
 
 class Loop:
@@ -76,22 +42,34 @@ class Loop:
         failure: What stopped the loop, or None.
     """
 
-    def __init__(self, element: MemoryElement, listener: Listener) -> None:
+    def __init__(
+        self,
+        element: MemoryElement,
+        listener: Listener,
+        *,
+        pacer: Pacer | None = None,
+        speed: float = 1.0,
+    ) -> None:
         """Prepare a loop; `start` sets it going.
 
         Args:
             element: The device.
             listener: Called after every tick with the commands it began with and its events.
+            pacer: The clock; by default the steady clock of the machine.
+            speed: Factor on the scale's real time; 0 runs as fast as it can.
         """
         self.element = element
         self.statistics = LoopStatistics()
         self.failure: Exception | None = None
         self._listener = listener
-        self._period = element.tick * element.settings.scale.time
+        self._pacer = pacer or SteadyPacer()
+        self.set_speed(speed)
+        self._calls: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._inbox: deque[tuple[Command, Future[Outcome | None]]] = deque()
         self._answers: deque[Future[Outcome | None]] = deque()
         self._paused = False
         self._single_ticks: deque[Future[int]] = deque()
+        self._finishing = False
         self._stopping = False
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name='mlmem-loop', daemon=True)
@@ -110,6 +88,34 @@ class Loop:
         if self._thread.is_alive():
             self._thread.join()
         self._refuse_all()
+
+    def finish(self) -> None:
+        """Abort what runs, bring the strain to zero without waiting for the clock, and stop."""
+        with self._changed:
+            self._finishing = True
+            self._paused = False
+            self._changed.notify_all()
+        moved = self.call(lambda: not self.element.idle)
+        if moved.exception() is None and moved.result():
+            self.submit(Abort('the device is shut down')).exception()  # waits for its end
+        self.stop()
+
+    def set_speed(self, speed: float) -> None:
+        """Run at a factor of the scale's real time; 0 runs as fast as it can."""
+        real_time = self.element.tick * self.element.settings.scale.time
+        self._period = real_time / speed if speed > 0.0 else 0.0
+
+    def call(self, function: Callable[[], T]) -> Future[T]:
+        """Have a function called between two ticks, in the loop's thread, paused or not."""
+        answer: Future[T] = Future()
+        with self._changed:
+            stopped = self._stopped()
+            if not stopped:
+                self._calls.append((function, answer))
+                self._changed.notify_all()
+        if stopped:
+            answer.set_exception(stopped)
+        return answer
 
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick.
@@ -166,9 +172,9 @@ class Loop:
     # --- in the loop's thread ------------------------------------------------------------
 
     def _run(self) -> None:
-        next_due = time.monotonic()
+        next_due = self._pacer.now()
         while (due := self._wait(next_due)) is not None:
-            begun = time.monotonic()
+            begun = self._pacer.now()
             single = bool(self._single_ticks)  # asked for before this tick began
             try:
                 commands = self._take_commands()
@@ -182,25 +188,51 @@ class Loop:
                 return
             if single and (done := self._single_ticks.popleft()).set_running_or_notify_cancel():
                 done.set_result(self.element.ticks)
-            now = time.monotonic()
+            now = self._pacer.now()
             self.statistics.count(max(0.0, begun - due), now - begun)
-            next_due = due + self._period
-            if now > next_due + self._period:
-                skipped = int((now - next_due) / self._period)
-                self.statistics.overruns += skipped
-                next_due += skipped * self._period
+            next_due = self._after(due, now)
+
+    def _after(self, due: float, now: float) -> float:
+        """Return when the next tick is due; time that was lost is counted and skipped."""
+        if self._period == 0.0:
+            return now
+        lag = now - (due + self._period)
+        skipped = int(lag / self._period) if lag > max(self._period, self._pacer.slack) else 0
+        self.statistics.overruns += skipped
+        return due + (1 + skipped) * self._period
 
     def _wait(self, due: float) -> float | None:
         """Wait for the next tick; return when it was due, or None when the loop shall end."""
-        with self._changed:
-            if not self._paused and (delay := due - time.monotonic()) > 0.0:
-                self._changed.wait_for(lambda: self._stopping or self._paused, delay)
-            if self._paused:
-                self._changed.wait_for(
-                    lambda: self._stopping or not self._paused or bool(self._single_ticks)
-                )
-                due = time.monotonic()
-            return None if self._stopping else due
+        while True:
+            self._make_calls()
+            with self._changed:
+                if self._stopping:
+                    return None
+                if self._paused and not self._single_ticks:
+                    self._changed.wait_for(
+                        lambda: (
+                            self._stopping
+                            or not self._paused
+                            or bool(self._single_ticks)
+                            or bool(self._calls)
+                        )
+                    )
+                    due = self._pacer.now()
+                    continue
+            now = self._pacer.now()
+            if now >= due or self._paused or self._finishing:
+                return min(due, now)
+            due = min(due, now + self._period)  # a clock that jumped back is not waited for
+            self._pacer.sleep(min(due - now, LONGEST_SLEEP))
+
+    def _make_calls(self) -> None:
+        while self._calls:
+            function, answer = self._calls.popleft()
+            if answer.set_running_or_notify_cancel():
+                try:
+                    answer.set_result(function())
+                except Exception as failure:  # it is the caller's
+                    answer.set_exception(failure)
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
@@ -230,14 +262,14 @@ class Loop:
                 self._answers.popleft().set_result(event)
 
     def _refuse_all(self) -> None:
-        """Refuse who still waits; nobody can join any more."""
-        refusal = self._stopped() or Refused('the device has stopped')
-        while self._answers:
-            self._answers.popleft().set_exception(refusal)
-        waiting: list[Future[Any]] = [answer for _, answer in self._inbox]
-        waiting += self._single_ticks
-        self._inbox.clear()
-        self._single_ticks.clear()
-        for answer in waiting:
-            if answer.set_running_or_notify_cancel():
-                answer.set_exception(refusal)
+        """Refuse who still waits; nobody joins them any more."""
+        with self._changed:
+            refusal = self._stopped()
+            waiting: list[Future[Any]] = [answer for _, answer in (*self._inbox, *self._calls)]
+            waiting += self._single_ticks
+            running = list(self._answers)
+            for queue in (self._inbox, self._calls, self._single_ticks, self._answers):
+                queue.clear()
+        running += [answer for answer in waiting if answer.set_running_or_notify_cancel()]
+        for answer in running:
+            answer.set_exception(refusal)

@@ -170,6 +170,10 @@ class Settings:
                         f'got {value:g}'
                     )
 
+    def groups(self) -> dict[str, Checked]:
+        """Return the groups by name."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+
     def as_dict(self) -> dict[str, dict[str, Any]]:
         """Return all settings by group and name."""
         return dataclasses.asdict(self)

@@ -20,7 +20,7 @@ from .actuator import Motion
 from .calibration import Calibration, DelayTable
 from .element import MemoryElement
 from .errors import Refused
-from .reading import Reading
+from .reading import UNDECODABLE, Reading
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
@@ -35,6 +35,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running; a snapshot is of an idle device')
     return {
+        'design': dataclasses.asdict(element.design),
         'ticks': element.ticks,
         'steps': element.chain.steps_done,
         'V_N': element.chain.V_N,
@@ -63,30 +64,35 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running')
     try:
-        actuator = dict(snapshot['actuator'])
-        strain, elapsed = float(actuator.pop('strain')), float(actuator.pop('elapsed'))
-        motion = Motion(**actuator)
-        recent = _decode(snapshot['recent'])
+        motion, strain, elapsed = _motion(snapshot['actuator'])
+        for given in (motion.start, motion.target, strain):
+            element.actuator.check(given)
         tables = snapshot['calibration']
         calibration = Calibration(
             DelayTable.from_dict(tables['left']), DelayTable.from_dict(tables['right'])
         )
-        reading = _reading(snapshot['reading'])
-        ticks = int(snapshot['ticks'])
-        state, V_N = _decode(snapshot['state']), float(snapshot['V_N'])
-        steps = int(snapshot['steps'])
-    except (KeyError, TypeError, ValueError) as error:
+        calibration.check(element.design.levels)
+        reading = _reading(snapshot['reading'], element.design.levels)
+        ticks, steps = int(snapshot['ticks']), int(snapshot['steps'])
+        recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
+        V_N = float(snapshot['V_N'])
+    except (KeyError, TypeError, ValueError, OverflowError, Refused) as error:
         raise StateError(f'this is no snapshot of a device: {error!r}') from error
-    if recent.shape != element.transducer.recent.shape:
-        raise StateError(
-            f'the snapshot must hold {element.transducer.recent.shape} recent samples; '
-            f'got {recent.shape}'
-        )
+    design = dataclasses.asdict(element.design)
+    agree = {
+        'its design': snapshot.get('design', design) == design,  # snapshots of 0.1.0 had none
+        'its steps per tick': ticks >= 0 and steps == ticks * element.steps_per_tick,
+        'its recent samples': recent.shape == element.transducer.recent.shape
+        and bool(np.isfinite(recent).all()),
+        'its strain': math.isclose(V_N, element.design.end_displacement(strain)),
+    }
+    if wrong := [what for what, right in agree.items() if not right]:
+        raise StateError(f'this is no snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=V_N, steps_done=steps)
     element.transducer.recent = recent
     element.transducer.release()
-    element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.actuator.motion = motion
+    element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.calibration = calibration
     element.reading = reading
     element.ticks = ticks
@@ -101,6 +107,15 @@ def digest(element: MemoryElement) -> str:
     return hashed.hexdigest()
 
 
+def _motion(values: Mapping[str, Any]) -> tuple[Motion, float, float]:
+    """Return the actuator's move, its strain and the time since the move began."""
+    names = ('start', 'target', 'duration', 'strain', 'elapsed')
+    start, target, duration, strain, elapsed = (float(values[name]) for name in names)
+    if not (0.0 <= duration < math.inf and 0.0 <= elapsed < math.inf):
+        raise ValueError(f'a move takes a finite time; got {elapsed} of {duration}')
+    return Motion(start, target, duration, smooth=bool(values['smooth'])), strain, elapsed
+
+
 def _reading_values(reading: Reading | None) -> dict[str, Any] | None:
     if reading is None:
         return None
@@ -110,11 +125,14 @@ def _reading_values(reading: Reading | None) -> dict[str, Any] | None:
     return values
 
 
-def _reading(values: Mapping[str, Any] | None) -> Reading | None:
+def _reading(values: Mapping[str, Any] | None, levels: int) -> Reading | None:
     if values is None:
         return None
     distance = values['distance']
-    return Reading(**{**values, 'distance': math.inf if distance is None else distance})
+    reading = Reading(**{**values, 'distance': math.inf if distance is None else distance})
+    if not UNDECODABLE <= reading.level < levels:
+        raise ValueError(f'level must be from {UNDECODABLE} to {levels - 1}; got {reading.level}')
+    return reading
 
 
 def _encode(values: Array) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Empty, Float64, UInt8
 
-from ..device import Command, Loop, Read, SetStrain, Write
+from ..device import Command, Read, SetStrain, Write
+from .gate import Gate
 from .outlets import Tap
 from .qos import RELIABLE
 
@@ -30,10 +31,10 @@ class Inlets:
         ('~/write_level', UInt8, lambda message: Write(message.data)),
     )
 
-    def __init__(self, node: Node, loop: Loop) -> None:
+    def __init__(self, node: Node, gate: Gate) -> None:
         self.tap: Tap | None = None
         self._node = node
-        self._loop = loop
+        self._gate = gate
         for topic, kind, command in self.TOPICS:
             node.create_subscription(kind, topic, self._listener(topic, command), RELIABLE)
 
@@ -43,7 +44,7 @@ class Inlets:
         def listen(message: Any) -> None:
             if self.tap is not None:
                 self.tap(name, serialize_message(message))
-            answer = self._loop.submit(command(message))
+            answer = self._gate.submit(command(message))
             answer.add_done_callback(lambda done: self._log_refusal(topic, done))
 
         return listen

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import signal
 import sys
+import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,13 +16,13 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
-from ..bag.errors import BagError
-from ..device import SettingsError
-from ..physics import DesignError
-from .node import MemoryNode
-from .parameters import ParameterError
+from .node import REFUSALS, MemoryNode
 
-REFUSALS = (ParameterError, DesignError, SettingsError, BagError, ParameterException)
+POLL = 0.1
+"""Seconds between two looks for a signal: one does not interrupt the executor's wait."""
+
+LAST_ANSWERS = 1.0
+"""Longest time in seconds for telling those who wait that the node ends."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Command line with ROS arguments; by default that of the process.
 
     Returns:
-        Exit status: 0, or 1 when the node could not be started or its device failed.
+        Exit status: 0, or 1 when the node could not be started.
     """
     try:
         # Signals are ours: rclpy's own handler would shut the context down before the session
@@ -40,7 +41,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         executor = SingleThreadedExecutor()
         stop = _on_signals(executor)
         node = MemoryNode()
-    except REFUSALS as error:
+        executor.add_node(node)
+        if node.get_parameter('autostart').value:
+            node.start()
+    except (*REFUSALS, ParameterException) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
         return 1
@@ -49,9 +53,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
             return 1
         raise
-    executor.add_node(node)
-    while not stop and node.loop.failure is None:
-        executor.spin_once(timeout_sec=1.0)
+    while not stop:
+        executor.spin_once(timeout_sec=POLL)
+        if node.failure is not None:
+            node.trigger_deactivate()  # by way of its error handling: unconfigured
     return _shut_down(node, executor)
 
 
@@ -72,17 +77,14 @@ def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
         signal.signal(number, signal.SIG_IGN)
     node.close()
-    for _ in range(10):  # send the answers of those who were refused
+    deadline = time.monotonic() + LAST_ANSWERS
+    while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
         executor.spin_once(timeout_sec=0.0)
-    failure = node.loop.failure
-    if failure is not None:
-        node.get_logger().fatal(f'the device has stopped: {failure}')
-    else:
-        node.get_logger().info('shut down')
+    node.get_logger().info('shut down')
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
-    return 0 if failure is None else 1
+    return 0
 
 
 if __name__ == '__main__':

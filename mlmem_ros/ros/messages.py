@@ -35,7 +35,7 @@ def level(reading: Reading) -> Int16:
 
 def answer(outcome: Outcome) -> str:
     """Return the JSON object that answers a service."""
-    return json.dumps(outcome.as_dict())
+    return json.dumps(_as_dict(outcome))
 
 
 def refusal(reason: str) -> str:
@@ -47,9 +47,16 @@ def status(outcome: Outcome, name: str) -> DiagnosticStatus:
     """Return how a procedure ended."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    return DiagnosticStatus(
-        level=level, name=name, message=text, values=key_values(outcome.as_dict())
-    )
+    values = key_values(_as_dict(outcome))
+    return DiagnosticStatus(level=level, name=name, message=text, values=values)
+
+
+def _as_dict(outcome: Outcome) -> dict[str, Any]:
+    """Return an outcome with the contract's one `margin`: how far from the next level."""
+    values = outcome.as_dict()
+    if 'level_margin' in values:
+        values['margin'] = values['level_margin']
+    return values
 
 
 def key_values(values: dict[str, Any]) -> list[KeyValue]:

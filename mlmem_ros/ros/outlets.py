@@ -11,16 +11,21 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import JointState, Range
+from sensor_msgs.msg import Image, JointState, Range
 from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
+from visualization_msgs.msg import MarkerArray
 
 from ..device import Event, Heard, MemoryElement, Outcome
 from . import messages
+from .image import Contour
+from .markers import ChainMarkers
 from .qos import LATCHED, RELIABLE, SENSOR_DATA
 from .settings import PublishSettings
 
 Tap = Callable[[str, bytes], None]
 """Takes the full topic name and the serialized message."""
+
+Topic = tuple[str, type[Any], QoSProfile]
 
 
 class Outlets:
@@ -28,9 +33,10 @@ class Outlets:
 
     Attributes:
         tap: Called with every message that is published, or None.
+        tap_views: Whether the tap takes the views too, which are large.
     """
 
-    TOPICS: tuple[tuple[str, type[Any], QoSProfile], ...] = (
+    TOPICS: tuple[Topic, ...] = (
         ('~/level', Int16, LATCHED),
         ('~/outcome', DiagnosticStatus, LATCHED),
         ('~/echo', Float32MultiArray, RELIABLE),
@@ -39,21 +45,37 @@ class Outlets:
         ('~/field', Float32MultiArray, SENSOR_DATA),
         ('~/wall', Float64MultiArray, SENSOR_DATA),
     )
+    VIEWS: tuple[Topic, ...] = (
+        ('~/image', Image, SENSOR_DATA),
+        ('~/markers', MarkerArray, SENSOR_DATA),
+    )
+    """What is made for people alone, and only while somebody looks."""
+
+    _VIEW_NAMES = frozenset(name for name, *_ in VIEWS)
 
     def __init__(self, node: Node, element: MemoryElement, settings: PublishSettings) -> None:
         self.tap: Tap | None = None
+        self.tap_views = False
         self._node = node
         self._element = element
         self._settings = settings
         self._publishers = {
-            name: node.create_publisher(kind, name, qos) for name, kind, qos in self.TOPICS
+            name: node.create_publisher(kind, name, qos)
+            for name, kind, qos in self.TOPICS + self.VIEWS
         }
+        self._contour = Contour(element, settings)
+        self._markers = ChainMarkers(element, settings)
+
+    def close(self) -> None:
+        """Publish no more."""
+        for publisher in self._publishers.values():
+            self._node.destroy_publisher(publisher)
 
     def publish(self, topic: str, message: Any) -> None:
         """Publish a message, and hand it to the tap."""
         publisher = self._publishers[topic]
         publisher.publish(message)
-        if self.tap is not None:
+        if self.tap is not None and (self.tap_views or topic not in self._VIEW_NAMES):
             self.tap(publisher.topic_name, serialize_message(message))
 
     def tick(self, events: Sequence[Event]) -> None:
@@ -67,11 +89,20 @@ class Outlets:
             self.publish(
                 '~/joint_states', messages.joint_states(element, self._stamp(), settings.frame_id)
             )
+        self._contour.take()
+        if _due(ticks, settings.image_every) and self._watched('~/image'):
+            self.publish('~/image', self._contour.message(self._stamp()))
+        if _due(ticks, settings.markers_every) and self._watched('~/markers'):
+            self.publish('~/markers', self._markers.message(self._stamp()))
         for event in events:
             if isinstance(event, Heard):
                 self._publish_heard(event)
             else:
                 self._publish_outcome(event)
+
+    def _watched(self, view: str) -> bool:
+        recorded = self.tap is not None and self.tap_views
+        return recorded or self._publishers[view].get_subscription_count() > 0
 
     def _publish_heard(self, heard: Heard) -> None:
         self.publish('~/echo', messages.echo(heard.echo))

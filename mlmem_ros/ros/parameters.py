@@ -7,18 +7,24 @@ from __future__ import annotations
 import dataclasses
 import sys
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    ParameterType,
+    SetParametersResult,
+)
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from ..described import Description, descriptions
+from ..device import SettingsError
 from ..device.settings import Settings
-from ..physics import PRESETS, Design, preset
-from .settings import PublishSettings, RecordSettings
-
-Group = TypeVar('Group')
+from ..physics import PRESETS, Design, DesignError, preset
+from .settings import PublishSettings, RecordSettings, StateSettings
 
 
 class ParameterError(ValueError):
@@ -33,52 +39,128 @@ class Parameters:
     settings: Settings
     publish: PublishSettings
     record: RecordSettings
+    state: StateSettings
 
 
-def declare(node: Node) -> Parameters:
-    """Declare every parameter of the contract and return their values.
+LIVE = {
+    'target_level': (0, Description('level that ~/write writes', low=0, high=255)),
+    'time.speed': (
+        1.0,
+        Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
+    ),
+}
+"""Parameters that may be set at any time; all others only while the node is unconfigured."""
 
-    Raises:
-        ParameterError: One has the wrong type or is out of range.
-        DesignError: The design's parameters make no memory.
-        SettingsError: Settings contradict each other.
-    """
-    name = _declare(
-        node,
-        'design.preset',
-        'case_2',
-        Description('shipped design that the others start from', choices=tuple(PRESETS)),
-    )
-    design = _declare_group(node, 'design', preset(name))
-    groups = {
-        field.name: _declare_group(node, field.name, getattr(Settings(), field.name))
-        for field in dataclasses.fields(Settings)
-    }
-    publish = _declare_group(node, 'publish', PublishSettings())
-    record = _declare_group(node, 'record', RecordSettings())
-    target = Description('level that ~/write writes', low=0, high=max(0, design.levels - 1))
-    _declare(node, 'target_level', 0, target, read_only=False)
-    return Parameters(design, Settings(**groups), publish, record)
+PRESET = Description('shipped design that the others start from', choices=tuple(PRESETS))
 
 
-def _declare_group(node: Node, prefix: str, defaults: Group) -> Group:
-    """Declare the fields of a settings dataclass and return one with their values."""
-    values = {
-        field.name: _declare(
-            node, f'{prefix}.{field.name}', getattr(defaults, field.name), description
-        )
-        for field, description in descriptions(defaults)
-    }
-    return type(defaults)(**values)
+class ParameterSet:
+    """Declares every parameter of the contract, guards them, and tells their values."""
+
+    def __init__(self, node: Node) -> None:
+        """Declare all parameters.
+
+        Raises:
+            ParameterError: One has the wrong type or is out of range, or several together make
+                no memory.
+            SettingsError: Settings of different groups contradict each other.
+        """
+        self._node = node
+        self.locked = False
+        """Whether the node is configured, so that only live parameters may be set."""
+        name = _declare(node, 'design.preset', 'case_2', PRESET)
+        try:
+            chosen = preset(name)
+        except DesignError as error:
+            raise ParameterError(f'parameter design.{error}') from error
+        self._defaults: dict[str, Any] = {'design': chosen, **Settings().groups()}
+        self._defaults |= {
+            'publish': PublishSettings(), 'record': RecordSettings(), 'state': StateSettings(),
+        }  # fmt: skip
+        for prefix, defaults in self._defaults.items():
+            for field, description in descriptions(defaults):
+                _declare(
+                    node, f'{prefix}.{field.name}', getattr(defaults, field.name), description
+                )
+        for live, (default, description) in LIVE.items():
+            _declare(node, live, default, description)
+        _declare(node, 'autostart', True, Description('configure and activate at the start'))
+        self._limit_level(self.values().design.levels)
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._follow_preset)
+
+    def values(self) -> Parameters:
+        """Return the present values.
+
+        Raises:
+            ParameterError: Several together make no memory.
+            SettingsError: Settings of different groups contradict each other.
+        """
+        groups = {prefix: self._group(prefix) for prefix in self._defaults}
+        parts = {name: groups.pop(name) for name in ('design', 'publish', 'record', 'state')}
+        return Parameters(settings=Settings(**groups), **parts)
+
+    def lock(self, levels: int) -> None:
+        """Let only live parameters be set from now on, and levels below `levels`."""
+        self._limit_level(levels)
+        self.locked = True
+
+    def _group(self, prefix: str) -> Any:
+        defaults = self._defaults[prefix]
+        values = {
+            field.name: self._node.get_parameter(f'{prefix}.{field.name}').value
+            for field, _ in descriptions(defaults)
+        }
+        try:
+            return type(defaults)(**values)
+        except (DesignError, SettingsError) as error:  # what ranges alone cannot tell
+            raise ParameterError(f'parameters {prefix}.*: {error}') from error
+
+    def _limit_level(self, levels: int) -> None:
+        """Give `target_level` the range of the design."""
+        default, description = LIVE['target_level']
+        limited = dataclasses.replace(description, high=max(0, levels - 1))
+        present = self._node.get_parameter('target_level').value
+        if not 0 <= present < max(1, levels):
+            raise ParameterError(
+                f'parameter target_level must be from 0 to {levels - 1}; got {present}'
+            )
+        described = descriptor(limited, default)
+        described.type = ParameterType.PARAMETER_INTEGER
+        self._node.set_descriptor('target_level', described)
+
+    def _check(self, changed: list[Parameter]) -> SetParametersResult:
+        for parameter in changed:
+            ours = parameter.name in LIVE or parameter.name == 'use_sim_time'
+            if self.locked and not ours:
+                return SetParametersResult(
+                    successful=False,
+                    reason=f'{parameter.name} may be set only while the node is unconfigured',
+                )
+            if parameter.name == 'design.preset' and parameter.value not in PRESETS:
+                return SetParametersResult(
+                    successful=False,
+                    reason=f'design.preset must be one of {", ".join(PRESETS)}; '
+                    f'got {parameter.value!r}',
+                )
+        return SetParametersResult(successful=True)
+
+    def _follow_preset(self, changed: list[Parameter]) -> None:
+        """Give the other design parameters the values of a preset that was set."""
+        for parameter in changed:
+            if parameter.name == 'design.preset':
+                design = preset(parameter.value)
+                self._node.set_parameters(
+                    [
+                        Parameter(f'design.{field.name}', value=getattr(design, field.name))
+                        for field, _ in descriptions(design)
+                    ]
+                )
 
 
-def _declare(
-    node: Node, name: str, default: Any, description: Description, *, read_only: bool = True
-) -> Any:
+def _declare(node: Node, name: str, default: Any, description: Description) -> Any:
     try:
-        return node.declare_parameter(
-            name, default, descriptor(description, default, read_only)
-        ).value
+        return node.declare_parameter(name, default, descriptor(description, default)).value
     except InvalidParameterTypeException as error:
         hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
         raise ParameterError(
@@ -91,16 +173,15 @@ def _declare(
         ) from error
 
 
-def descriptor(description: Description, default: Any, read_only: bool) -> ParameterDescriptor:
+def descriptor(description: Description, default: Any) -> ParameterDescriptor:
     """Return the ROS descriptor of a described field.
 
     Args:
         description: Meaning, unit and range.
         default: The default value: its type is the parameter's.
-        read_only: Whether it is fixed once the node runs.
     """
     text = description.text + (f' [{description.unit}]' if description.unit else '')
-    result = ParameterDescriptor(description=text, read_only=read_only)
+    result = ParameterDescriptor(description=text)
     if description.choices:
         result.additional_constraints = f'one of {", ".join(description.choices)}'
     low, high = description.low, description.high
@@ -119,6 +200,7 @@ def descriptor(description: Description, default: Any, read_only: bool) -> Param
             IntegerRange(
                 from_value=-(2**63) if low is None else int(low),
                 to_value=2**63 - 1 if high is None else int(high),
+                step=1,
             )
         ]
     return result

@@ -55,7 +55,7 @@ class Recording:
             max_duration=settings.max_duration,
         )
         self._types: dict[str, str] = {}
-        for topic, kind, qos in _recorded_topics():
+        for topic, kind, qos in _recorded_topics(settings.views):
             full_name = node.resolve_topic_name(topic)
             self._types[full_name] = _type_name(kind)
             writer.add_topic(full_name, _type_name(kind), (_offered(qos),))
@@ -103,9 +103,9 @@ class Recording:
         self._node.get_logger().error(f'recording stopped: {error}')
 
 
-def _recorded_topics() -> list[tuple[str, type[Any], QoSProfile]]:
+def _recorded_topics(views: bool) -> list[tuple[str, type[Any], QoSProfile]]:
     inward = [(topic, kind, RELIABLE) for topic, kind, _ in Inlets.TOPICS]
-    return [*inward, *Outlets.TOPICS]
+    return [*inward, *Outlets.TOPICS, *(Outlets.VIEWS if views else ())]
 
 
 def _type_name(kind: type[Any]) -> str:

@@ -9,20 +9,27 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
-from ..device import Abort, Calibrate, Command, Erase, Loop, Outcome, Read, Refused, Write
+from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, Write
 from . import messages
+from .gate import Gate
 
 
 class Services:
-    """Answers requests while the loop runs: a waiting request is a suspended coroutine."""
+    """Answers requests while the loop runs: a waiting request is a suspended coroutine.
 
-    def __init__(self, node: Node, loop: Loop) -> None:
+    Attributes:
+        waiting: How many requests have not been answered yet.
+    """
+
+    def __init__(self, node: Node, gate: Gate) -> None:
+        self.waiting = 0
         self._node = node
-        self._loop = loop
+        self._gate = gate
         procedures: dict[str, Callable[[], Command]] = {
             '~/write': lambda: Write(node.get_parameter('target_level').value),
             '~/read': Read,
@@ -30,17 +37,20 @@ class Services:
             '~/calibrate': Calibrate,
             '~/abort': Abort,
         }
+        # The node's own group admits nothing else, not even ~/abort, while a request waits.
+        group = ReentrantCallbackGroup()
         for name, command in procedures.items():
-            node.create_service(Trigger, name, self._procedure(command))
-        node.create_service(SetBool, '~/pause', self._pause)
-        node.create_service(Trigger, '~/step', self._step)
+            serve = self._procedure(command)
+            node.create_service(Trigger, name, serve, callback_group=group)
+        node.create_service(SetBool, '~/pause', self._pause, callback_group=group)
+        node.create_service(Trigger, '~/step', self._step, callback_group=group)
 
     def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
         async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             try:
-                outcome: Outcome = await self._result(self._loop.submit(command()))
-            except Refused as refusal:
-                response.message = messages.refusal(str(refusal))
+                outcome: Outcome = await self._result(self._gate.submit(command()))
+            except Exception as failure:  # Refused, or what stopped the device: the caller is told
+                response.message = messages.refusal(str(failure))
             else:
                 response.success = outcome.success
                 response.message = messages.answer(outcome)
@@ -49,14 +59,18 @@ class Services:
         return serve
 
     def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self._loop.pause(request.data)
-        response.success = True
-        response.message = json.dumps({'paused': request.data, 'tick': self._loop.element.ticks})
+        try:
+            tick = self._gate.pause(request.data)
+        except Refused as refusal:
+            response.message = messages.refusal(str(refusal))
+        else:
+            response.success = True
+            response.message = json.dumps({'paused': request.data, 'tick': tick})
         return response
 
     async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            tick = await self._result(self._loop.single_tick())
+            tick = await self._result(self._gate.step())
         except Refused as refusal:
             response.message = messages.refusal(str(refusal))
         else:
@@ -64,8 +78,8 @@ class Services:
             response.message = json.dumps({'tick': tick})
         return response
 
-    def _result(self, answer: Future[Any]) -> RosFuture:
-        """Return what a coroutine awaits: it is resumed when the loop's thread has answered."""
+    async def _result(self, answer: Future[Any]) -> Any:
+        """Wait without blocking; the coroutine is resumed when the loop's thread has answered."""
         executor = self._node.executor
         future = RosFuture(executor=executor)
 
@@ -77,4 +91,8 @@ class Services:
             executor.wake()
 
         answer.add_done_callback(done)
-        return future
+        self.waiting += 1
+        try:
+            return await future
+        finally:
+            self.waiting -= 1

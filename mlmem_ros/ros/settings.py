@@ -19,6 +19,13 @@ class PublishSettings(Checked):
     joint_states_every: int = described(
         5, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
     )
+    image_every: int = described(50, 'ticks between two ~/image', unit='ticks', low=0, high=10**6)
+    image_span: int = described(
+        4000, 'ticks that ~/image reaches back', unit='ticks', low=1, high=10**7
+    )
+    markers_every: int = described(
+        50, 'ticks between two ~/markers', unit='ticks', low=0, high=10**6
+    )
     frame_id: str = described('mlmem', 'frame of stamped messages')
 
 
@@ -35,11 +42,26 @@ class RecordSettings(Checked):
         high=3600.0,
     )
     max_bytes: int = described(
-        0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**40
+        0, 'begin a new file at this size; 0: never', unit='bytes', low=0, high=2**31 - 1
     )
     max_duration: float = described(
         0.0, 'begin a new file after this time; 0: never', unit='s', low=0.0, high=1e6
     )
     hash_every: int = described(
         500, 'ticks between two hashes of the state', unit='ticks', low=1, high=10**6
+    )
+    views: bool = described(False, 'record ~/image and ~/markers too: three times the size')
+
+
+@dataclass(frozen=True)
+class StateSettings(Checked):
+    """Where the content is kept between two runs: the element is a non-volatile memory."""
+
+    path: str = described('', 'state file; empty: none, every start is blank')
+    interval: float = described(
+        60.0,
+        'time between two savings while active; 0: only at the end',
+        unit='s',
+        low=0.0,
+        high=1e6,
     )

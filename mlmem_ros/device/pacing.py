@@ -1,0 +1,39 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The clock that paces a loop: it decides when the next tick runs, never what it computes."""
+
+from __future__ import annotations
+
+import time
+from typing import Protocol
+
+
+class Pacer(Protocol):
+    """A clock to wait on. It may stand still, jump, or run at any rate.
+
+    Attributes:
+        slack: Seconds by which ticks may lag and are made up for; what is lost beyond that is
+            skipped. A clock that advances in steps needs more than one of its steps.
+    """
+
+    slack: float
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for at most this time; return early when the clock may have moved."""
+
+
+class SteadyPacer:
+    """The steady clock of the machine: ticks it has lost are not sprinted after."""
+
+    slack = 0.0
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for a time."""
+        time.sleep(seconds)

@@ -1,0 +1,75 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The content of the memory between two runs of the node: restored, and saved at intervals."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from rclpy.node import Node
+
+from ..device import MemoryElement, snapshot, state_file
+from ..physics import StateError
+from .gate import Gate
+from .settings import StateSettings
+
+
+class MemoryFile:
+    """Keeps the state of a device in a file; an empty path keeps none.
+
+    Saving happens in a thread of its own: neither the loop nor the executor waits for the disk.
+    """
+
+    def __init__(self, node: Node, settings: StateSettings, gate: Gate) -> None:
+        self._node = node
+        self._path = Path(settings.path).expanduser() if settings.path else None
+        self._gate = gate
+        self._saving = threading.Lock()
+        self._timer = None
+        if self._path is not None and settings.interval > 0.0:
+            self._timer = node.create_timer(settings.interval, self._save_at_interval)
+
+    def restore(self, element: MemoryElement) -> None:
+        """Give a new device the saved state, if there is one.
+
+        Raises:
+            StateError: The file is damaged, or belongs to another design.
+        """
+        if self._path is None:
+            return
+        saved = state_file.load(self._path)
+        if saved is None:
+            self._node.get_logger().info(f'no state in {self._path} yet: the element is blank')
+            return
+        try:
+            snapshot.restore(element, saved)
+        except StateError as error:
+            raise StateError(f'{self._path} does not belong to this design: {error}') from error
+        self._node.get_logger().info(f'state restored from {self._path}')
+
+    def save(self, element: MemoryElement) -> None:
+        """Save the state of an idle device whose loop does not run."""
+        if self._path is not None:
+            self._write(snapshot.take(element))
+
+    def close(self) -> None:
+        """Save no more at intervals."""
+        if self._timer is not None:
+            self._node.destroy_timer(self._timer)
+
+    def _save_at_interval(self) -> None:
+        loop = self._gate.loop
+        if loop is not None and not loop.element.procedure:
+            loop.call(lambda: snapshot.take(loop.element)).add_done_callback(self._taken)
+
+    def _taken(self, answer) -> None:
+        if answer.exception() is None:  # else a procedure began meanwhile: the next time will do
+            threading.Thread(target=self._write, args=(answer.result(),), daemon=True).start()
+
+    def _write(self, taken: dict) -> None:
+        with self._saving:
+            try:
+                state_file.save(self._path, taken)
+            except StateError as error:
+                self._node.get_logger().error(str(error))

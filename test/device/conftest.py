@@ -1,0 +1,31 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A device that has been written, level after level, for every test that needs its content."""
+
+import pytest
+
+from mlmem_ros.device import Write, snapshot
+
+from . import rig
+
+
+@pytest.fixture(scope='session')
+def climb():
+    """Write all eight levels upward on one element; per level the events and a snapshot."""
+    element = rig.device()
+    seen = []
+    for level in range(8):
+        seen.append((rig.events(element, Write(level)), snapshot.take(element)))
+    return seen
+
+
+@pytest.fixture
+def written(climb):
+    """Return a device on which a level was written by its own means, content known."""
+
+    def written(level, **settings):
+        element = rig.device(**settings)
+        snapshot.restore(element, climb[level][1])
+        return element
+
+    return written

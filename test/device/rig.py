@@ -1,0 +1,106 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Devices to experiment on, and the true wall, which only the experimenter may look at."""
+
+import dataclasses
+from functools import cache
+
+import hypothesis
+
+from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibration, snapshot
+from mlmem_ros.physics import CASE_II, walls
+from mlmem_ros.physics.equilibrium import resting_wall
+
+factory_calibration = cache(factory_calibration)
+
+unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
+"""For Hypothesis: a loaded machine is no finding, and a run on it is repeated exactly."""
+
+LONGEST = 40_000
+"""Ticks after which a procedure counts as endless; a calibration takes some 6000."""
+
+
+def device(level=None, *, design=CASE_II, calibration=None, **settings):
+    """Return a device with its wall resting at a level, or blank, whose content is not known.
+
+    The calibration is the factory's for the default settings, so that other settings may be as
+    wrong as an experiment needs them.
+    """
+    calibration = calibration or factory_calibration(design, Settings())
+    element = MemoryElement(design, Settings(**settings), calibration)
+    if level is not None:
+        element.chain.place(resting_wall(design, level))
+        element.transducer.settle()
+    return element
+
+
+def ticks(element, n):
+    """Advance by n ticks and return what happened."""
+    return [event for _ in range(n) for event in element.advance()]
+
+
+def events(element, command):
+    """Give a command and return what happens until its procedure has ended."""
+    element.apply(command)
+    seen = []
+    for _ in range(LONGEST):
+        seen += element.advance()
+        if not element.procedure:
+            return seen
+    raise AssertionError(f'{command} does not end')
+
+
+def run(element, command):
+    """Give a command and return its outcome."""
+    *_, outcome = events(element, command)
+    assert isinstance(outcome, Outcome)
+    return outcome
+
+
+def succeed(element, command):
+    """Give a command, which must succeed, and return its reading."""
+    outcome = run(element, command)
+    assert outcome.success, outcome.error
+    return outcome.reading
+
+
+def wall(element):
+    """Return the true position of the one wall, or None for a blank element."""
+    found = walls(element.design, element.chain.configuration)
+    if not found:
+        assert element.chain.configuration[0] < element.design.D_barrier, 'all active, not blank'
+        return None
+    (only,) = found
+    assert only.anti_kink
+    return only.position
+
+
+def holds(element, level):
+    """Whether the true wall rests within a cell of a level's defect; None: whether blank."""
+    position = wall(element)
+    if level is None or position is None:
+        return level is position
+    return abs(position - element.design.defect(level)) < 1.0
+
+
+def bits(element):
+    """Return all that a command could change, for comparison to the bit."""
+    actuator, transducer = element.actuator, element.transducer
+    return (
+        snapshot.digest(element),
+        actuator.strain,
+        actuator.elapsed,
+        actuator.motion,
+        transducer.recent.tobytes(),
+        transducer.driving,
+        transducer.detector is None,
+        element.procedure,
+        element.reading,
+        element.calibration,
+    )
+
+
+def with_group(group, **values):
+    """Return settings whose one group differs from the defaults."""
+    changed = dataclasses.replace(getattr(Settings(), group), **values)
+    return {group: changed}

@@ -1,0 +1,177 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The actuator: never faster than its limit, exactly where it shall be, unmoved by nonsense."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mlmem_ros.device import Refused
+from mlmem_ros.device.actuator import Actuator
+from mlmem_ros.device.commands import SetStrain
+from mlmem_ros.device.settings import ActuatorSettings
+
+from . import rig
+
+LIMIT, RATE = 0.08, 1e-4
+STEP = 0.25
+TICK = np.arange(1, 81) * STEP
+"""Times of the steps of a tick of 20 time units."""
+
+
+def actuator():
+    return Actuator(ActuatorSettings(max_strain=LIMIT, max_rate=RATE))
+
+
+def record(moved, ticks=None):
+    """Return the strain after every step until the actuator stands still, or for some ticks."""
+    trace = []
+    while moved.moving if ticks is None else len(trace) < ticks:
+        trace.append(moved.advance(TICK))
+    return np.concatenate(trace)
+
+
+def rates(start, trace):
+    return np.diff(np.concatenate(([start], trace))) / STEP
+
+
+def test_a_set_point_is_slewed_to_at_the_greatest_rate():
+    moved = actuator()
+    moved.slew_to(0.05)
+    trace = record(moved)
+    t = np.arange(1, len(trace) + 1) * STEP
+    np.testing.assert_allclose(trace, np.minimum(RATE * t, 0.05), atol=1e-16)
+    assert len(trace) * STEP == 500.0  # 0.05 / 1e-4, a whole number of ticks
+    assert moved.strain == 0.05  # exactly
+    assert not moved.moving
+
+
+def test_a_set_point_is_kept():
+    moved = actuator()
+    moved.slew_to(-0.0123)
+    record(moved)
+    assert set(record(moved, ticks=5)) == {-0.0123}
+
+
+def test_a_new_set_point_on_the_way_starts_from_where_the_strain_is():
+    moved = actuator()
+    moved.slew_to(0.05)
+    there = record(moved, ticks=10)
+    moved.slew_to(-0.01)
+    back = record(moved)
+    assert there[-1] == pytest.approx(0.02, abs=1e-15)  # 200 time units at 1e-4
+    assert np.abs(rates(there[-1], back)).max() <= RATE * (1 + 1e-9)  # rounding of differences
+    assert moved.strain == -0.01
+
+
+def test_a_ramp_is_a_cubic_that_starts_and_ends_at_rest():
+    moved = actuator()
+    moved.ramp_to(0.048, 1200.0)
+    trace = record(moved)
+    x = np.arange(1, len(trace) + 1) * STEP / 1200.0
+    cubic = np.polynomial.Polynomial([0.0, 0.0, 3.0, -2.0])  # p(0)=p'(0)=p'(1)=0, p(1)=1
+    np.testing.assert_allclose(trace, 0.048 * cubic(x), atol=1e-16)
+    rate = rates(0.0, trace)
+    middle = len(rate) // 2
+    assert rate.max() == pytest.approx(1.5 * 0.048 / 1200.0, rel=1e-6)
+    assert rate.argmax() in (middle - 1, middle)
+    # the first and the last step's mean rate, of order (rate of change of rate) x step / 2
+    assert max(rate[0], rate[-1]) < 6.0 * 0.048 / 1200.0**2 * STEP
+    assert moved.strain == 0.048
+
+
+def test_a_ramp_that_is_asked_for_too_fast_takes_longer():
+    moved = actuator()
+    moved.ramp_to(0.06, 100.0)
+    rate = rates(0.0, record(moved))
+    assert rate.max() <= RATE * (1 + 1e-9)
+    assert rate.max() == pytest.approx(RATE, rel=1e-4)  # and no longer than needed
+    assert moved.motion.duration == pytest.approx(900.0)  # 1.5 x 0.06 / 1e-4
+    assert moved.strain == 0.06
+
+
+MOVES = st.tuples(
+    st.floats(-LIMIT, LIMIT), st.floats(1.0, 3000.0), st.booleans(), st.integers(0, 60)
+)
+
+
+@rig.unhurried
+@given(st.lists(MOVES, min_size=1, max_size=6))
+def test_no_sequence_of_moves_is_faster_than_the_limit_or_goes_beyond_its_ends(moves):
+    moved = actuator()
+    for target, duration, smooth, ticks in moves:
+        start = moved.strain
+        if smooth:
+            moved.ramp_to(target, duration)
+        else:
+            moved.slew_to(target)
+        for _ in range(ticks):
+            before = moved.strain
+            trace = moved.advance(TICK)
+            # a difference of strains up to 0.08 is rounded to some 1e-17
+            assert np.abs(rates(before, trace)).max() <= RATE + 1e-16 / STEP
+            assert min(start, target) - 1e-17 <= trace.min()
+            assert trace.max() <= max(start, target) + 1e-17
+        if not moved.moving and ticks:
+            assert moved.strain == target
+
+
+def test_the_strain_does_not_depend_on_how_time_is_cut():
+    whole, cut = actuator(), actuator()
+    for moved in (whole, cut):
+        moved.ramp_to(-0.03, 1000.0)
+    pieces = [cut.advance(TICK[:n]) for n in (1, 79, 80, 3, 77)]
+    np.testing.assert_array_equal(np.concatenate(pieces), record(whole, ticks=3))
+
+
+def test_a_move_to_where_the_strain_is_takes_no_time():
+    moved = actuator()
+    for move in (moved.slew_to, lambda strain: moved.ramp_to(strain, 0.0)):
+        move(0.0)
+        assert not moved.moving
+        assert set(moved.advance(TICK)) == {0.0}
+
+
+@pytest.mark.parametrize('strain', [LIMIT, -LIMIT, 0, 0.08])
+def test_the_limit_itself_is_allowed(strain):
+    moved = actuator()
+    moved.slew_to(strain)
+    record(moved, ticks=41)
+    assert moved.strain == strain
+
+
+BAD = [math.nan, math.inf, -math.inf, math.nextafter(LIMIT, 1), -0.081, 10**400]
+BAD += ['0.01', None, True]
+
+
+@pytest.mark.parametrize('strain', BAD, ids=lambda bad: repr(bad)[:12])
+@pytest.mark.parametrize('move', ['slew_to', 'ramp_to'])
+def test_a_strain_beyond_the_limit_is_refused_and_changes_nothing(strain, move):
+    moved = actuator()
+    moved.slew_to(0.05)
+    record(moved, ticks=3)
+    before = dict(vars(moved))
+    arguments = (strain,) if move == 'slew_to' else (strain, 1000.0)
+    with pytest.raises(Refused, match=r'strain must be a finite number from -0\.08 to 0\.08'):
+        getattr(moved, move)(*arguments)
+    assert vars(moved) == before
+
+
+def test_the_device_strains_its_material_by_the_actuator():
+    """V_N is the strain times N, its speed at most that of the actuator times N."""
+    element = rig.device()
+    element.apply(SetStrain(0.01))
+    speeds = []
+    while element.actuator.moving or not speeds:
+        element.advance()
+        speeds.append(element.substrate_speed)
+        stretched = element.chain.V_N
+        assert stretched == pytest.approx(element.actuator.strain * 225, rel=1e-15)
+    assert stretched == pytest.approx(2.25, rel=1e-15)
+    assert speeds[:5] == pytest.approx([RATE * 225] * 5)
+    assert len(speeds) == 5  # 0.01 / 1e-4 is five ticks of 20
+    element.advance()
+    assert element.substrate_speed == 0.0

@@ -1,0 +1,140 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of delays: what makes one, the nearest entry, and how clear the choice is."""
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mlmem_ros.device import Calibration, DelayTable, SettingsError
+
+from . import rig
+
+RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
+FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
+
+
+@pytest.mark.parametrize(
+    ('delays', 'message'),
+    [
+        ((), 'finite, one for every level; got []'),
+        ((1.0, math.nan), 'finite'),
+        ((math.inf,), 'finite'),
+        ((1.0, 2.0, 2.0), r'rise or fall from level to level.*got \[1.0, 2.0, 2.0\]'),
+        ((1.0, 3.0, 2.0), 'rise or fall'),
+    ],
+)
+def test_a_table_that_tells_no_levels_apart_is_refused(delays, message):
+    with pytest.raises(SettingsError, match=message.replace('[]', r'\[\]')):
+        DelayTable(delays)
+
+
+@pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
+def test_a_blank_that_cannot_be_told_from_a_level_is_refused(blank):
+    with pytest.raises(SettingsError, match='blank must be a finite delay that no level has'):
+        DelayTable(RISING.delays, blank)
+
+
+@pytest.mark.parametrize('table', [RISING, FALLING])
+def test_the_margin_is_1_on_every_entry(table):
+    for level, delay in enumerate(table.delays):
+        assert table.nearest(delay) == (level, 1.0)
+    if table.blank is not None:
+        assert table.nearest(table.blank) == (-1, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('delay', 'level', 'margin'),
+    [
+        (149.999, 0, 0.0),  # half-way
+        (150.001, 1, 0.0),
+        (125.0, 0, 0.5),  # a quarter of the way
+        (260.001, 2, 0.0),
+        (230.0, 1, 0.5),  # 30 of 120: the spacing on the side where it lies counts
+        (180.0, 1, 0.6),  # 20 of 100
+        (380.0, 3, 0.5),  # 20 of 80
+        (50.0, 0, 0.0),  # beyond the end the nearest spacing is the measure
+        (0.0, 0, -1.0),
+        (440.0, 3, 0.0),
+        (480.0, 3, -1.0),
+    ],
+)
+def test_the_margin_falls_to_0_half_way_to_the_neighbour(delay, level, margin):
+    found, clear = RISING.nearest(delay)
+    assert found == level
+    assert clear == pytest.approx(margin, abs=1e-4)  # the delays are 0.001 off half-way
+
+
+def test_blank_is_an_entry_like_the_others():
+    assert FALLING.nearest(460.0) == (-1, pytest.approx(0.2))
+    assert FALLING.nearest(440.0) == (0, pytest.approx(0.2))
+    assert FALLING.nearest(560.0) == (-1, pytest.approx(-0.2))  # 60 off, half the spacing is 50
+
+
+def test_a_single_level_is_judged_by_its_own_delay():
+    table = DelayTable((200.0,))
+    assert table.nearest(200.0) == (0, 1.0)
+    assert table.nearest(250.0) == (0, 0.5)
+    assert table.nearest(350.0) == (0, -0.5)
+
+
+@rig.unhurried
+@given(
+    st.lists(st.floats(1.0, 5000.0), min_size=1, max_size=9, unique=True),
+    st.booleans(),
+    st.floats(0.0, 6000.0),
+)
+def test_the_nearest_entry_is_the_nearest(delays, falling, delay):
+    delays = sorted(delays, reverse=falling)
+    level, margin = DelayTable(tuple(delays)).nearest(delay)
+    assert abs(delays[level] - delay) == min(abs(entry - delay) for entry in delays)
+    assert margin <= 1.0
+    if min(delays) <= delay <= max(delays):
+        assert margin >= -1e-9
+
+
+@pytest.mark.parametrize('table', [RISING, FALLING])
+def test_the_distance_is_interpolated_between_the_levels(table):
+    distances = [10.0, 30.0, 50.0, 70.0] if table is RISING else [70.0, 50.0, 30.0, 10.0]
+    assert table.distance(200.0, distances) == 30.0
+    assert table.distance(230.0, distances) == pytest.approx(35.0)  # a quarter of 120
+    assert table.distance(0.0, distances) == 10.0
+    assert table.distance(900.0, distances) == 70.0
+
+
+@pytest.mark.parametrize('table', [RISING, FALLING])
+def test_a_table_survives_a_file(table):
+    assert DelayTable.from_dict(json.loads(json.dumps(table.as_dict()))) == table
+
+
+@pytest.mark.parametrize(
+    ('data', 'message'),
+    [
+        ({}, 'needs delays and blank'),
+        ({'delays': [1.0]}, "needs delays and blank; KeyError\\('blank'\\)"),
+        ({'delays': 7, 'blank': None}, 'needs delays and blank'),
+        ({'delays': ['x'], 'blank': None}, 'needs delays and blank'),
+        ({'delays': [1.0], 'blank': []}, 'needs delays and blank'),
+        (None, 'needs delays and blank'),
+        ({'delays': [2.0, 2.0], 'blank': None}, '^delays must rise or fall'),
+    ],
+    ids=str,
+)
+def test_a_file_that_holds_no_table_is_refused(data, message):
+    with pytest.raises(SettingsError, match=message):
+        DelayTable.from_dict(data)
+
+
+def test_a_calibration_has_a_table_for_either_end():
+    calibration = Calibration(RISING, FALLING)
+    assert calibration.table('left') is RISING
+    assert calibration.table('right') is FALLING
+    calibration.check(4)
+    for other in (3, 5):
+        with pytest.raises(SettingsError, match=f'must have {other} levels, as the design; got 4'):
+            calibration.check(other)
+    with pytest.raises(SettingsError, match='must have 4 levels, as the design; got 1'):
+        Calibration(RISING, DelayTable((1.0,))).check(4)

@@ -1,0 +1,64 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Commands as values: to a session file and back, and nothing else in between."""
+
+import dataclasses
+import json
+
+import pytest
+
+from mlmem_ros.device import Abort, Calibrate, Erase, Read, Refused, SetStrain, Write
+from mlmem_ros.device.commands import KINDS, as_dict, from_dict
+
+COMMANDS = [
+    SetStrain(0.1 + 0.2), SetStrain(-5e-324), Write(7), Read(), Read('right'),
+    Erase(), Calibrate(), Abort(), Abort('the device is shut down'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize('command', COMMANDS, ids=str)
+def test_a_command_survives_a_file_to_the_bit(command):
+    assert from_dict(json.loads(json.dumps(as_dict(command)))) == command
+
+
+def test_every_command_is_tested_and_has_a_kind():
+    assert {type(command).__name__ for command in COMMANDS} == set(KINDS)
+    for name, kind in KINDS.items():
+        assert kind.__name__ == name
+
+
+def test_a_command_tells_its_kind_and_values():
+    assert as_dict(Write(3)) == {'kind': 'Write', 'level': 3}
+    assert as_dict(Erase()) == {'kind': 'Erase'}
+
+
+def test_the_values_of_a_file_are_not_changed():
+    data = {'kind': 'Write', 'level': 3}
+    from_dict(data)
+    assert data == {'kind': 'Write', 'level': 3}
+
+
+@pytest.mark.parametrize(
+    ('data', 'message'),
+    [
+        ({}, 'command must be one of SetStrain, Write, .*; got None'),
+        ({'kind': 'write', 'level': 1}, "got 'write'"),
+        ({'kind': 'Write'}, 'Write was given the wrong values'),
+        ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write was given the wrong values'),
+        ({'kind': 'Erase', 'level': 1}, 'Erase was given the wrong values'),
+        ({'kind': ['Write']}, r"command must be one of .*; got \['Write'\]"),
+    ],
+    ids=str,
+)
+def test_what_is_no_command_is_refused(data, message):
+    with pytest.raises(Refused, match=message):
+        from_dict(data)
+
+
+def test_an_abort_of_an_older_file_gave_no_reason():
+    assert from_dict({'kind': 'Abort'}) == Abort()
+
+
+def test_commands_do_not_change():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Write(3).level = 4

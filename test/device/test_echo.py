@@ -1,0 +1,164 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Echo detection on signals made by hand, against a plain convolution and a plain search."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mlmem_ros.device.echo import EchoDetector, blanking, pulse_duration, threshold, window
+from mlmem_ros.device.settings import ProbeSettings
+
+from . import rig
+
+DT = 0.25
+PROBE = ProbeSettings()
+"""omega_c = 2.1, so T = 23.936; sigma = 8, so the pulse ends at 96."""
+
+FLAT = ProbeSettings(gain_decay=0.0)
+"""The paper's plain rule: v_c > v_th."""
+
+
+def times(n):
+    return np.arange(1, n + 1) * DT
+
+
+def convolved(v, omega_c=2.1):
+    """Return |v| convolved with a centred box of width 16 pi / omega_c, zero before the start.
+
+    Known only as far as the box has all its samples.
+    """
+    half = round(8 * np.pi / omega_c / DT)
+    box = np.ones(2 * half + 1) / (2 * half + 1)
+    return np.convolve(np.abs(v), box, mode='same')[: len(v) - half]
+
+
+def first_crossing(v, v_th, decay):
+    """Return the time of the first v_c over the threshold after the pulse and half a box."""
+    v_c = convolved(v)
+    for t, value in zip(times(len(v_c)), v_c, strict=True):
+        if t > 96.0 + 0.5 * 16 * np.pi / 2.1 and value > v_th * math.exp(-decay * t):
+            return t
+    return None
+
+
+def heard(probe, v, chunks=(80,)):
+    """Feed a signal in chunks of the given sizes, over and over."""
+    detector = EchoDetector(probe, DT)
+    start = 0
+    while start < len(v):
+        for size in chunks:
+            detector.feed(v[start : start + size])
+            start += size
+    return detector
+
+
+def burst(n, at, amplitude, omega=2.1, width=8.0):
+    t = times(n)
+    return amplitude * np.exp(-0.5 * ((t - at) / width) ** 2) * np.sin(omega * t)
+
+
+def test_the_times_of_a_pulse():
+    assert window(PROBE) == pytest.approx(23.93594, abs=1e-5)  # 16 pi / 2.1
+    assert pulse_duration(PROBE) == 96.0  # 2 t_0 = 12 sigma
+    assert blanking(PROBE) == pytest.approx(96.0 + 11.96797, abs=1e-5)
+
+
+CHUNKS = st.lists(st.integers(1, 300), min_size=1, max_size=5)
+
+
+@rig.unhurried
+@given(CHUNKS, st.integers(0, 2**32 - 1))
+def test_v_c_is_a_plain_centred_convolution_however_the_samples_come(chunks, seed):
+    v = np.random.default_rng(seed).normal(0.0, 1e-3, 1000)
+    echo = heard(PROBE, v, chunks).echo('left')
+    expected = convolved(v)
+    assert len(echo.t) == len(echo.v_m) == len(echo.v_c) == len(expected)
+    np.testing.assert_array_equal(echo.t, times(len(expected)))
+    np.testing.assert_array_equal(echo.v_m, np.abs(v)[: len(expected)])
+    # sums of 1000 samples of 1e-3 are rounded to 1e-16, the means of 97 to less
+    np.testing.assert_allclose(echo.v_c, expected, atol=1e-16)
+
+
+@rig.unhurried
+@given(CHUNKS, st.floats(110.0, 400.0), st.floats(2e-5, 1e-2), st.sampled_from([0.0, 0.002]))
+def test_the_delay_is_that_of_the_first_crossing(chunks, at, amplitude, decay):
+    v = burst(2000, at, amplitude)
+    detector = heard(ProbeSettings(gain_decay=decay), v, chunks)
+    assert detector.delay == first_crossing(v, 1.6e-4, decay)
+
+
+@rig.unhurried
+@given(CHUNKS, st.lists(st.floats(0.0, 600.0), max_size=6), st.integers(0, 2**32 - 1))
+def test_so_it_is_with_many_echoes_and_noise(chunks, arrivals, seed):
+    v = np.random.default_rng(seed).normal(0.0, 5e-5, 2600)
+    for at in arrivals:
+        v += burst(2600, at, 5e-4)
+    detector = heard(PROBE, v, chunks)
+    assert detector.delay == first_crossing(v, 1.6e-4, 0.002)
+    v_c, t = convolved(v), times(len(v) - 48)
+    looked = t > 96.0 + 8 * np.pi / 2.1
+    greatest = (v_c / (1.6e-4 * np.exp(-0.002 * t)))[looked].max()
+    assert detector.threshold_margin == pytest.approx(greatest, rel=1e-12)
+
+
+def test_the_delay_of_a_box_is_known_in_closed_form():
+    """v_c of a box rises linearly while it enters the window: |v| 97 v_th / |v| samples."""
+    v = np.zeros(2000)
+    v[999:1400] = 1e-3  # from t = 250 on; crosses when more than 97 x 0.16 = 15.5 samples are in
+    detector = heard(FLAT, v)
+    assert detector.delay == 250.0 + (16 - 1 - 48) * DT  # 48 samples are ahead of the centre
+    assert detector.threshold_margin == pytest.approx(1e-3 / 1.6e-4)
+
+
+def test_no_echo_is_no_delay():
+    detector = heard(FLAT, np.full(2000, 1.599e-4))
+    assert detector.delay is None
+    assert detector.threshold_margin == pytest.approx(1.599 / 1.6)
+    assert detector.echo('right').delay is None
+
+
+def test_nothing_is_looked_for_while_the_window_touches_the_pulse():
+    """However loud the pulse; and what comes right after it is heard at once."""
+    v = np.zeros(2000)
+    v[times(2000) < 96.0] = 1e6
+    detector = heard(PROBE, v)
+    assert detector.delay is None
+    assert detector.threshold_margin == 0.0
+    v[times(2000) > 96.0] = 1.0
+    assert heard(PROBE, v).delay == 108.0  # the first sample after 96 + T / 2 = 107.968
+
+
+def test_the_threshold_falls_with_the_damping():
+    """Echoes that fade with exp(-eta t / 2) are heard equally well early and late."""
+    t = times(8000)
+    np.testing.assert_allclose(threshold(PROBE, t), 1.6e-4 * np.exp(-0.002 * t), rtol=1e-15)
+    margins = []
+    for at in (200.0, 700.0, 1200.0):
+        v = np.where(np.abs(t - at) < 50.0, 3.2e-4 * np.exp(-0.002 * t), 0.0)
+        margins.append(heard(PROBE, v).threshold_margin)
+        plain = heard(FLAT, v)
+        assert (plain.delay is None) == (3.2e-4 * math.exp(-0.002 * (at - 50)) < 1.6e-4)
+    # the box of 24 averages the fading: by the factor sinh(x) / x with x = 0.002 x 12, 1e-4
+    assert margins == pytest.approx([2.0] * 3, rel=3e-4)
+
+
+def test_samples_are_known_half_a_window_later():
+    detector = EchoDetector(PROBE, DT)
+    detector.feed(np.zeros(48))
+    assert detector.time == 0.0
+    assert len(detector.echo('left').t) == 0
+    detector.feed(np.zeros(1))
+    assert detector.time == DT
+    detector.feed(np.zeros(0))
+    assert detector.time == DT
+
+
+def test_a_window_shorter_than_a_step_still_averages():
+    fast = ProbeSettings(omega_c=10.0, sigma=0.1)
+    detector = EchoDetector(fast, 10.0)  # T = 5, so the box is the least one, three samples
+    detector.feed(np.array([3.0, 0.0, 0.0, 0.0]))
+    np.testing.assert_allclose(detector.echo('left').v_c, [1.0, 1.0, 0.0], atol=1e-15)

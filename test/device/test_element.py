@@ -1,0 +1,257 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The device between its ticks: what it takes, what it refuses, and the same bits again."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Calibration,
+    DelayTable,
+    Erase,
+    Heard,
+    MemoryElement,
+    Outcome,
+    Read,
+    Refused,
+    SetStrain,
+    Settings,
+    SettingsError,
+    Write,
+    snapshot,
+)
+from mlmem_ros.device.settings import ReadSettings, TimeSettings
+from mlmem_ros.physics import CASE_II, StateError, stable_step
+
+from . import rig
+
+
+@pytest.mark.parametrize('tick', [20.0, 0.1, 7.3, 333.0])
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
+    design = dataclasses.replace(CASE_II, substrate=substrate)
+    element = rig.device(
+        design=design, calibration=rig.device().calibration, time=TimeSettings(tick=tick)
+    )
+    steps, dt = element.steps_per_tick, element.chain.dt
+    assert steps * dt == pytest.approx(tick, rel=1e-14)
+    largest = min(0.25, stable_step(design))
+    assert dt <= largest
+    assert steps == 1 or tick / (steps - 1) > largest, 'fewer steps would do'
+    element.advance()
+    assert (element.ticks, element.chain.steps_done) == (1, steps)
+    assert element.chain.time == pytest.approx(tick)
+
+
+def test_a_calibration_of_another_element_is_refused():
+    three = DelayTable((1.0, 2.0, 3.0))
+    with pytest.raises(SettingsError, match='must have 8 levels, as the design; got 3'):
+        MemoryElement(CASE_II, Settings(), Calibration(three, three))
+
+
+# --- refusals ---------------------------------------------------------------------------------
+
+BAD = [
+    SetStrain(math.nan), SetStrain(math.inf), SetStrain(-0.081), SetStrain('0.01'),
+    Write(8), Write(-1), Write(1.0), Write(True), Write('3'), Write(None), Write(math.nan),
+    Read('top'), Read(None), Read(['left']),
+    'write', None, {'kind': 'Write', 'level': 1},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize('command', BAD, ids=repr)
+def test_a_bad_command_is_refused_and_changes_nothing(written, command):
+    element = written(4)
+    element.apply(SetStrain(0.01))
+    rig.ticks(element, 2)
+    before = rig.bits(element)
+    with pytest.raises(Refused, match='must be'):
+        element.apply(command)
+    assert rig.bits(element) == before
+
+
+def test_a_level_out_of_range_is_told_with_its_range():
+    with pytest.raises(Refused, match='level must be a whole number from 0 to 7; got 8'):
+        rig.device().apply(Write(8))
+
+
+@pytest.mark.parametrize('running', [Write(5), Erase(), Read(), Calibrate(), Abort()], ids=str)
+@pytest.mark.parametrize(
+    'command', [SetStrain(0.0), Write(1), Read(), Erase(), Calibrate()], ids=str
+)
+def test_a_busy_device_refuses_and_goes_on_as_if_nothing_had_come(written, running, command):
+    disturbed, alone = written(2), written(2)
+    for element in (disturbed, alone):
+        if running == Abort():  # one that has something to do
+            element.apply(SetStrain(0.01))
+            rig.ticks(element, 10)
+        element.apply(running)
+        rig.ticks(element, 7)
+    name = type(running).__name__.lower()
+    before = rig.bits(disturbed)
+    with pytest.raises(Refused, match=f'busy: {name} is running; abort it or wait'):
+        disturbed.apply(command)
+    assert rig.bits(disturbed) == before
+    assert rig.ticks(disturbed, 20) == rig.ticks(alone, 20)
+    assert rig.bits(disturbed) == rig.bits(alone)
+
+
+def test_of_two_commands_in_one_tick_the_first_is_taken():
+    element = rig.device(3)
+    element.apply(Read())
+    with pytest.raises(Refused, match='busy: read'):
+        element.apply(Write(5))
+    assert element.procedure == 'read'
+
+
+# --- what is known of the content -------------------------------------------------------------
+
+
+def test_driving_by_hand_makes_the_content_unknown(written):
+    element = written(4)
+    assert element.reading.level == 4
+    element.apply(SetStrain(0.001))
+    assert element.reading is None
+
+
+def test_a_refused_strain_leaves_it_known(written):
+    element = written(4)
+    with pytest.raises(Refused):
+        element.apply(SetStrain(math.nan))
+    assert element.reading.level == 4
+
+
+def test_the_content_is_unknown_while_the_wall_moves_and_known_when_it_was_read(written):
+    element = written(1)
+    element.apply(Write(3))
+    while element.procedure:
+        strained = element.actuator.strain != 0.0
+        assert not strained or element.reading is None
+        element.advance()
+    assert element.reading.level == 3
+
+
+def test_a_failed_write_leaves_what_was_read_last(written):
+    element = written(1, **rig.with_group('write', tension=0.001, attempts=1))
+    assert not rig.run(element, Write(2)).success
+    assert element.reading.level == 1
+
+
+def test_the_phases_of_the_ends_are_told_even_under_strain(written):
+    element = written(3)
+    assert (element.phase('left'), element.phase('right')) == (1, 0)
+    element.apply(SetStrain(-0.02))
+    rig.ticks(element, 100)
+    assert (element.phase('left'), element.phase('right')) == (1, 0)
+    blank = rig.device()
+    assert (blank.phase('left'), blank.phase('right')) == (0, 0)
+
+
+def test_idle_is_nothing_running_and_no_strain_on_or_on_its_way(written):
+    element = written(2)
+    assert element.idle
+    element.apply(SetStrain(0.004))  # two ticks
+    assert not element.idle
+    rig.ticks(element, 3)
+    assert not element.actuator.moving
+    assert not element.idle
+    element.apply(SetStrain(0.0))
+    rig.ticks(element, 3)
+    assert element.idle
+    element.apply(Read())
+    assert not element.idle
+    rig.ticks(element, 300)
+    assert element.idle
+
+
+# --- what is told -----------------------------------------------------------------------------
+
+
+def test_a_read_tells_the_echo_and_then_how_it_ended():
+    element = rig.device(2)
+    rig.ticks(element, 3)
+    heard, outcome = rig.events(element, Read())
+    assert isinstance(heard, Heard)
+    assert heard.reading == outcome.reading == element.reading
+    assert heard.echo.end == 'left'
+    assert heard.echo.delay == heard.reading.delay
+    assert isinstance(outcome, Outcome)
+    assert (outcome.procedure, outcome.success, outcome.error) == ('read', True, '')
+    assert outcome.start_tick == 3
+    # it ended in the last tick, whose number is one below the count of ticks
+    assert outcome.end_tick == element.ticks - 1
+
+
+def test_listening_ends_when_the_echo_has_passed_or_cannot_come_any_more():
+    """150 time units after the crossing; or after the pulse and 2 x 225 cells at 0.198."""
+    element = rig.device(0)
+    heard, _ = rig.events(element, Read())
+    assert heard.echo.t[-1] == pytest.approx(heard.echo.delay + 150.0, abs=20.0)
+    deaf = rig.device(0, **rig.with_group('probe', v_th=0.9))
+    heard, outcome = rig.events(deaf, Read())
+    assert outcome.error == 'no echo came back'
+    slowest = 450 / 0.198  # sin(kappa) / omega with cos(kappa) = (0.5911 + 2 - 2.1^2) / 2
+    assert heard.echo.t[-1] == pytest.approx(96.0 + slowest + 150.0, abs=25.0)
+    assert heard.reading.threshold_margin < 1.0
+
+
+def test_an_idle_device_tells_nothing(written):
+    assert rig.ticks(written(5), 20) == []
+
+
+# --- the same bits again ----------------------------------------------------------------------
+
+STAMPED = [
+    (0, Write(2)), (1000, SetStrain(-0.03)), (1060, SetStrain(0.0)), (1200, Read()),
+    (1205, Abort()), (1300, Write(0)), (1350, Abort()), (1500, Erase()),
+]  # fmt: skip
+
+
+def play(stamped, ticks=1600):
+    """Apply stamped commands to a new device and return the digest after every tick."""
+    element = rig.device()
+    digests = []
+    for tick in range(ticks):
+        for when, command in stamped:
+            if when == tick:
+                element.apply(command)
+        element.advance()
+        digests.append(snapshot.digest(element))
+    return digests
+
+
+def test_the_same_stamped_commands_give_the_same_bits():
+    first = play(STAMPED)
+    assert play(STAMPED) == first
+    assert len(set(first)) == len(first), 'the clock is in the digest'
+
+
+def test_another_tick_for_a_command_gives_other_bits():
+    first = play([(5, SetStrain(0.01))], 10)
+    second = play([(6, SetStrain(0.01))], 10)
+    same = [one == other for one, other in zip(first, second, strict=True)]
+    assert same == 5 * [True] + 5 * [False]
+
+
+# --- what breaks ------------------------------------------------------------------------------
+
+
+def test_a_material_that_is_not_finite_any_more_is_told():
+    element = rig.device(2)
+    element.chain.v[100] = math.nan
+    with pytest.raises(StateError, match='stopped being finite'):
+        rig.ticks(element, 3)
+
+
+def test_a_large_signal_does_not_confuse_the_settings(written):
+    """A device whose reads probe from the right knows blank from either command."""
+    element = rig.device(read=ReadSettings(end='right'))
+    assert rig.succeed(element, Read()).level == -1
+    assert rig.succeed(element, Write(0)).end == 'right'
+    assert rig.holds(element, 0)
+    np.testing.assert_array_equal(element.chain.V, np.zeros(225))

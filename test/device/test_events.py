@@ -1,0 +1,37 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a device tells, as plain values for a service's answer."""
+
+import json
+import math
+
+from mlmem_ros.device import Outcome, Reading, describe_level
+
+
+def test_an_outcome_is_told_in_plain_values():
+    reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
+    outcome = Outcome('write', True, '', reading, 2, 100, 368)
+    assert json.loads(json.dumps(outcome.as_dict())) == {
+        'procedure': 'write', 'level': 5, 'code': '101', 'delay': 694.25,
+        'level_margin': 0.9384, 'threshold_margin': 2.1426, 'end': 'left',
+        'attempts': 2, 'ticks': 268,
+    }  # fmt: skip
+
+
+def test_a_failure_is_told_with_its_reason_and_no_infinity():
+    reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
+    values = Outcome('read', False, 'no echo came back', reading, 1, 7, 9).as_dict()
+    assert values['error'] == values['reason'] == 'no echo came back'
+    assert values['delay'] is None
+    json.dumps(values, allow_nan=False)
+
+
+def test_an_outcome_without_a_reading_is_short():
+    values = Outcome('abort', True, '', None, 1, 3, 8).as_dict()
+    assert values == {'procedure': 'abort', 'attempts': 1, 'ticks': 5}
+
+
+def test_levels_are_said_as_a_person_says_them():
+    assert [describe_level(n) for n in (-2, -1, 0, 7)] == [
+        'undecodable', 'blank', 'level 0', 'level 7'
+    ]  # fmt: skip

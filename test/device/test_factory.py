@@ -1,0 +1,131 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The factory calibration, against what dispersion says, and designs that cannot be read."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    ProcedureFailed,
+    Read,
+    Settings,
+    SettingsError,
+    factory_calibration,
+    new_element,
+    procedures,
+)
+from mlmem_ros.device.settings import ProbeSettings, ReadSettings
+from mlmem_ros.physics import CASE_I, CASE_II
+
+from . import rig
+
+
+def group_velocity(omega, k_s):
+    """Return d omega / d kappa of omega^2 = k_s + 2 - 2 cos(kappa), by a numerical derivative."""
+    kappa = np.linspace(1e-3, np.pi - 1e-3, 20001)
+    branch = np.sqrt(k_s + 2 - 2 * np.cos(kappa))
+    return np.interp(omega, branch, np.gradient(branch, kappa))
+
+
+def test_from_the_right_a_level_is_two_periods_of_flight_nearer():
+    """There and back over 25 cells at the carrier's group velocity, k_s1 = 5.7867 d.
+
+    The crossing of the echo's flank shifts a little from level to level as the pulse spreads;
+    level 7 is so near that its echo has come when listening begins.
+    """
+    steps = -np.diff(rig.factory_calibration(CASE_II, Settings()).right.delays)
+    flight = 2 * 25 / group_velocity(0.7, 5.7867 * 0.0380)
+    np.testing.assert_allclose(steps[:-1], flight, rtol=0.08)
+    assert 0.0 < steps[-1] < flight
+
+
+def test_from_the_left_the_fastest_part_of_the_pulse_comes_first():
+    """The carrier lies near the upper band edge: slow, and its spectrum is as wide as 1 / sigma.
+
+    What crosses the threshold first travels between the carrier's group velocity and that at
+    three standard deviations of the spectrum below.
+    """
+    steps = np.diff(rig.factory_calibration(CASE_II, Settings()).left.delays)
+    k_s2 = 15.5560 * 0.0380
+    slowest = 2 * 25 / group_velocity(2.1, k_s2)
+    fastest = 2 * 25 / group_velocity(2.1 - 3 / 8.0, k_s2)
+    assert fastest < steps.min()
+    assert steps.max() < slowest
+
+
+def test_a_blank_element_echoes_from_its_far_end():
+    """Later than the wall of level 0, by at most the flight to and from the 25 cells beyond."""
+    right = rig.factory_calibration(CASE_II, Settings()).right
+    flight = 2 * 25 / group_velocity(0.7, 5.7867 * 0.0380)
+    assert 0.3 * flight < right.blank - right.delays[0] < flight
+    assert rig.factory_calibration(CASE_II, Settings()).left.blank is None
+
+
+def test_a_new_element_is_blank_at_rest_and_its_content_is_not_known():
+    element = new_element(CASE_II)
+    assert element.settings == Settings()
+    assert element.calibration == rig.factory_calibration(CASE_II, Settings())
+    assert (element.reading, element.ticks, element.procedure) == (None, 0, '')
+    start = element.chain.v.copy()
+    assert rig.ticks(element, 50) == []
+    np.testing.assert_allclose(element.chain.v, start, atol=1e-13)
+    assert rig.wall(element) is None
+
+
+@pytest.mark.parametrize('level', [0, 3, 7])
+@pytest.mark.parametrize('end', ['left', 'right'])
+def test_every_level_reads_as_itself_to_the_bit(level, end):
+    """The same wall, the same pulse: the delay of the table again."""
+    element = rig.device(level)
+    reading = rig.succeed(element, Read(end))
+    assert reading.level == level
+    assert reading.delay == element.calibration.table(end).delays[level]
+    assert reading.level_margin == 1.0
+
+
+def test_the_printed_carrier_hears_nothing():
+    """2.4 lies above both pass bands: nothing comes back, so there is nothing to calibrate."""
+    printed = Settings(probe=ProbeSettings(omega_c=2.4))
+    with pytest.raises(SettingsError, match=r'gives no echo at the left end: with carrier 2\.4'):
+        factory_calibration(CASE_II, printed)
+
+
+def test_a_threshold_below_the_ring_down_tells_no_levels_apart():
+    with pytest.raises(SettingsError, match='levels cannot be told apart'):
+        factory_calibration(CASE_II, Settings(probe=ProbeSettings(v_th=1e-9)))
+
+
+def test_an_ideal_element_that_cannot_be_probed_is_told_not_waited_for(monkeypatch):
+    def restless(element):
+        raise ProcedureFailed('the left end does not come to rest')
+        yield
+
+    monkeypatch.setattr(procedures, 'quiet', restless)
+    with pytest.raises(
+        SettingsError, match='cannot be probed: the left end does not come to rest'
+    ):
+        factory_calibration(CASE_II, Settings())
+
+
+def test_no_patience_is_enough_for_an_element_at_rest():
+    impatient = Settings(read=ReadSettings(patience=0.0))
+    assert factory_calibration(CASE_II, impatient) == rig.factory_calibration(CASE_II, Settings())
+
+
+def test_a_design_whose_defects_repel_the_wall_is_told():
+    """With beta > 0 a defect is a hill, not a hollow."""
+    hill = dataclasses.replace(CASE_II, beta=0.3)
+    with pytest.raises(SettingsError, match='the wall finds no rest at level 0'):
+        factory_calibration(hill, Settings())
+
+
+def test_case_i_has_one_level():
+    settings = Settings(
+        probe=ProbeSettings(omega_c=1.95, v_th=1.7e-4),
+        probe_right=ProbeSettings(omega_c=0.30, sigma=16.0, v_th=1.0e-3),
+    )
+    calibration = factory_calibration(CASE_I, settings)
+    assert len(calibration.left.delays) == len(calibration.right.delays) == 1
+    assert calibration.right.blank > calibration.right.delays[0]

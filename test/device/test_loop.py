@@ -1,0 +1,513 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop: when ticks run, by a clock of our own; that they compute the same, by the real one.
+
+A `Clock` is a virtual one: it moves when the loop sleeps and when a test's tick is slow, and
+stands still at its end, so that what is expected of the times is exact.
+"""
+
+import itertools
+import math
+import threading
+import time
+from concurrent.futures import wait
+
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Erase,
+    Heard,
+    Loop,
+    Outcome,
+    Read,
+    Refused,
+    SetStrain,
+    Write,
+    snapshot,
+)
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.physics import StateError
+
+from . import rig
+
+PERIOD = 0.002
+"""Of a tick: 20 time units of 1e-4 s."""
+
+PATIENCE = 20.0
+"""Seconds a test waits for what has to come; on a loaded machine it takes a while."""
+
+pytestmark = pytest.mark.timeout(60)
+
+
+class Clock:
+    """A clock that moves when somebody sleeps on it, up to an end where it stands still."""
+
+    slack = 0.0
+
+    def __init__(self, end=math.inf):
+        self.time = 0.0
+        self.end = end
+
+    def now(self):
+        return self.time
+
+    def sleep(self, seconds):
+        if self.time >= self.end:
+            time.sleep(1e-3)
+        else:
+            self.time += seconds
+
+
+def until(condition):
+    """Wait for a condition that has to come true."""
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, 'it did not come true'
+        time.sleep(1e-3)
+
+
+@pytest.fixture
+def start():
+    """Start loops that are stopped when the test has ended; by default as fast as they can."""
+    loops = []
+
+    def start(element, listener=lambda commands, events: None, *, speed=0.0, **options):
+        loop = Loop(element, listener, speed=speed, **options)
+        loops.append(loop)
+        loop.start()
+        return loop
+
+    yield start
+    for loop in loops:
+        loop.stop()
+
+
+def result(future):
+    return future.result(PATIENCE)
+
+
+def refusal(future):
+    error = future.exception(PATIENCE)
+    assert isinstance(error, Refused)
+    return str(error)
+
+
+def hold(loop):
+    """Pause a loop and wait for the tick that was under way; return the ticks done."""
+    loop.pause(True)
+    return result(loop.call(lambda: loop.element.ticks))
+
+
+# --- when ticks run ---------------------------------------------------------------------------
+
+
+def test_ticks_come_at_the_period(start):
+    clock, begun = Clock(end=0.2), []
+    loop = start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
+    until(lambda: len(begun) == 101)
+    loop.stop()
+    assert begun == pytest.approx([n * PERIOD for n in range(101)], abs=1e-12)
+    assert loop.statistics.ticks == loop.element.ticks == 101
+    assert loop.statistics.overruns == 0
+    assert loop.statistics.lateness_mean == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(('speed', 'period'), [(2.0, 0.001), (0.1, 0.02)])
+def test_speed_is_a_factor_on_real_time(start, speed, period):
+    clock, begun = Clock(), []
+    start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed)
+    until(lambda: len(begun) >= 11)
+    assert begun[:11] == pytest.approx([n * period for n in range(11)], abs=1e-12)
+
+
+def test_the_scale_sets_the_pace(start):
+    clock, begun = Clock(end=10.0), []
+    element = rig.device(scale=ScaleSettings(time=0.05))
+    start(element, lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
+    until(lambda: len(begun) == 11)
+    assert begun == pytest.approx([float(n) for n in range(11)], abs=1e-9)
+
+
+def test_time_that_was_lost_is_counted_and_skipped(start):
+    """The tick at 0.020 takes 3.75 periods: those due at 0.022 and 0.024 are left out.
+
+    The one due at 0.026 comes at 0.0275, and then all are in time again.
+    """
+    clock, begun = Clock(end=0.1), []
+
+    def listen(commands, events):
+        begun.append(clock.time)
+        if len(begun) == 11:
+            clock.time += 3.75 * PERIOD
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
+    until(lambda: len(begun) == 51 - 2)
+    time.sleep(0.05)
+    assert len(begun) == 51 - 2
+    expected = [n * PERIOD for n in range(11)] + [0.0275] + [n * PERIOD for n in range(14, 51)]
+    assert begun == pytest.approx(expected, abs=1e-12)
+    assert loop.statistics.overruns == 2
+    assert loop.element.ticks == 49
+
+
+def test_a_loop_that_is_always_late_does_not_sprint(start):
+    """Every tick takes 1.6 periods: it runs them one after the other, and counts the rest."""
+    clock, begun = Clock(), []
+
+    def listen(commands, events):
+        begun.append(clock.time)
+        clock.time += 1.6 * PERIOD
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
+    until(lambda: len(begun) > 100)
+    loop.stop()
+    gaps = [after - before for before, after in itertools.pairwise(begun)]
+    assert min(gaps) >= 1.6 * PERIOD - 1e-12
+    due = (begun[-1] + 1.6 * PERIOD) / PERIOD
+    assert loop.statistics.overruns == pytest.approx(due - len(begun), abs=2.0)
+
+
+@pytest.mark.parametrize('jump', [-1e6, 1e6])
+def test_a_clock_that_jumps_neither_stops_the_loop_nor_makes_it_sprint(start, jump):
+    clock, begun = Clock(), []
+
+    def listen(commands, events):
+        if len(begun) == 10:
+            clock.time += jump
+        begun.append(clock.time)
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0)
+    until(lambda: len(begun) > 60)
+    loop.stop()
+    gaps = [after - before for before, after in itertools.pairwise(begun[12:60])]
+    assert gaps == pytest.approx([PERIOD] * len(gaps), abs=1e-6)  # 1e6 s are rounded to 1e-10
+
+
+def test_the_real_clock_paces_too(start):
+    """One tick in 20 ms for half a second; a loaded machine is late, never early."""
+    element = rig.device(scale=ScaleSettings(time=1e-3))
+    begun = []
+    loop = start(element, lambda *_: begun.append(time.monotonic()), speed=1.0)
+    time.sleep(0.5)
+    loop.stop()
+    assert 5 <= len(begun) <= 27
+    assert begun[-1] - begun[0] >= (len(begun) - 1 - 1) * 0.02 - 0.005
+    assert len(begun) + loop.statistics.overruns >= 22
+
+
+# --- the same whatever the pace ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize('speed', [0.0, 40.0])
+def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed):
+    """Commands come at ticks that the clock decides; the stamps tell which."""
+    stamped, heard = [], []
+
+    def listen(commands, events):
+        stamped.extend(commands)
+        heard.extend(str(event) for event in events)
+
+    loop = start(rig.device(), listen, speed=speed)
+    assert result(loop.submit(Write(1))).success
+    assert result(loop.submit(SetStrain(0.02))) is None
+    time.sleep(0.01)
+    begun = loop.submit(Write(3))
+    time.sleep(0.02)
+    assert result(loop.submit(Abort())).success
+    assert result(begun).error == 'aborted'
+    assert result(loop.submit(Read('right'))).procedure == 'read'
+    loop.stop()
+
+    by_hand, again = rig.device(), []
+    commands = [command for _, command in stamped]
+    assert commands == [Write(1), SetStrain(0.02), Write(3), Abort(), Read('right')]
+    while by_hand.ticks < loop.element.ticks:
+        for when, command in stamped:
+            if when == by_hand.ticks:
+                by_hand.apply(command)
+        again += [str(event) for event in by_hand.advance()]
+    assert again == heard
+    assert rig.bits(by_hand) == rig.bits(loop.element)
+
+
+# --- pause and single ticks -------------------------------------------------------------------
+
+
+def test_a_paused_device_does_not_move(start):
+    loop = start(rig.device(2), speed=1.0)
+    loop.submit(SetStrain(0.03))
+    until(lambda: loop.element.ticks > 3)
+    assert not loop.paused
+    ticks = hold(loop)
+    assert loop.paused
+    before = rig.bits(loop.element)
+    assert loop.element.actuator.moving
+    time.sleep(0.05)
+    assert loop.element.ticks == ticks
+    assert rig.bits(loop.element) == before
+    loop.pause(False)
+    until(lambda: loop.element.ticks > ticks + 3)
+    assert loop.statistics.overruns == 0 or loop.statistics.lateness_mean > 0.0
+
+
+def test_a_pause_is_no_overrun(start):
+    clock = Clock()
+    loop = start(rig.device(), lambda *_: time.sleep(1e-4), pacer=clock, speed=1.0)
+    until(lambda: loop.element.ticks > 3)
+    hold(loop)
+    clock.time += 100.0
+    loop.pause(False)
+    ticks = loop.element.ticks
+    until(lambda: loop.element.ticks > ticks + 3)
+    assert loop.statistics.overruns == 0
+
+
+def test_single_ticks_are_single(start):
+    loop = start(rig.device())
+    ticks = hold(loop)
+    for n in range(1, 6):
+        assert result(loop.single_tick()) == ticks + n
+    many = [loop.single_tick() for _ in range(10)]
+    assert [result(tick) for tick in many] == [ticks + 6 + n for n in range(10)]
+    time.sleep(0.02)
+    assert loop.element.ticks == ticks + 15
+
+
+def test_a_command_waits_for_the_single_tick(start):
+    stamped = []
+    loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
+    ticks = hold(loop)
+    answer = loop.submit(SetStrain(0.01))
+    time.sleep(0.02)
+    assert not answer.done()
+    result(loop.single_tick())
+    assert result(answer) is None
+    assert stamped == [(ticks, SetStrain(0.01))]
+    assert loop.element.actuator.moving
+
+
+def test_a_single_tick_of_a_running_loop_is_refused(start):
+    loop = start(rig.device())
+    with pytest.raises(Refused, match='step works only while paused; pause first'):
+        loop.single_tick()
+
+
+def test_a_single_tick_that_was_overtaken_by_the_end_of_the_pause_is_answered(start):
+    loop = start(rig.device())
+    hold(loop)
+    blocked = threading.Event()
+    holding = loop.call(blocked.wait)  # the loop's thread is busy until we let it
+    tick = loop.single_tick()
+    loop.pause(False)
+    blocked.set()
+    result(holding)
+    assert result(tick) > 0
+
+
+# --- commands and answers ---------------------------------------------------------------------
+
+
+def test_a_procedure_is_answered_when_it_ends(start):
+    events = []
+    loop = start(rig.device(), lambda _, told: events.extend(told))
+    outcome = result(loop.submit(Write(2)))
+    assert isinstance(outcome, Outcome)
+    assert outcome.success
+    assert outcome.reading.level == 2
+    loop.stop()
+    assert [type(event) for event in events] == [Heard, Heard, Outcome]
+    assert events[-1] is outcome
+    assert rig.holds(loop.element, 2)
+
+
+def test_refusals_reach_who_asked_and_are_counted(start):
+    loop = start(rig.device())
+    asked = [SetStrain(math.nan), Write(9), Read('top'), SetStrain('x'), 'nonsense']
+    answers = [loop.submit(command) for command in asked]
+    assert 'strain must be a finite number' in refusal(answers[0])
+    assert 'level must be a whole number from 0 to 7; got 9' in refusal(answers[1])
+    for answer in answers[2:]:
+        assert 'must be' in refusal(answer)
+    assert loop.statistics.refused == 5
+    assert loop.failure is None
+    assert result(loop.submit(SetStrain(0.0))) is None
+
+
+def test_of_two_requests_at_once_the_second_is_refused_as_busy(start):
+    loop = start(rig.device(1))
+    hold(loop)
+    first, second = loop.submit(Write(2)), loop.submit(Read())
+    loop.pause(False)
+    assert 'busy: write is running' in refusal(second)
+    assert result(first).reading.level == 2
+
+
+def test_every_answer_goes_to_its_own_question(start):
+    """An abort ends a write, and another abort the first: three answers in one go."""
+    loop = start(rig.device(1))
+    hold(loop)
+    answers = [loop.submit(command) for command in (Write(5), Abort(), Abort())]
+    loop.pause(False)
+    outcomes = [result(answer) for answer in answers]
+    told = [(outcome.procedure, outcome.error) for outcome in outcomes]
+    assert told == [('write', 'aborted'), ('abort', 'aborted'), ('abort', '')]
+
+
+def test_a_question_that_was_withdrawn_is_not_put(start):
+    stamped = []
+    loop = start(rig.device(), lambda commands, _: stamped.extend(commands))
+    hold(loop)
+    withdrawn, kept = loop.submit(Write(1)), loop.submit(SetStrain(0.0))
+    step = loop.single_tick()
+    assert withdrawn.cancel()
+    result(step)
+    assert result(kept) is None
+    assert [command for _, command in stamped] == [SetStrain(0.0)]
+    assert loop.failure is None
+
+
+def test_a_question_that_is_being_answered_cannot_be_withdrawn(start):
+    loop = start(rig.device())
+    hold(loop)
+    answer = loop.submit(Read())
+    result(loop.single_tick())
+    assert not answer.cancel()
+    loop.pause(False)
+    assert result(answer).success
+
+
+def test_a_call_is_made_between_ticks_in_the_loops_thread(start):
+    loop = start(rig.device())
+    here = threading.get_ident()
+    assert result(loop.call(threading.get_ident)) != here
+    taken = result(loop.call(lambda: snapshot.take(loop.element)))
+    snapshot.restore(rig.device(), taken)
+    with pytest.raises(ZeroDivisionError):
+        result(loop.call(lambda: 1 / 0))
+    assert loop.failure is None, 'it is the failure of who called'
+    ticks = hold(loop)
+    assert result(loop.call(lambda: loop.element.ticks)) == ticks, 'paused, too'
+
+
+# --- the end ----------------------------------------------------------------------------------
+
+
+def test_a_material_that_fails_stops_the_loop_with_the_reason(start):
+    loop = start(rig.device(2))
+    waiting = loop.submit(Write(6))
+    until(lambda: loop.element.procedure)
+    hold(loop)
+    also, step = loop.submit(SetStrain(0.0)), loop.single_tick()
+    result(step)
+    later = loop.submit(Read())
+    assert 'busy' in refusal(also)
+    result(loop.call(lambda: loop.element.chain.v.__setitem__(100, math.nan)))
+    doomed = loop.single_tick()
+    for answer in (waiting, doomed):
+        assert refusal(answer).startswith('the device has stopped: the chain stopped being finite')
+    assert 'busy' in refusal(later)  # it was put in the tick that failed
+    assert isinstance(loop.failure, StateError)
+    for answer in (loop.submit(Read()), loop.call(int)):
+        assert refusal(answer).startswith('the device has stopped: the chain')
+    with pytest.raises(Refused, match='the device has stopped'):
+        loop.single_tick()
+    ticks = loop.element.ticks
+    time.sleep(0.02)
+    assert loop.element.ticks == ticks
+    loop.stop()
+    assert refusal(loop.submit(Read())).startswith('the device has stopped: the chain')
+
+
+def test_a_listener_that_fails_stops_the_loop(start):
+    def listen(commands, events):
+        if commands:
+            raise RuntimeError('no room left')
+
+    loop = start(rig.device(), listen)
+    answer = loop.submit(Erase())
+    assert refusal(answer) == 'the device has stopped: no room left'
+    assert str(loop.failure) == 'no room left'
+
+
+@pytest.mark.parametrize('started', [True, False])
+def test_who_waits_when_the_loop_is_stopped_is_refused(started):
+    loop = Loop(rig.device(2), lambda *_: None, speed=0.0)
+    loop.pause(True)
+    running = None
+    if started:
+        loop.start()
+        running = loop.submit(Calibrate())
+        result(loop.single_tick())
+    waiting = [loop.submit(command) for command in (Write(1), SetStrain(0.0), Abort())]
+    called = None if started else loop.call(int)
+    loop.stop()
+    for answer in filter(None, (running, called, *waiting)):
+        assert answer.done()
+        assert refusal(answer) == 'the device is shut down'
+    assert refusal(loop.submit(Read())) == 'the device is shut down'
+    with pytest.raises(Refused, match='shut down'):
+        loop.single_tick()
+    loop.stop()  # once more does no harm
+
+
+def test_nobody_is_left_waiting_however_the_end_comes(start):
+    """Sixteen threads ask while the loop is stopped: every one of them gets an answer."""
+    for _ in range(5):
+        loop = start(rig.device())
+        answers, ready = [], threading.Barrier(17)
+
+        def ask(loop=loop, answers=answers, ready=ready):
+            ready.wait()
+            for n in range(40):
+                answers.append(loop.submit(SetStrain(0.0) if n % 4 else Read()))
+
+        threads = [threading.Thread(target=ask) for _ in range(16)]
+        for thread in threads:
+            thread.start()
+        ready.wait()
+        loop.stop()
+        for thread in threads:
+            thread.join()
+        done, not_done = wait(answers, timeout=PATIENCE)
+        assert not not_done
+        assert len(done) == 16 * 40
+        assert loop.failure is None
+
+
+def test_a_loop_is_stopped_at_once_even_if_its_ticks_are_rare(start):
+    element = rig.device(scale=ScaleSettings(time=10.0))  # a tick in 200 s
+    loop = start(element, speed=1.0)
+    until(lambda: element.ticks == 1)
+    begun = time.monotonic()
+    loop.stop()
+    assert time.monotonic() - begun < 5.0
+
+
+def test_finishing_brings_the_strain_to_zero_without_waiting_for_the_clock(start):
+    element = rig.device(2)
+    clock = Clock(end=0.3)  # stands still in the middle of the write, in tick 150
+    loop = start(element, pacer=clock, speed=1.0)
+    writing = loop.submit(Write(3))
+    until(lambda: clock.time >= 0.3)
+    assert not writing.done()
+    assert abs(element.actuator.strain) > 0.01
+    loop.finish()
+    assert result(writing).error == 'aborted: the device is shut down'
+    assert element.actuator.strain == 0.0
+    assert element.procedure == ''
+    assert refusal(loop.submit(Read())) == 'the device is shut down'
+
+
+def test_finishing_a_paused_or_failed_loop_ends_too(start):
+    paused = start(rig.device(2))
+    paused.submit(SetStrain(0.02))
+    until(lambda: paused.element.actuator.strain > 0.0)
+    hold(paused)
+    paused.finish()
+    assert paused.element.actuator.strain == 0.0
+    failed = start(rig.device(2))
+    result(failed.call(lambda: failed.element.chain.v.__setitem__(3, math.nan)))
+    until(lambda: failed.failure is not None)
+    failed.finish()

@@ -1,0 +1,133 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a boundary cell is made to do: as the paper prints it, and as the chain then does it."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device.pulse import Move, Pulse
+from mlmem_ros.device.settings import ProbeSettings
+
+from . import rig
+
+ENDS = pytest.mark.parametrize(
+    ('end', 'omega_c', 'rest'), [('left', 2.1, 1.0029), ('right', 0.7, -0.9979)]
+)
+
+
+def printed(t, omega_c, A=0.01, sigma=8.0):
+    """Return v - rest as page 5 prints it."""
+    return A * np.exp(-0.5 * ((t - 6 * sigma) / sigma) ** 2) * np.sin(omega_c * t)
+
+
+def derivative(motion, t, h=1e-4):
+    """Return dv/dt by central differences, wrong by h^2 / 6 of the third derivative."""
+    return (motion.at(t + h)[0] - motion.at(t - h)[0]) / (2 * h)
+
+
+@pytest.mark.parametrize(
+    'probe', [ProbeSettings(), ProbeSettings(omega_c=0.3, sigma=16.0, A=0.05)], ids=['II', 'I']
+)
+def test_the_pulse_is_the_papers(probe):
+    pulse = Pulse(0.7, probe)
+    t = np.linspace(0.0, 12 * probe.sigma, 4001)
+    v, velocity = pulse.at(t)
+    expected = printed(t, probe.omega_c, probe.A, probe.sigma)
+    np.testing.assert_allclose(v - 0.7, expected, atol=3e-16)
+    # A omega^3 h^2 / 6 < 2e-10, and the rounding of v, 1e-16 / h = 1e-12
+    np.testing.assert_allclose(velocity, derivative(pulse, t), atol=2e-10)
+    assert pulse.duration == 12 * probe.sigma  # 2 t_0, with t_0 = 6 sigma
+
+
+def test_the_pulse_begins_and_ends_at_rest():
+    v, velocity = Pulse(0.0, ProbeSettings()).at(np.array([0.0, 96.0]))
+    faint = 0.01 * math.exp(-18.0)  # the envelope six standard deviations out
+    assert np.abs(v).max() <= faint
+    assert np.abs(velocity).max() <= 3.0 * faint  # omega_c + 6 / sigma = 2.85
+
+
+@pytest.mark.parametrize(('start', 'target'), [(-1.0, 1.0), (1.0, -0.998)])
+def test_a_move_goes_straight(start, target):
+    move = Move(start, target, 0.05)
+    assert move.duration == pytest.approx(abs(target - start) / 0.05)
+    t = np.linspace(0.0, move.duration, 11)
+    v, velocity = move.at(t)
+    np.testing.assert_allclose(v, np.linspace(start, target, 11), atol=1e-15)
+    np.testing.assert_allclose(velocity, derivative(move, t), atol=1e-11)
+
+
+def test_a_move_to_where_the_cell_is_takes_no_time():
+    assert Move(1.0, 1.0, 0.05).duration == 0.0
+
+
+@ENDS
+def test_the_pulse_is_enforced_at_the_end_of_the_real_chain(end, omega_c, rest):
+    """After every step v is the printed one; at every tick's end so is its velocity."""
+    element = rig.device(level=3)
+    row, cell = (0, 0) if end == 'left' else (1, -1)
+    rest_here = element.transducer.rest(end)
+    assert rest_here == pytest.approx(rest, abs=1e-3)
+    element.transducer.fire(end)
+    pulse = Pulse(rest_here, ProbeSettings(omega_c=omega_c))
+    heard = []
+    for tick in range(1, 5):  # to 80 of 96 time units
+        element.advance()
+        heard.append(element.transducer.recent[row, -80:])
+        velocity = element.chain.velocity[cell]
+        assert velocity == pytest.approx(derivative(pulse, np.array([20.0 * tick]))[0], abs=1e-10)
+    t = np.arange(1, 321) * 0.25
+    np.testing.assert_allclose(np.concatenate(heard) - rest_here, printed(t, omega_c), atol=1e-14)
+
+
+@ENDS
+def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
+    """The pulse ends within the fifth tick; what the cell then does is its own ring-down."""
+    element = rig.device(level=3)
+    row = 0 if end == 'left' else 1
+    rest_here = element.transducer.rest(end)
+    element.transducer.fire(end)
+    rig.ticks(element, 5)
+    v = element.transducer.recent[row, -80:] - rest_here
+    t = 80.0 + np.arange(1, 81) * 0.25
+    held = t <= 96.0
+    np.testing.assert_allclose(v[held], printed(t, omega_c)[held], atol=1e-14)
+    # it would be within 0.01 exp(-18) = 1.5e-10 of rest if it were still held
+    assert np.abs(v[~held]).max() > 1e-7
+    assert not element.transducer.driving
+    assert element.advance() == []
+
+
+@ENDS
+def test_the_wave_needs_time_to_the_other_end(end, omega_c, rest):
+    """No wave is faster than (sqrt(k + 4) - sqrt(k)) / 2 < 0.8 cells per time unit here."""
+    element = rig.device(level=3)
+    other = 'right' if end == 'left' else 'left'
+    element.transducer.fire(end)
+    rig.ticks(element, 10)  # 200 time units: at most 160 of 224 cells
+    assert element.transducer.unrest(other) < 1e-9
+    assert element.transducer.unrest(end) > 1e-6
+
+
+@pytest.mark.parametrize('end', ['left', 'right'])
+def test_the_cell_is_moved_at_constant_speed_and_let_go(end):
+    element = rig.device()
+    row, cell = (0, 0) if end == 'left' else (1, -1)
+    element.transducer.move(end, 0.0, speed=0.05)
+    start = element.design.D_s1
+    element.advance()  # of -start / 0.05 = 19.96 time units, that is 79.8 steps
+    t = np.arange(1, 81) * 0.25
+    v = element.transducer.recent[row, -80:]
+    np.testing.assert_allclose(v[:79], start + 0.05 * t[:79], atol=1e-14)
+    assert not element.transducer.driving
+    element.advance()
+    later = element.transducer.recent[row, -80:]
+    assert np.abs(later - v[79]).max() > 1e-3, 'it is still held'
+    assert abs(element.chain.velocity[cell]) > 1e-6
+
+
+def test_what_a_probe_is_made_of_does_not_change():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Pulse(0.0, ProbeSettings()).rest = 1.0

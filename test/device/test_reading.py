@@ -1,0 +1,112 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Decoding: a level, blank, or undecodable with its reason, never a guess."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable
+from mlmem_ros.device.echo import Echo
+from mlmem_ros.device.reading import decode, phase_of
+from mlmem_ros.device.settings import ProbeSettings, ReadSettings
+from mlmem_ros.physics import CASE_II
+
+CALIBRATION = Calibration(
+    DelayTable(tuple(100.0 * (level + 1) for level in range(8))),
+    DelayTable(tuple(500.0 - 50.0 * level for level in range(8)), blank=600.0),
+)
+
+STORED, EMPTY = (1, 0), (0, 0)
+"""Phases of the left and right end with a wall between them, and of a blank element."""
+
+
+def echo(delay, end='left', margin=3.0):
+    nothing = np.zeros(0)
+    return Echo(end, ProbeSettings(), nothing, nothing, nothing, delay, margin)
+
+
+def decoded(delay, end='left', phases=STORED, **settings):
+    return decode(CASE_II, ReadSettings(**settings), CALIBRATION, echo(delay, end), phases)
+
+
+@pytest.mark.parametrize('level', range(8))
+@pytest.mark.parametrize('end', ['left', 'right'])
+def test_a_calibrated_delay_is_its_level(level, end):
+    delay = 100.0 * (level + 1) if end == 'left' else 500.0 - 50.0 * level
+    reading = decoded(delay, end)
+    assert (reading.level, reading.code) == (level, f'{level:03b}')
+    assert (reading.end, reading.delay, reading.reason) == (end, delay, '')
+    assert (reading.level_margin, reading.threshold_margin) == (1.0, 3.0)
+    site = 25 * (level + 1)
+    assert reading.distance == pytest.approx(site - 1 if end == 'left' else 225 - site)
+
+
+@pytest.mark.parametrize(
+    ('delay', 'level', 'margin', 'distance'),
+    [(120.0, 0, 0.6, 29.0), (180.0, 1, 0.6, 44.0), (239.0, 1, 0.22, 58.75), (70.0, 0, 0.4, 24.0)],
+)
+def test_a_delay_near_a_level_is_that_level_with_a_margin(delay, level, margin, distance):
+    """25 cells are 100 time units here, so the distance goes with the delay: 24 + 0.25 x 20."""
+    reading = decoded(delay)
+    assert reading.level == level
+    assert reading.level_margin == pytest.approx(margin)
+    assert reading.distance == pytest.approx(distance)
+
+
+@pytest.mark.parametrize('delay', [150.0, 159.0, 141.0, 55.0, 0.0, 845.0, 2000.0])
+def test_between_two_levels_nothing_is_said(delay):
+    """At 41 of 100 the margin is 0.18 < 0.2."""
+    reading = decoded(delay)
+    assert reading.level == UNDECODABLE
+    assert 'lies between levels' in reading.reason
+    assert f'{delay:.2f}' in reading.reason
+    assert (reading.code, reading.delay, reading.distance) == ('', delay, math.inf)
+
+
+def test_how_near_is_a_setting():
+    assert decoded(141.0, min_margin=0.15).level == 0
+    assert decoded(120.0, min_margin=0.7).level == UNDECODABLE
+
+
+def test_blank_is_an_answer():
+    reading = decoded(595.0, 'right', EMPTY)
+    assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
+    assert reading.level_margin == pytest.approx(0.9)
+    assert reading.distance == math.inf
+
+
+@pytest.mark.parametrize(
+    ('delay', 'end', 'phases', 'reason'),
+    [
+        (None, 'left', STORED, 'no echo came back'),
+        (None, 'right', EMPTY, 'no echo came back'),
+        (300.0, 'left', (1, 1), 'the right end is active: the wall has left the element'),
+        (None, 'right', (0, 1), 'the right end is active: the wall has left the element'),
+        (300.0, 'left', (None, 0), 'the left end rests in neither phase'),
+        (300.0, 'left', (1, None), 'the right end rests in neither phase'),
+        (300.0, 'left', EMPTY, 'the left end is inactive and hears nothing: probe the right'),
+        (350.0, 'right', EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
+        (600.0, 'right', STORED, 'the left end is active, but .* is that of a blank element'),
+    ],
+)
+def test_what_does_not_fit_together_is_undecodable(delay, end, phases, reason):
+    reading = decoded(delay, end, phases)
+    assert reading.level == UNDECODABLE
+    assert reading.level_margin == 0.0
+    assert reading.distance == math.inf
+    assert re.search(reason, reading.reason)
+
+
+@pytest.mark.parametrize(
+    ('share', 'phase'),
+    [
+        (-1.0, None), (-0.26, None), (-0.24, 0), (0.0, 0), (0.24, 0), (0.26, None),
+        (0.5, None), (0.74, None), (0.76, 1), (1.0, 1), (1.24, 1), (1.26, None), (2.0, None),
+    ],
+)  # fmt: skip
+def test_the_phase_of_an_end_is_told_from_its_rest(share, phase):
+    """A quarter of the way from a ground state to the next (-0.998 to 1.003) it counts."""
+    assert phase_of(CASE_II, -0.99790 + share * 2.00076) == phase

@@ -1,0 +1,118 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Settings: all of them checked, and the shipped parameter files say what they say."""
+
+import dataclasses
+import json
+import math
+from pathlib import Path
+
+import pytest
+import yaml
+
+from mlmem_ros.described import descriptions
+from mlmem_ros.device import Settings, SettingsError
+from mlmem_ros.device.settings import ActuatorSettings, EraseSettings, ReadSettings, WriteSettings
+
+CONFIG = Path(__file__).parents[2] / 'config'
+
+EVERY = [
+    (group.name, field.name)
+    for group in dataclasses.fields(Settings)
+    for field, _ in descriptions(getattr(Settings(), group.name))
+]
+
+
+def changed(group, **values):
+    return dataclasses.replace(getattr(Settings(), group), **values)
+
+
+def shipped(name):
+    """Return the parameters of a shipped file by group."""
+    return yaml.safe_load((CONFIG / name).read_text())['/**']['ros__parameters']
+
+
+def test_every_setting_is_described():
+    for group in dataclasses.fields(Settings):
+        fields = dataclasses.fields(getattr(Settings(), group.name))
+        assert [name for of, name in EVERY if of == group.name] == [field.name for field in fields]
+
+
+@pytest.mark.parametrize(('group', 'name'), EVERY)
+def test_every_setting_is_checked(group, name):
+    value = getattr(getattr(Settings(), group), name)
+    wrong = ['nowhere', 7, None] if isinstance(value, str) else [math.nan, math.inf, 'x', None]
+    for bad in wrong:
+        with pytest.raises(SettingsError, match=f'{name} must be .*; got'):
+            changed(group, **{name: bad})
+
+
+@pytest.mark.parametrize(('group', 'name'), EVERY)
+def test_the_bounds_of_every_number_belong_to_it(group, name):
+    ((_, description),) = [
+        found for found in descriptions(getattr(Settings(), group)) if found[0].name == name
+    ]
+    if description.choices:
+        return
+    for bound, beyond in ((description.low, -math.inf), (description.high, math.inf)):
+        assert getattr(changed(group, **{name: bound}), name) == bound
+        outside = bound + (1 if beyond > 0 else -1) if isinstance(bound, int) else None
+        outside = math.nextafter(bound, beyond) if outside is None else outside
+        with pytest.raises(SettingsError, match=name):
+            changed(group, **{name: outside})
+
+
+@pytest.mark.parametrize('peak', ['compression', 'tension', 'start_strain'])
+@pytest.mark.parametrize('group', ['write', 'erase'])
+def test_no_peak_may_be_beyond_the_actuator(group, peak):
+    value = getattr(getattr(Settings(), group), peak)
+    limit = abs(value) * 0.999
+    others = {
+        other: dataclasses.replace(
+            kind(), **{name: 0.0005 * math.copysign(1, getattr(kind(), name)) for name in PEAKS}
+        )
+        for other, kind in (('write', WriteSettings), ('erase', EraseSettings))
+    }
+    others[group] = dataclasses.replace(others[group], **{peak: value})
+    with pytest.raises(SettingsError, match=rf'{group}\.{peak} must be within actuator'):
+        Settings(actuator=ActuatorSettings(max_strain=limit), **others)
+    Settings(actuator=ActuatorSettings(max_strain=abs(value)), **others)
+
+
+PEAKS = ('compression', 'tension', 'start_strain')
+
+
+def test_settings_are_plain_values_by_group():
+    values = json.loads(json.dumps(Settings().as_dict()))
+    again = Settings(
+        **{name: type(getattr(Settings(), name))(**group) for name, group in values.items()}
+    )
+    assert again == Settings()
+
+
+def test_the_file_of_case_ii_holds_the_defaults():
+    file = shipped('case_2.yaml')
+    assert file.pop('design') == {'preset': 'case_2'}
+    for group, values in file.items():
+        for name, value in values.items():
+            assert getattr(getattr(Settings(), group), name) == value, f'{group}.{name}'
+    assert {'write', 'erase', 'probe', 'probe_right'} <= set(file)
+
+
+def test_the_file_of_case_i_holds_legal_settings():
+    file = shipped('case_1.yaml')
+    assert file.pop('design') == {'preset': 'case_1'}
+    assert file
+    for group, values in file.items():
+        assert changed(group, **values) != getattr(Settings(), group)
+
+
+def test_the_decay_of_the_gain_makes_up_for_the_papers_damping():
+    """A free wave fades as exp(-eta t / 2), eta = 1 / 250."""
+    assert Settings().probe.gain_decay == Settings().probe_right.gain_decay == 1 / 250 / 2
+
+
+def test_an_end_is_left_or_right():
+    assert ReadSettings(end='right').end == 'right'
+    with pytest.raises(SettingsError, match='end must be one of left, right'):
+        ReadSettings(end='both')

@@ -1,0 +1,264 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A device from plain values, to the bit; and values that are not a device's, refused whole."""
+
+import copy
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Erase,
+    MemoryElement,
+    Read,
+    Refused,
+    SetStrain,
+    Settings,
+    Write,
+    factory_calibration,
+    snapshot,
+)
+from mlmem_ros.device.settings import ActuatorSettings, TimeSettings
+from mlmem_ros.physics import CASE_II, StateError
+
+from . import rig
+
+
+def midlife():
+    """Return a device that was written, calibrated in part, and is being driven by hand."""
+    element = rig.device()
+    rig.succeed(element, Write(3))
+    element.apply(SetStrain(0.03))
+    rig.ticks(element, 7)
+    assert element.actuator.moving
+    return element
+
+
+def through_json(values):
+    return json.loads(json.dumps(values, allow_nan=False))
+
+
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+def test_a_restored_device_goes_on_to_the_bit(substrate):
+    """While the actuator moves, with waves in the chain; and so do its procedures."""
+    design = dataclasses.replace(CASE_II, N=75, substrate=substrate)
+    first, second = (
+        MemoryElement(design, Settings(), factory_calibration(design, Settings()))
+        for _ in range(2)
+    )
+    rig.succeed(first, Write(1))
+    first.apply(SetStrain(-0.03))
+    rig.ticks(first, 7)
+    assert first.actuator.moving
+    snapshot.restore(second, through_json(snapshot.take(first)))
+    assert rig.bits(second) == rig.bits(first)
+    for element in (first, second):
+        rig.ticks(element, 30)
+        element.told = [str(told) for told in rig.events(element, Abort())]
+        element.told += [str(rig.run(element, command)) for command in (Read(), Write(0))]
+    assert first.told == second.told
+    assert rig.bits(second) == rig.bits(first)
+
+
+@pytest.mark.parametrize('state', ['blank', 'known', 'undecodable', 'midlife'])
+def test_what_was_taken_is_taken_again(written, state):
+    element = {
+        'blank': rig.device,
+        'known': lambda: written(6),
+        'undecodable': lambda: rig.device(),
+        'midlife': midlife,
+    }[state]()
+    if state == 'undecodable':
+        assert not rig.run(element, Read('left')).success
+        assert element.reading.distance == math.inf
+    values = snapshot.take(element)
+    other = rig.device(5)
+    snapshot.restore(other, through_json(values))
+    assert snapshot.take(other) == values
+    assert other.reading == element.reading
+
+
+def test_a_snapshot_is_a_copy():
+    element = rig.device(2)
+    values = snapshot.take(element)
+    kept = copy.deepcopy(values)
+    rig.ticks(element, 5)
+    rig.succeed(element, Erase())
+    assert values == kept
+
+
+def test_a_restored_device_does_not_write_into_the_snapshot(written):
+    values = snapshot.take(written(2))
+    kept = copy.deepcopy(values)
+    element = rig.device()
+    snapshot.restore(element, values)
+    rig.succeed(element, Write(0))
+    assert values == kept
+
+
+def test_the_calibration_travels_with_the_content(written):
+    element = written(2)
+    shifted = dataclasses.replace(
+        element.calibration,
+        left=dataclasses.replace(
+            element.calibration.left,
+            delays=tuple(delay + 1 / 3 for delay in element.calibration.left.delays),
+        ),
+    )
+    element.calibration = shifted
+    other = rig.device()
+    snapshot.restore(other, through_json(snapshot.take(element)))
+    assert other.calibration == shifted
+
+
+def test_what_the_other_device_was_doing_is_forgotten():
+    element = rig.device(4)
+    element.transducer.fire('left')
+    element.advance()
+    snapshot.restore(element, snapshot.take(rig.device(2)))
+    assert not element.transducer.driving
+    assert element.transducer.detector is None
+
+
+def test_a_busy_device_is_neither_taken_nor_restored(written):
+    idle = snapshot.take(written(1))
+    element = written(2)
+    element.apply(Write(4))
+    rig.ticks(element, 3)
+    before = rig.bits(element)
+    with pytest.raises(Refused, match='busy: write is running; a snapshot is of an idle device'):
+        snapshot.take(element)
+    with pytest.raises(Refused, match='busy: write is running'):
+        snapshot.restore(element, idle)
+    assert rig.bits(element) == before
+
+
+# --- damaged and foreign ----------------------------------------------------------------------
+
+NAN, INF = math.nan, math.inf
+
+DAMAGE = [
+    ('ticks', -5), ('ticks', 'x'), ('ticks', None), ('ticks', INF), ('steps', 7), ('steps', NAN),
+    ('V_N', 1.0), ('V_N', NAN), ('V_N', 'x'), ('state', None), ('state', {}),
+    ('state.f8', '****'), ('state.f8', ''), ('state.f8', 'AAAA'), ('state.f8', 7),
+    ('state.shape', [2, 225]), ('state.shape', 'x'), ('state.shape', [6, 113]),
+    ('recent.shape', [1, 2]), ('recent.shape', [576]), ('recent.f8', ''), ('recent', 3),
+    ('actuator', 5), ('actuator', {}), ('actuator.strain', NAN), ('actuator.strain', 0.0799),
+    ('actuator.target', 0.081), ('actuator.target', INF), ('actuator.start', -1.0),
+    ('actuator.duration', -1.0), ('actuator.duration', INF), ('actuator.duration', 'x'),
+    ('actuator.elapsed', NAN), ('actuator.elapsed', -1.0), ('actuator.smooth', ...),
+    ('calibration', None), ('calibration.left', {}), ('calibration.left.delays', [1.0, 2.0, 3.0]),
+    ('calibration.right.delays', [1.0]), ('calibration.right.blank', NAN),
+    ('calibration.left.delays', [float(n % 3) for n in range(8)]),
+    ('reading', 7), ('reading', {'level': 3}), ('reading.level', 8), ('reading.level', -3),
+    ('reading.level', 'x'), ('reading.colour', 'red'),
+    ('design.gamma', -1e-4), ('design.N', 224), ('design', None),
+    ('ticks', ...), ('state', ...), ('recent', ...), ('reading', ...), ('calibration', ...),
+]  # fmt: skip
+"""Entries of a snapshot and what they are replaced by; ... takes them out."""
+
+
+def damaged(values, path, value):
+    values = copy.deepcopy(values)
+    *above, last = path.split('.')
+    place = values
+    for name in above:
+        place = place[name]
+    if value is ...:
+        del place[last]
+    else:
+        place[last] = value
+    return values
+
+
+@pytest.mark.parametrize(('path', 'value'), DAMAGE, ids=str)
+def test_a_damaged_snapshot_is_refused_and_nothing_is_changed(written, path, value):
+    values = damaged(snapshot.take(written(2)), path, value)
+    element = midlife()
+    before = rig.bits(element)
+    with pytest.raises(StateError):
+        snapshot.restore(element, values)
+    assert rig.bits(element) == before
+    assert element.actuator.moving
+
+
+@pytest.mark.parametrize('what', ['state', 'recent'])
+@pytest.mark.parametrize('bad', [NAN, INF])
+def test_values_that_are_not_finite_are_refused(written, what, bad):
+    values = snapshot.take(written(2))
+    numbers = snapshot._decode(values[what])
+    numbers[1, 100] = bad
+    values[what] = snapshot._encode(numbers)
+    element = midlife()
+    before = rig.bits(element)
+    with pytest.raises(StateError):
+        snapshot.restore(element, values)
+    assert rig.bits(element) == before
+
+
+@pytest.mark.parametrize('values', [None, [], 'snapshot', 7, {}], ids=repr)
+def test_what_is_no_snapshot_at_all_is_refused(values):
+    element = rig.device(1)
+    before = rig.bits(element)
+    with pytest.raises(StateError, match='this is no snapshot of a device'):
+        snapshot.restore(element, values)
+    assert rig.bits(element) == before
+
+
+OTHERS = {
+    'another gradient': {'design': dataclasses.replace(CASE_II, gamma=-1.3e-4)},
+    'another length': {'design': dataclasses.replace(CASE_II, N=100)},
+    'an elastic substrate': {'design': dataclasses.replace(CASE_II, N=75, substrate='elastic')},
+    'another tick': {'time': TimeSettings(tick=40.0)},
+    'another step': {'time': TimeSettings(tick=19.9)},
+}
+
+
+@pytest.mark.parametrize('other', OTHERS)
+def test_the_snapshot_of_another_device_is_refused(written, other):
+    changes = dict(OTHERS[other])
+    design = changes.pop('design', CASE_II)
+    calibration = factory_calibration(design, Settings())
+    foreign = rig.device(design=design, calibration=calibration, **changes)
+    rig.ticks(foreign, 3)
+    element = midlife()
+    before = rig.bits(element)
+    with pytest.raises(StateError):
+        snapshot.restore(element, snapshot.take(foreign))
+    assert rig.bits(element) == before
+
+
+def test_a_strain_beyond_this_actuators_limit_is_refused():
+    strong = midlife()  # on its way to 0.03
+    weak = {'compression': -0.01, 'tension': 0.01}
+    element = rig.device(
+        actuator=ActuatorSettings(max_strain=0.02),
+        **rig.with_group('write', start_strain=0.01, **weak),
+        **rig.with_group('erase', start_strain=-0.01, **weak),
+    )
+    with pytest.raises(StateError, match=r'actuator\.max_strain'):
+        snapshot.restore(element, snapshot.take(strong))
+
+
+# --- the digest -------------------------------------------------------------------------------
+
+
+def test_the_digest_tells_any_bit_of_the_material_and_the_clock():
+    element = rig.device(2)
+    digests = {snapshot.digest(element)}
+    for change in (
+        lambda: element.chain.v.__setitem__(224, np.nextafter(element.chain.v[224], 9.0)),
+        lambda: element.chain.velocity.__setitem__(0, 5e-324),
+        lambda: setattr(element.chain, 'V_N', 5e-324),
+        lambda: setattr(element, 'ticks', 1),
+        lambda: setattr(element.chain, 'steps_done', 1),
+    ):
+        change()
+        digests.add(snapshot.digest(element))
+    assert len(digests) == 6
+    assert {len(digest) for digest in digests} == {32}
+    assert snapshot.digest(element) in digests

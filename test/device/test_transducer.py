@@ -1,0 +1,118 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The transducers: what they hold, when they let go, and what they take for rest."""
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device.commands import SetStrain
+from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.physics import Drive
+
+from . import rig
+
+
+def test_the_ends_are_sites_1_and_N():
+    transducer = rig.device().transducer
+    assert (transducer.site('left'), transducer.site('right')) == (1, 225)
+
+
+def test_a_new_device_takes_its_ends_for_resting():
+    element = rig.device()
+    for end in ('left', 'right'):
+        assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
+        assert element.transducer.unrest(end) < 1e-14
+    assert not element.transducer.driving
+    assert element.transducer.detector is None
+
+
+@pytest.mark.parametrize('piece', [1, 7, 80, 384, 1000])
+def test_the_drive_does_not_depend_on_how_time_is_cut(piece):
+    """Sub-steps end at p dt = 0.135 and dt = 0.25; the pulse holds all of them up to 96."""
+    transducer = rig.device(level=0).transducer
+    transducer.fire('left')
+    pieces = []
+    for _ in range(0, 1000, piece):
+        drive = transducer.drive(piece)
+        if drive is not None:
+            assert isinstance(drive, Drive)
+            assert drive.site == 1
+            pieces.append(drive.motion)
+    motion = np.concatenate(pieces, axis=1)
+    t = np.sort(np.concatenate((np.arange(384) * 0.25 + 0.54 * 0.25, np.arange(1, 385) * 0.25)))
+    expected = Pulse(transducer.rest('left'), transducer.probes['left']).at(t)
+    assert motion.shape == expected.shape == (2, 768)
+    np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
+    assert not transducer.driving
+
+
+def test_a_move_may_end_within_a_step():
+    """The sub-step after 10.0 ends at 10.0 + 0.54 x 0.25 = 10.135: within 10.15, not 10.1."""
+    element = rig.device()
+    start = element.design.D_s1
+    element.transducer.move('left', start + 1.01, speed=0.1)
+    drive = element.transducer.drive(80)
+    assert drive.motion.shape == (2, 80)  # 40 whole steps to 10.0
+    assert drive.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
+    element.transducer.move('left', start + 1.015, speed=0.1)
+    drive = element.transducer.drive(80)
+    assert drive.motion.shape == (2, 81)  # and the first half of the next, to 10.135
+    assert drive.motion[0, -1] == pytest.approx(start + 1.0135, abs=1e-14)
+
+
+def test_release_lets_go_at_once_and_stops_listening():
+    element = rig.device(level=0)
+    element.transducer.fire('left')
+    element.advance()
+    element.transducer.release()
+    assert not element.transducer.driving
+    assert element.transducer.drive(80) is None
+    assert element.transducer.detector is None
+    element.advance()  # nothing is fed to a detector that is gone
+
+
+def test_the_detector_hears_departures_from_rest_from_the_first_step_on():
+    element = rig.device(level=5)
+    rest = element.transducer.rest('right')
+    detector = element.transducer.fire('right')
+    rig.ticks(element, 4)
+    t = np.arange(1, 321) * 0.25
+    pulse = 0.01 * np.exp(-0.5 * ((t - 48.0) / 8.0) ** 2) * np.sin(0.7 * t)
+    v_m = detector.echo('right').v_m
+    assert len(v_m) == 320 - round(8 * np.pi / 0.7 / 0.25)
+    np.testing.assert_allclose(v_m, np.abs(pulse)[: len(v_m)], atol=1e-14)
+    assert rest == pytest.approx(element.design.D_s1, abs=1e-3)
+
+
+def test_rest_is_where_the_end_is_even_on_a_strained_element():
+    element = rig.device(level=2)
+    element.apply(SetStrain(0.01))
+    rig.ticks(element, 500)  # what the slewing stirred up has faded by exp(-20)
+    assert element.transducer.rest('right') == pytest.approx(element.chain.v[-1], abs=1e-6)
+    # at a free end the strain of 0.01 or so is unbalanced: of order 0.01 / sqrt(k_s) off
+    assert element.transducer.rest('right') == pytest.approx(2.25 + element.design.D_s1, abs=0.03)
+    assert element.transducer.rest('left') == pytest.approx(element.design.D_s2, abs=0.03)
+
+
+def test_the_newest_samples_are_kept_and_judged():
+    """The right end's window is the longer one, 16 pi / 0.7 = 71.8, so 288 steps are kept."""
+    transducer = rig.device().transducer
+    assert transducer.recent.shape == (2, 288)
+    samples = np.random.default_rng(1).normal(size=(2, 700))
+    for piece in np.split(samples, [5, 85, 165, 600], axis=1):  # shorter and longer than 288
+        transducer.record(piece)
+    np.testing.assert_array_equal(transducer.recent, samples[:, -288:])
+    for row, end in enumerate(('left', 'right')):
+        kept = samples[row, -288:]
+        assert transducer.rest(end) == pytest.approx(kept.mean(), abs=1e-15)
+        deviation = np.abs(kept - kept.mean()).mean()
+        assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)
+
+
+def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
+    element = rig.device(level=0)
+    element.transducer.fire('left')
+    rig.ticks(element, 4)
+    loud = element.transducer.unrest('left')
+    rig.ticks(element, 200)  # 4000 time units: damped by exp(-8) at least
+    assert element.transducer.unrest('left') < 1e-3 * loud
