@@ -2,10 +2,16 @@
 PYTHON ?= python3
 VENV = .venv/bin
 
-.PHONY: demo test test-slow lint setup clean
+.PHONY: bench demo figures test test-slow lint setup clean
 
 demo: setup
 	$(VENV)/mlmem demo
+
+figures: setup
+	$(VENV)/mlmem figures
+
+bench: setup
+	$(VENV)/mlmem bench
 
 test: setup lint
 	$(VENV)/python -m pytest
@@ -23,4 +29,4 @@ setup:
 	@$(PYTHON) tools/bootstrap.py
 
 clean:
-	rm -rf .venv build *.egg-info sessions
+	rm -rf .venv build *.egg-info sessions reproduction benchmarks

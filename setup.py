@@ -13,8 +13,16 @@ EXTRAS = {
     ],
     'bag': ['mcap>=1.1', 'rosbags>=0.10', 'pyyaml>=6.0'],
     'plot': ['matplotlib>=3.6'],
+    'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
+    'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],
     'cli': ['rich>=13.0'],
-    'test': ['pytest>=7.4', 'pytest-timeout>=2.1', 'hypothesis>=6.98', 'scipy>=1.11', 'mpmath>=1.3'],
+    'test': [
+        'pytest>=7.4',
+        'pytest-timeout>=2.1',
+        'hypothesis>=6.98',
+        'scipy>=1.11',
+        'mpmath>=1.3',
+    ],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }
 
@@ -25,10 +33,11 @@ setup(
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
     packages=find_packages(exclude=['test', 'test.*']),
+    package_data={f'{PACKAGE}.studies.bench': ['*.c']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+        (f'share/{PACKAGE}/config', glob('config/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',

@@ -15,7 +15,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / '.venv'
-EXTRAS = 'ros,bag,plot,cli,test,lint'
+EXTRAS = 'ros,bag,plot,cli,studies,test,lint'
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'

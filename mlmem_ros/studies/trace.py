@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Watching a device or a chain while it works: what the x-t figures are made of."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..device import Command, MemoryElement, Outcome
+from ..device.actuator import Motion
+from ..physics import Chain, Design, substep_times, walls
+from ..physics.potential import Array
+
+Segment = tuple[float, float]
+"""A target strain, and the time of the smooth ramp to it; an equal strain is a hold."""
+
+
+@dataclass
+class Trace:
+    """What was seen at the end of every tick.
+
+    Attributes:
+        t: Times in time units.
+        strain: Strain of the substrate.
+        configuration: Delta_j, one row of N each.
+        outcomes: How every procedure ended, in their order.
+    """
+
+    t: list[float] = field(default_factory=list)
+    strain: list[float] = field(default_factory=list)
+    configuration: list[Array] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+
+
+def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
+    """Apply a command, advance until its procedure has ended, and note every tick.
+
+    Args:
+        element: The device.
+        command: A command that starts a procedure.
+        trace: What was seen is appended to it.
+
+    Returns:
+        How it ended.
+    """
+    element.apply(command)
+    while True:
+        events = element.advance()
+        trace.t.append(element.ticks * element.tick)
+        trace.strain.append(element.actuator.strain)
+        trace.configuration.append(element.chain.configuration)
+        for event in events:
+            if isinstance(event, Outcome):
+                trace.outcomes.append(event)
+                return event
+
+
+def strain_chain(chain: Chain, segments: list[Segment], every: float) -> Trace:
+    """Strain a bare chain through smooth ramps, and look at it at intervals.
+
+    Args:
+        chain: The material; it is advanced.
+        segments: The schedule, from the present strain.
+        every: Longest time between looks, in time units.
+
+    Returns:
+        What was seen, one entry per look; the clock starts at zero.
+    """
+    design, trace = chain.design, Trace()
+    scale = design.end_displacement(1.0)
+    clock = 0.0
+    for target, duration in segments:
+        looks = math.ceil(duration / every)
+        steps = round(duration / looks / chain.dt)
+        span = steps * chain.dt
+        motion = Motion(chain.V_N / scale, target, looks * span, smooth=True)
+        times = substep_times(steps, chain.dt)
+        for look in range(looks):
+            strain = motion.strain(look * span + times)
+            chain.advance(strain * scale)
+            clock += span
+            trace.t.append(clock)
+            trace.strain.append(float(strain[-1]))
+            trace.configuration.append(chain.configuration)
+    return trace
+
+
+def wall_position(design: Design, configuration: Array) -> float:
+    """Return where the only wall of a configuration is; NaN for none or several."""
+    found = walls(design, configuration)
+    return found[0].position if len(found) == 1 else float('nan')
+
+
+def wall_path(design: Design, configurations: list[Array]) -> Array:
+    """Return the wall's position in each of m configurations, shape (m,), NaN for none."""
+    return np.array([wall_position(design, configuration) for configuration in configurations])
+
+
+def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
+    """Return the level whose defect the only wall sits at; -1 blank; -2 anything else."""
+    found = walls(design, configuration)
+    if not found and configuration.max() < design.D_barrier:
+        return -1
+    if len(found) == 1 and found[0].anti_kink:
+        level = round(found[0].position / design.J) - 1
+        if 0 <= level < design.levels:
+            return level if abs(found[0].position - design.defect(level)) < tolerance else -2
+    return -2
