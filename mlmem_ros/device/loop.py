@@ -93,8 +93,9 @@ class Loop:
         """Abort what runs, bring the strain to zero without waiting for the clock, and stop."""
         with self._changed:
             self._finishing = True
-            self._paused = False
-            self._changed.notify_all()
+            waiting = self._waiting()
+        _refuse(waiting, Refused('the device is shut down'))
+        self.pause(False)
         moved = self.call(lambda: not self.element.idle)
         if moved.exception() is None and moved.result():
             self.submit(Abort('the device is shut down')).exception()  # waits for its end
@@ -172,20 +173,22 @@ class Loop:
     # --- in the loop's thread ------------------------------------------------------------
 
     def _run(self) -> None:
+        try:
+            self._run_ticks()
+        except Exception as failure:  # anything: a device that failed must say so, and stop
+            with self._changed:
+                self.failure = failure
+            self._refuse_all()
+
+    def _run_ticks(self) -> None:
         next_due = self._pacer.now()
         while (due := self._wait(next_due)) is not None:
             begun = self._pacer.now()
             single = bool(self._single_ticks)  # asked for before this tick began
-            try:
-                commands = self._take_commands()
-                events = self.element.advance()
-                self._answer(events)
-                self._listener(commands, events)
-            except Exception as failure:  # anything: a device that failed must say so, and stop
-                with self._changed:
-                    self.failure = failure
-                self._refuse_all()
-                return
+            commands = self._take_commands()
+            events = self.element.advance()
+            self._answer(events)
+            self._listener(commands, events)
             if single and (done := self._single_ticks.popleft()).set_running_or_notify_cancel():
                 done.set_result(self.element.ticks)
             now = self._pacer.now()
@@ -219,8 +222,9 @@ class Loop:
                     )
                     due = self._pacer.now()
                     continue
+                unpaced = self._paused or self._finishing  # paused: a single tick is asked for
             now = self._pacer.now()
-            if now >= due or self._paused or self._finishing:
+            if now >= due or unpaced:
                 return min(due, now)
             due = min(due, now + self._period)  # a clock that jumped back is not waited for
             self._pacer.sleep(min(due - now, LONGEST_SLEEP))
@@ -265,11 +269,23 @@ class Loop:
         """Refuse who still waits; nobody joins them any more."""
         with self._changed:
             refusal = self._stopped()
-            waiting: list[Future[Any]] = [answer for _, answer in (*self._inbox, *self._calls)]
-            waiting += self._single_ticks
+            waiting = self._waiting()
             running = list(self._answers)
-            for queue in (self._inbox, self._calls, self._single_ticks, self._answers):
-                queue.clear()
-        running += [answer for answer in waiting if answer.set_running_or_notify_cancel()]
+            self._answers.clear()
+        _refuse(waiting, refusal)
         for answer in running:
+            answer.set_exception(refusal)
+
+    def _waiting(self) -> list[Future[Any]]:
+        """Take out what has been asked for and not begun."""
+        waiting: list[Future[Any]] = [answer for _, answer in (*self._inbox, *self._calls)]
+        waiting += self._single_ticks
+        for queue in (self._inbox, self._calls, self._single_ticks):
+            queue.clear()
+        return waiting
+
+
+def _refuse(waiting: Sequence[Future[Any]], refusal: Refused | None) -> None:
+    for answer in waiting:
+        if answer.set_running_or_notify_cancel():
             answer.set_exception(refusal)

@@ -24,6 +24,9 @@ POLL = 0.1
 LAST_ANSWERS = 1.0
 """Longest time in seconds for telling those who wait that the node ends."""
 
+DELIVERY = 0.2
+"""Seconds left to the middleware to deliver these answers before it is shut down."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one memory node until SIGINT or SIGTERM.
@@ -78,8 +81,11 @@ def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
         signal.signal(number, signal.SIG_IGN)
     node.close()
     deadline = time.monotonic() + LAST_ANSWERS
+    told = not node.waiting
     while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
         executor.spin_once(timeout_sec=0.0)
+    if not told:
+        time.sleep(DELIVERY)
     node.get_logger().info('shut down')
     executor.shutdown()
     node.destroy_node()

@@ -23,6 +23,7 @@ from .outlets import Outlets
 from .parameters import ParameterError, ParameterSet
 from .recording import Recording
 from .services import Services
+from .sessions import Sessions
 from .sim_time import SimTimePacer
 
 REFUSALS = (ParameterError, DesignError, SettingsError, StateError, BagError)
@@ -56,12 +57,12 @@ class MemoryNode(LifecycleNode):
         self._given = ParameterSet(self)
         self.gate = Gate()
         self._inlets = Inlets(self, self.gate)
-        self._requests = Services(self, self.gate)
+        self._sessions = Sessions(self, self.gate, self._attach)
+        self._requests = Services(self, self.gate, self._sessions)
         self._diagnostics = Diagnostics(self, self.gate)
         self._element: MemoryElement | None = None
         self._outlets: Outlets | None = None
         self._memory_file: MemoryFile | None = None
-        self._recording: Recording | None = None
         self._starting = False
         self._refusal: Exception | None = None
         self.add_post_set_parameters_callback(self._set_speed)
@@ -159,13 +160,7 @@ class MemoryNode(LifecycleNode):
 
     def _activate(self) -> None:
         assert self._element is not None
-        assert self._outlets is not None
-        record = self._given.values().record
-        if record.path:
-            self._recording = Recording(self, self._element, record)
-            self._outlets.tap = self._inlets.tap = self._recording.put
-            self._outlets.tap_views = record.views
-            self._diagnostics.recording = self._recording
+        self._sessions.open(self._element, self._given.values().record)
         sim_time = self.get_parameter('use_sim_time').value
         loop = Loop(
             self._element,
@@ -179,11 +174,7 @@ class MemoryNode(LifecycleNode):
     def _deactivate(self) -> None:
         loop, self.gate.loop = self.gate.open_loop(), None
         loop.finish()
-        if self._recording is not None:
-            assert self._outlets is not None
-            self._outlets.tap = self._inlets.tap = None
-            self._recording.close()
-            self._recording = None
+        self._sessions.close()
         if loop.failure is None and self._memory_file is not None:
             self._memory_file.save(loop.element)
 
@@ -203,8 +194,15 @@ class MemoryNode(LifecycleNode):
             self._outlets.tick(events)
         if (loop := self.gate.loop) is not None:
             self._diagnostics.tick(loop)
-        if self._recording is not None:
-            self._recording.tick(commands)
+        if (recording := self._sessions.current) is not None:
+            recording.tick(commands)
+
+    def _attach(self, recording: Recording | None) -> None:
+        """Let all that is published and received go into a recording, or into none."""
+        assert self._outlets is not None
+        self._outlets.tap = self._inlets.tap = recording.put if recording else None
+        self._outlets.tap_views = self._given.values().record.views
+        self._diagnostics.recording = recording
 
     def _set_speed(self, changed: list[Parameter]) -> None:
         for parameter in changed:

@@ -49,7 +49,8 @@ LIVE = {
         Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
     ),
 }
-"""Parameters that may be set at any time; all others only while the node is unconfigured."""
+"""Parameters that may be set at any time, as those of `record`, which the next session takes;
+all others only while the node is unconfigured."""
 
 PRESET = Description('shipped design that the others start from', choices=tuple(PRESETS))
 
@@ -131,8 +132,8 @@ class ParameterSet:
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         for parameter in changed:
-            ours = parameter.name in LIVE or parameter.name == 'use_sim_time'
-            if self.locked and not ours:
+            live = parameter.name in LIVE or parameter.name.startswith('record.')
+            if self.locked and not live and parameter.name != 'use_sim_time':
                 return SetParametersResult(
                     successful=False,
                     reason=f'{parameter.name} may be set only while the node is unconfigured',

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
@@ -28,15 +29,18 @@ DROPPED = 'session/dropped'
 
 
 class Recording:
-    """One session file, from the device's present state on."""
+    """One session file: prepared, begun between two ticks, ended between two ticks, closed."""
 
-    def __init__(self, node: Node, element: MemoryElement, settings: RecordSettings) -> None:
-        """Begin a session.
+    def __init__(
+        self, node: Node, element: MemoryElement, settings: RecordSettings, path: Path
+    ) -> None:
+        """Prepare a bag with all its topics.
 
         Args:
             node: The node whose topics are recorded.
-            element: Its device, idle.
-            settings: Where, and how carefully.
+            element: Its device.
+            settings: How carefully.
+            path: The bag; must not exist.
 
         Raises:
             BagError: The path exists, or cannot be written.
@@ -46,10 +50,8 @@ class Recording:
         self._settings = settings
         name = node.get_fully_qualified_name()
         self._topics = session.SessionTopics.of(name)
-        parameters = {key: item.value for key, item in node.get_parameters_by_prefix('').items()}
-        header = session.header(element, name, parameters)
         writer = BagWriter(
-            settings.path,
+            path,
             sync_interval=settings.sync_interval,
             max_bytes=settings.max_bytes,
             max_duration=settings.max_duration,
@@ -62,10 +64,19 @@ class Recording:
         writer.add_topic(self._topics.header, session.STRING, (_offered(LATCHED),), latch=True)
         for topic in (self._topics.command, self._topics.state_hash):
             writer.add_topic(topic, session.STRING, (_offered(RELIABLE),))
-        writer.write(self._topics.header, header, self._now())
-        writer.sync()  # without its header a session is worth little
         self._recorder = Recorder(writer, dropped_topic=f'{name}/{DROPPED}', on_error=self._report)
         node.get_logger().info(f'recording a session into {writer.path}')
+
+    def begin(self) -> None:
+        """Record the present state, from which a replay starts; to be called between ticks.
+
+        Raises:
+            Refused: A procedure runs.
+        """
+        parameters = self._node.get_parameters_by_prefix('')
+        values = {key: parameter.value for key, parameter in parameters.items()}
+        name = self._node.get_fully_qualified_name()
+        self._put(self._topics.header, session.header(self._element, name, values))
 
     def put(self, topic: str, cdr: bytes) -> None:
         """Take a message as `rclpy.serialization` gave it; never waits."""
@@ -89,9 +100,12 @@ class Recording:
         """How the recording stands."""
         return self._recorder.status
 
-    def close(self) -> None:
-        """End the session with the hash of the last state, and finish the bag."""
+    def end(self) -> None:
+        """Record the hash of the last state; to be called between ticks."""
         self._put(self._topics.state_hash, session.state_hash(self._element))
+
+    def close(self) -> None:
+        """Write what waits and finish the bag."""
         status = self._recorder.close()
         if status.error is None:
             self._node.get_logger().info(

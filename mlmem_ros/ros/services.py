@@ -14,9 +14,11 @@ from rclpy.node import Node
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
+from ..bag.errors import BagError
 from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, Write
 from . import messages
 from .gate import Gate
+from .sessions import Sessions
 
 
 class Services:
@@ -26,10 +28,11 @@ class Services:
         waiting: How many requests have not been answered yet.
     """
 
-    def __init__(self, node: Node, gate: Gate) -> None:
+    def __init__(self, node: Node, gate: Gate, sessions: Sessions) -> None:
         self.waiting = 0
         self._node = node
         self._gate = gate
+        self._sessions = sessions
         procedures: dict[str, Callable[[], Command]] = {
             '~/write': lambda: Write(node.get_parameter('target_level').value),
             '~/read': Read,
@@ -43,12 +46,13 @@ class Services:
             serve = self._procedure(command)
             node.create_service(Trigger, name, serve, callback_group=group)
         node.create_service(SetBool, '~/pause', self._pause, callback_group=group)
+        node.create_service(SetBool, '~/record', self._record, callback_group=group)
         node.create_service(Trigger, '~/step', self._step, callback_group=group)
 
     def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
         async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             try:
-                outcome: Outcome = await self._result(self._gate.submit(command()))
+                outcome: Outcome = await self.result(self._gate.submit(command()))
             except Exception as failure:  # Refused, or what stopped the device: the caller is told
                 response.message = messages.refusal(str(failure))
             else:
@@ -68,9 +72,23 @@ class Services:
             response.message = json.dumps({'paused': request.data, 'tick': tick})
         return response
 
+    async def _record(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
+        change = self._sessions.start if request.data else self._sessions.stop
+        try:
+            path = await self.result(change())
+        except (Refused, BagError) as refusal:
+            response.message = messages.refusal(str(refusal))
+        else:
+            self._sessions.settle()
+            response.success = True
+            response.message = json.dumps({'recording': request.data, 'path': str(path)})
+        return response
+
     async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            tick = await self._result(self._gate.step())
+            tick = await self.result(self._gate.step())
         except Refused as refusal:
             response.message = messages.refusal(str(refusal))
         else:
@@ -78,7 +96,7 @@ class Services:
             response.message = json.dumps({'tick': tick})
         return response
 
-    async def _result(self, answer: Future[Any]) -> Any:
+    async def result(self, answer: Future[Any]) -> Any:
         """Wait without blocking; the coroutine is resumed when the loop's thread has answered."""
         executor = self._node.executor
         future = RosFuture(executor=executor)

@@ -57,7 +57,7 @@ class Clock:
         if self.time >= self.end:
             time.sleep(1e-3)
         else:
-            self.time += seconds
+            self.time = min(self.time + seconds, self.end)
 
 
 def until(condition):
@@ -104,7 +104,7 @@ def hold(loop):
 
 
 def test_ticks_come_at_the_period(start):
-    clock, begun = Clock(end=0.2), []
+    clock, begun = Clock(end=0.201), []
     loop = start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
     until(lambda: len(begun) == 101)
     loop.stop()
@@ -123,7 +123,7 @@ def test_speed_is_a_factor_on_real_time(start, speed, period):
 
 
 def test_the_scale_sets_the_pace(start):
-    clock, begun = Clock(end=10.0), []
+    clock, begun = Clock(end=10.5), []
     element = rig.device(scale=ScaleSettings(time=0.05))
     start(element, lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
     until(lambda: len(begun) == 11)
@@ -135,7 +135,7 @@ def test_time_that_was_lost_is_counted_and_skipped(start):
 
     The one due at 0.026 comes at 0.0275, and then all are in time again.
     """
-    clock, begun = Clock(end=0.1), []
+    clock, begun = Clock(end=0.101), []
 
     def listen(commands, events):
         begun.append(clock.time)
@@ -167,6 +167,20 @@ def test_a_loop_that_is_always_late_does_not_sprint(start):
     assert min(gaps) >= 1.6 * PERIOD - 1e-12
     due = (begun[-1] + 1.6 * PERIOD) / PERIOD
     assert loop.statistics.overruns == pytest.approx(due - len(begun), abs=2.0)
+
+
+def test_a_clock_that_moves_in_steps_is_made_up_for(start):
+    """One of five periods, as a simulator's: none is lost within its slack."""
+    period = 20 * 2.0**-13  # so that all sums are exact
+    clock, begun = Clock(), []
+    clock.slack = 10 * period
+    clock.sleep = lambda seconds: setattr(clock, 'time', clock.time + 5 * period)
+    element = rig.device(scale=ScaleSettings(time=2.0**-13))
+    loop = start(element, lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
+    until(lambda: len(begun) > 50)
+    loop.stop()
+    assert begun[:51] == [0.0] + [5 * period * (1 + n // 5) for n in range(50)]
+    assert loop.statistics.overruns == 0
 
 
 @pytest.mark.parametrize('jump', [-1e6, 1e6])
@@ -250,6 +264,24 @@ def test_a_paused_device_does_not_move(start):
     loop.pause(False)
     until(lambda: loop.element.ticks > ticks + 3)
     assert loop.statistics.overruns == 0 or loop.statistics.lateness_mean > 0.0
+
+
+def test_a_pause_between_two_looks_at_the_clock_lets_no_tick_slip_through(start):
+    clock = Clock(end=0.021)  # after the 11th tick, before the 12th is due
+    loop = start(rig.device(), pacer=clock, speed=1.0)
+    until(lambda: loop.element.ticks == 11)
+    paused = threading.Event()
+
+    def now():
+        if not paused.is_set():  # the loop looks whether the next tick is due
+            loop.pause(True)
+            paused.set()
+        return clock.time
+
+    clock.now = now
+    assert paused.wait(PATIENCE)
+    time.sleep(0.02)
+    assert loop.element.ticks == 11
 
 
 def test_a_pause_is_no_overrun(start):
@@ -429,6 +461,21 @@ def test_a_listener_that_fails_stops_the_loop(start):
     answer = loop.submit(Erase())
     assert refusal(answer) == 'the device has stopped: no room left'
     assert str(loop.failure) == 'no room left'
+
+
+@pytest.mark.parametrize('of', ['now', 'sleep'])
+def test_a_clock_that_fails_stops_the_loop(start, of):
+    """A ROS clock does when its context has been shut down."""
+
+    def fail(*_):
+        raise RuntimeError('the clock has gone')
+
+    clock = Clock()
+    loop = start(rig.device(), pacer=clock, speed=1.0)
+    answer = loop.submit(Calibrate())
+    setattr(clock, of, fail)
+    assert refusal(answer) == 'the device has stopped: the clock has gone'
+    assert refusal(loop.submit(Read())) == 'the device has stopped: the clock has gone'
 
 
 @pytest.mark.parametrize('started', [True, False])
