@@ -13,7 +13,7 @@ from typing import Any
 from mlmem_ros.described import Description, descriptions
 from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.settings import PublishSettings, RecordSettings
+from mlmem_ros.ros.settings import PublishSettings, RecordSettings, StateSettings
 
 README = Path(__file__).resolve().parent.parent / 'README.md'
 BEGIN, END = '<!-- parameters: begin -->', '<!-- parameters: end -->'
@@ -24,13 +24,19 @@ def table() -> str:
     rows = [
         '| parameter | default | unit | range | meaning |',
         '|---|---|---|---|---|',
-        '| `target_level` | 0 | | 0 to p - 1 | level that `~/write` writes, set at any time |',
+        '| `target_level` | 0 | | 0 to p - 1 | level that `~/write` writes |',
+        '| `time.speed` | 1 | | from 0 | factor on real time; 0: as fast as it can |',
+        '| `autostart` | true | | | configure and activate at the start |',
         '| `design.preset` | case_2 | | case_1, case_2 | design that the others start from |',
     ]
     settings = Settings()
     groups: dict[str, Any] = {'design': CASE_II}
     groups |= {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
-    groups |= {'publish': PublishSettings(), 'record': RecordSettings()}
+    groups |= {
+        'publish': PublishSettings(),
+        'record': RecordSettings(),
+        'state': StateSettings(),
+    }
     for prefix, group in groups.items():
         for field, description in descriptions(group):
             value = getattr(group, field.name)
