@@ -1,0 +1,126 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The SROS2 policy allows what node and client do on a live graph, and nothing more."""
+
+import contextlib
+import time
+import xml.etree.ElementTree as ET
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros.ros.errors import RequestFailed, RequestRefused
+from mlmem_ros.ros.standalone import standalone
+
+POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
+RULES = {
+    'topics': {'publish', 'subscribe'},
+    'services': {'reply', 'request'},
+    'actions': {'call', 'execute'},
+}
+"""The qualifiers of an SROS2 policy, version 0.2.0."""
+
+ON_DEMAND = {'/clock'}
+"""Subscribed with `use_sim_time` alone."""
+
+SETTLED = 1.0
+"""Seconds without news after which all is discovered."""
+
+LISTENING = {'/mlmem/level', '/mlmem/outcome', '/diagnostics'}
+"""What a client may listen to, though the class does not by itself."""
+
+
+def profiles():
+    return {enclave.get('path'): enclave for enclave in ET.parse(POLICY).iter('enclave')}
+
+
+def allowed(enclave, rule):
+    """Return the full names that an enclave's only profile allows, as SROS2 expands them."""
+    (profile,) = profiles()[enclave].iter('profile')
+    namespace = profile.get('ns').rstrip('/')
+    names = [
+        expression.text for group in profile for expression in group if group.get(rule) == 'ALLOW'
+    ]
+    assert len(names) == len(set(names)), 'a name is listed twice'
+    return {name.replace('~', f'{namespace}/{profile.get("node")}', 1) for name in names}
+
+
+def used(robot, name, kind):
+    """Return what a node has on the graph, once nothing more has been discovered for a second."""
+    robot.wait(lambda: name in robot.node.get_node_names(), name)
+    find = getattr(robot.node, f'get_{kind}_names_and_types_by_node')
+    found, since = set(), time.monotonic()
+
+    def settled():
+        nonlocal found, since
+        now = {topic for topic, _ in find(name, '/')}
+        if now != found:
+            found, since = now, time.monotonic()
+        return time.monotonic() - since > SETTLED
+
+    robot.wait(settled, 'the whole graph')
+    return found
+
+
+def test_the_policy_is_well_formed():
+    """The rules of SROS2's policy.xsd, of which a copy would be its code."""
+    root = ET.parse(POLICY).getroot()
+    assert (root.tag, root.attrib) == ('policy', {'version': '0.2.0'})
+    (enclaves,) = root
+    assert enclaves.tag == 'enclaves'
+    for enclave in enclaves:
+        assert (enclave.tag, set(enclave.attrib)) == ('enclave', {'path'})
+        (inner,) = enclave
+        assert inner.tag == 'profiles'
+        for profile in inner:
+            assert (profile.tag, set(profile.attrib)) == ('profile', {'ns', 'node'})
+            for group in profile:
+                assert set(group.attrib) <= RULES[group.tag]
+                assert set(group.attrib.values()) == {'ALLOW'}
+                assert len(group) > 0
+                for expression in group:
+                    assert expression.tag == group.tag[:-1]
+                    assert expression.text[0] in '~/'
+
+
+@pytest.mark.parametrize(
+    ('rule', 'kind'),
+    [('publish', 'publisher'), ('subscribe', 'subscriber'), ('reply', 'service')],
+)
+def test_the_node_may_do_what_it_does(robot, rule, kind):
+    robot.next('wall')
+    assert used(robot, 'mlmem', kind) == allowed('/mlmem', rule) - ON_DEMAND
+
+
+def test_the_node_asks_nobody(robot):
+    assert used(robot, 'mlmem', 'client') == allowed('/mlmem', 'request') == set()
+
+
+def test_a_client_may_do_what_it_does(robot):
+    with standalone(robot.element) as client:
+        client.ready().wait()
+        requests = [
+            lambda: client.write(0),
+            client.read,
+            client.erase,
+            client.calibrate,
+            client.abort,
+            lambda: client.pause(False),
+            client.step,
+            lambda: client.parameters('design.N'),
+        ]
+        for request in requests:
+            with contextlib.suppress(RequestFailed, RequestRefused):
+                request().wait()
+        name = client.node.get_name()
+        assert used(robot, name, 'client') == allowed('/mlmem_client', 'request')
+        assert used(robot, name, 'publisher') == allowed('/mlmem_client', 'publish')
+        for service in used(robot, name, 'service'):
+            assert any(fnmatchcase(service, known) for known in allowed('/mlmem_client', 'reply'))
+    assert allowed('/mlmem_client', 'subscribe') == LISTENING
+
+
+def test_a_client_asks_for_nothing_that_the_node_does_not_offer():
+    assert allowed('/mlmem_client', 'request') <= allowed('/mlmem', 'reply')
+    assert allowed('/mlmem_client', 'subscribe') <= allowed('/mlmem', 'publish')
