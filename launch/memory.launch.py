@@ -8,6 +8,7 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 
@@ -15,12 +16,13 @@ def generate_launch_description() -> LaunchDescription:
     """Return the description: one node, its parameter file and where it records."""
     shipped = sorted(path.stem for path in Path(__file__).parent.parent.glob('config/*.yaml'))
     config = PathJoinSubstitution(
-        [FindPackageShare('mlmem_ros'), 'config', [LaunchConfiguration('config'), '.yaml']]
+        [FindPackageShare('mlmem_ros'), 'config', LaunchConfiguration('config')]
     )
+    record = ParameterValue(LaunchConfiguration('record'), value_type=str)
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                'config', default_value='case_2', description=f'one of {", ".join(shipped)}'
+                'config', default_value='case_2', choices=shipped, description='parameter file'
             ),
             DeclareLaunchArgument('name', default_value='mlmem', description='name of the node'),
             DeclareLaunchArgument('namespace', default_value='', description='its namespace'),
@@ -32,7 +34,7 @@ def generate_launch_description() -> LaunchDescription:
                 executable='memory_node',
                 name=LaunchConfiguration('name'),
                 namespace=LaunchConfiguration('namespace'),
-                parameters=[config, {'record.path': LaunchConfiguration('record')}],
+                parameters=[ParameterFile([config, '.yaml']), {'record.path': record}],
                 output='screen',
             ),
         ]

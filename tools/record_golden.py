@@ -3,7 +3,7 @@
 """Record the golden sessions under test/data with a running memory node.
 
 Usage: .venv/bin/python tools/record_golden.py. Renew them only when the format or the device
-is meant to have changed, and say so.
+is meant to have changed, and say so; examples/gait_store/record.py renews the one there.
 """
 
 import os
@@ -15,44 +15,51 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
-from mlmem_ros.ros.client import MemoryClient
+from mlmem_ros import MemoryClient, standalone
 from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.ros.standalone import wait_until
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'
 SPARSE = ('publish.field_every:=100', 'publish.wall_every:=100', 'publish.joint_states_every:=20')
 
 
-def life(client: MemoryClient) -> None:
+def life(memory: MemoryClient) -> None:
     """Write, read, erase, read."""
-    client.write(2)
-    client.read()
-    client.erase()
-    client.read()
+    memory.write(2).wait()
+    memory.read().wait()
+    memory.erase().wait()
+    memory.read().wait()
 
 
-def manual_drive(client: MemoryClient) -> None:
+def manual_drive(memory: MemoryClient) -> None:
     """Write level 0, then drive the wall one level on by hand."""
-    strain = client.node.create_publisher(Float64, '/mlmem/strain', RELIABLE)
-    client.wait_until(lambda: strain.get_subscription_count() > 0)
-    client.write(0)
+    strain = publisher(memory, Float64, 'strain')
+    memory.write(0).wait()
     for target, seconds in ((-0.034, 0.25), (0.0, 0.4)):
         strain.publish(Float64(data=target))
-        client.spin(seconds)
-    client.read()
+        time.sleep(seconds)
+    memory.read().wait()
 
 
-def aborted_write(client: MemoryClient) -> None:
+def aborted_write(memory: MemoryClient) -> None:
     """Begin to write level 3, abort on the way, read what is there."""
-    write_level = client.node.create_publisher(UInt8, '/mlmem/write_level', RELIABLE)
-    client.wait_until(lambda: write_level.get_subscription_count() > 0)
-    write_level.publish(UInt8(data=3))
-    client.spin(1.3)
-    client.abort()
-    client.write(1)
-    client.read()
+    publisher(memory, UInt8, 'write_level').publish(UInt8(data=3))
+    time.sleep(1.3)
+    memory.abort().wait()
+    memory.write(1).wait()
+    memory.read().wait()
+
+
+def publisher(memory: MemoryClient, kind: type[Any], topic: str) -> Publisher:
+    """Return a publisher that the memory node listens to."""
+    made = memory.node.create_publisher(kind, f'{memory.name}/{topic}', RELIABLE)
+    wait_until(made.get_subscription_count, f'a subscriber of {topic}')
+    return made
 
 
 def record(name: str, scenario: Callable[[MemoryClient], None]) -> None:
@@ -64,9 +71,9 @@ def record(name: str, scenario: Callable[[MemoryClient], None]) -> None:
         command += ['-p', parameter]
     process = subprocess.Popen(command)
     try:
-        with MemoryClient() as client:
-            client.wait_for_node(60.0)
-            scenario(client)
+        with standalone() as memory:
+            memory.ready(60.0).wait()
+            scenario(memory)
     finally:
         process.send_signal(signal.SIGINT)
         process.wait(20.0)

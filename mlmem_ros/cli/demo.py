@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ..ros.answers import Decoded
     from ..ros.client import MemoryClient
 
 SUMMARY = 'write every level up and some down through ROS 2, read each back, show it'
@@ -39,7 +40,7 @@ class Row:
     """One line of the table."""
 
     asked: int
-    answer: dict[str, Any]
+    answer: Decoded
     wall: float | None
     duration: float
 
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     from ..bag.session_data import load
-    from ..ros.client import NoAnswer, RequestFailed
+    from ..ros.errors import RequestError
     from ..studies.session_figure import draw
 
     console = Console()
@@ -67,13 +68,13 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with _memory_node(session):
             rows = _write_and_read(console)
-    except (NoAnswer, RequestFailed) as error:
+    except RequestError as error:
         console.print(f'[red]the demonstration failed: {error}[/red]')
         return 1
     _print_table(console, rows)
     picture = draw(load(session), folder / 'session.png')
     console.print(f'session  {session}\npicture  {picture}')
-    return 0 if all(row.answer.get('level') == row.asked for row in rows) else 1
+    return 0 if all(row.answer.level == row.asked for row in rows) else 1
 
 
 @contextmanager
@@ -100,17 +101,17 @@ def _write_and_read(console: Console) -> list[Row]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     from std_msgs.msg import Float64MultiArray
 
-    from ..ros.client import MemoryClient
     from ..ros.qos import SENSOR_DATA
+    from ..ros.standalone import standalone
 
     columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
     rows: list[Row] = []
-    walls: list[Any] = [None]
-    with MemoryClient() as client, Progress(*columns, console=console) as progress:
+    walls: list[Any] = []
+    with standalone() as client, Progress(*columns, console=console) as progress:
         task = progress.add_task('waiting for the memory node', total=None)
-        client.wait_for_node(NODE_START)
+        client.ready(NODE_START).wait()
         client.node.create_subscription(
-            Float64MultiArray, '/mlmem/wall', lambda m: walls.__setitem__(0, m), SENSOR_DATA
+            Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA
         )
         progress.update(task, total=sum(_expected_cycles()), completed=0.0)
         for asked, cycles in zip(LEVELS, _expected_cycles(), strict=True):
@@ -121,13 +122,15 @@ def _write_and_read(console: Console) -> list[Row]:
 
 
 def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Row:
+    from ..ros.standalone import wait_until
+
     begun = time.monotonic()
-    client.write(asked)
-    answer = client.read()
+    client.write(asked).wait()
+    answer = client.read().wait()
     duration = time.monotonic() - begun
-    walls[0] = None
-    client.wait_until(lambda: walls[0] is not None)
-    positions = list(walls[0].data)
+    walls.clear()
+    wait_until(lambda: walls, f'{client.name}/wall')
+    positions = list(walls[-1].data)
     return Row(asked, answer, positions[0] if len(positions) == 1 else None, duration)
 
 
@@ -150,13 +153,13 @@ def _print_table(console: Console, rows: list[Row]) -> None:
     ):  # fmt: skip
         table.add_column(heading, justify='right')
     for row in rows:
-        right = row.answer.get('level') == row.asked
+        answer, right = row.answer, row.answer.level == row.asked
         table.add_row(
             str(row.asked),
-            f'[{"green" if right else "red"}]{row.answer.get("level")}[/]',
-            row.answer.get('code', ''),
-            f'{row.answer.get("delay") or float("nan"):.2f}',
-            f'{row.answer.get("threshold_margin", float("nan")):.2f}',
+            f'[{"green" if right else "red"}]{answer.level}[/]',
+            answer.code,
+            'none' if answer.delay is None else f'{answer.delay:.2f}',
+            f'{answer.threshold_margin:.2f}',
             'none' if row.wall is None else f'{row.wall:.2f}',
             f'{row.duration:.2f} s',
         )

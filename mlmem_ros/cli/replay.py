@@ -63,7 +63,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 def _into_node(arguments: argparse.Namespace) -> int:
     from ..bag.session_data import load
-    from ..ros.client import NoAnswer
+    from ..ros.errors import NoAnswer
     from ..ros.play import play
 
     session = load(arguments.bag, arguments.node)

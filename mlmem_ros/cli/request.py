@@ -7,10 +7,12 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from ..ros.answers import Decoded
     from ..ros.client import MemoryClient
+    from ..ros.reply import Reply
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,34 +23,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(arguments: argparse.Namespace, request: Callable[[MemoryClient], dict[str, Any]]) -> int:
+def run(arguments: argparse.Namespace, request: Callable[[MemoryClient], Reply[Decoded]]) -> int:
     """Make a request and print its answer.
 
     Returns:
         Exit status: 0 when it succeeded, 1 when it did not or no node answers.
     """
-    from ..ros.client import MemoryClient, NoAnswer, RequestFailed
+    from ..ros.errors import RequestError
+    from ..ros.standalone import standalone
 
-    with MemoryClient(arguments.node) as client:
+    with standalone(arguments.node) as client:
         try:
-            client.wait_for_node(arguments.wait)
-            print(describe(request(client)))
-        except (NoAnswer, RequestFailed) as error:
+            client.ready(arguments.wait).wait()
+            print(describe(request(client).wait()))
+        except (RequestError, ValueError) as error:
             print(f'mlmem {arguments.command}: {error}', file=sys.stderr)
             return 1
     return 0
 
 
-def describe(answer: dict[str, Any]) -> str:
+def describe(answer: Decoded) -> str:
     """Return an answer as one line."""
     from ..device import describe_level
 
-    text = describe_level(answer['level'])
-    if answer['code']:
-        text += f' (code {answer["code"]})'
-    if answer['delay'] is not None:
-        text += f', echo delay {answer["delay"]:.2f}'
+    text = describe_level(answer.level)
+    if answer.code:
+        text += f' (code {answer.code})'
+    if answer.delay is not None:
+        text += f', echo delay {answer.delay:.2f}'
     return (
-        f'{text}, level margin {answer["level_margin"]:.2f}, '
-        f'threshold margin {answer["threshold_margin"]:.2f}'
+        f'{text}, level margin {answer.level_margin:.2f}, '
+        f'threshold margin {answer.threshold_margin:.2f}'
     )

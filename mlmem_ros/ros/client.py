@@ -1,165 +1,187 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A client of a memory node, for programs that are no node themselves."""
+"""The memory from a robot's code: a client on a node that the robot has anyway."""
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Generator
+from typing import Any, TypeVar
 
-import rclpy
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import SetParameters
-from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from std_srvs.srv import Trigger
+from rclpy.parameter import parameter_value_to_python
+from std_srvs.srv import SetBool, Trigger
 
-POLL = 0.05
-"""Seconds between two looks at the clock while waiting for an answer."""
+from .answers import Answer, Calibrated, Decoded, Done, Paused, Stepped, parse
+from .errors import RequestFailed, RequestRefused
+from .reply import Call, Line, Reply, Steps
 
-
-class NoAnswer(Exception):
-    """The node, or an answer of it, did not come in time."""
-
-
-class RequestFailed(Exception):
-    """The node refused a request or could not fulfil it.
-
-    Attributes:
-        answer: The node's JSON object, with `error`.
-    """
-
-    def __init__(self, answer: dict[str, Any]) -> None:
-        super().__init__(answer.get('error', 'the node gave no reason'))
-        self.answer = answer
+SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
 
 class MemoryClient:
-    """Writes, reads and erases the element behind a memory node; a context manager.
+    """Writes, reads and erases the element behind a memory node.
+
+    Every method returns a `Reply` at once: await it in a callback that is `async def`, or
+    `.wait()` for it where no callback runs. The client has a callback group of its own, so that
+    a callback that awaits an answer does not keep it from coming in. One client serves one
+    element; make as many on a node as there are elements, or a `MemoryBank`.
+
+    Every reply raises `NoAnswer` when the node or its answer does not come in time,
+    `RequestRefused` when the node did not take the request and `RequestFailed` when it could
+    not fulfil it. A program that is no node takes `standalone`.
 
     Attributes:
+        node: The node it is built on.
         name: Full name of the memory node.
-        node: The client's own node, for subscriptions; it turns while a request waits.
     """
 
-    def __init__(self, name: str = 'mlmem') -> None:
-        """Join the ROS graph.
+    def __init__(self, node: Node, name: str = 'mlmem', *, patience: float = 10.0) -> None:
+        """Build a client on a node; nothing is sent.
 
         Args:
-            name: Name of the memory node, with its namespace if it has one.
+            node: A node of the robot.
+            name: Name of the memory node; a relative one is looked for beside `node`, in its
+                namespace, and remappings apply.
+            patience: How long the memory node may take to appear, in seconds.
         """
-        self.name = name if name.startswith('/') else f'/{name}'
-        self._context = Context()
-        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = Node(
-            f'{self.name.rpartition("/")[2]}_client_{time.time_ns() % 10**9}',
-            context=self._context,
-            use_global_arguments=False,
-            start_parameter_services=False,
-        )
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        self._parameters = self.node.create_client(SetParameters, f'{self.name}/set_parameters')
-        self._services = {
-            service: self.node.create_client(Trigger, f'{self.name}/{service}')
-            for service in ('write', 'read', 'erase', 'calibrate', 'abort')
-        }
+        self.node = node
+        self.name = node.resolve_service_name(name)
+        self._name = name
+        self._group = ReentrantCallbackGroup()
+        self._line = Line(node, self._group, self.name, patience)
+        self._clients: dict[str, Any] = {}
 
-    def __enter__(self) -> MemoryClient:
-        return self
+    def ready(self, timeout: float = 10.0) -> Reply[None]:
+        """Wait until the node is there.
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Leave the ROS graph."""
-        self._executor.shutdown()
-        self.node.destroy_node()
-        rclpy.try_shutdown(context=self._context)
-
-    def wait_for_node(self, timeout: float = 10.0) -> None:
-        """Wait until the node's services are there.
-
-        Raises:
-            NoAnswer: They are not within `timeout` seconds.
+        Args:
+            timeout: Longest wait in seconds; it overrides the client's patience.
         """
-        deadline = time.monotonic() + timeout
-        for client in (*self._services.values(), self._parameters):
-            if not client.wait_for_service(max(0.0, deadline - time.monotonic())):
-                raise NoAnswer(
-                    f'no memory node answers as {self.name} within {timeout:g} s; start one with '
-                    f'"ros2 run mlmem_ros memory_node", and mind ROS_DOMAIN_ID and the name'
-                )
+        line = Line(self.node, self._group, self.name, timeout)
+        return Reply(line, 'ready', self._ready(), timeout + 1.0)
 
-    def write(self, level: int, timeout: float = 60.0) -> dict[str, Any]:
+    def write(self, level: int, timeout: float = 60.0) -> Reply[Decoded]:
         """Write a level, verified by an echo.
 
         Args:
             level: 0 ... p - 1.
             timeout: Longest wait for the answer in seconds.
 
-        Returns:
-            The node's answer: level, code, delay, margins, attempts, ticks.
-
         Raises:
-            RequestFailed: The node refused, or the level was not reached.
-            NoAnswer: No answer came in time.
+            ValueError: The level is no whole number from 0.
         """
+        if isinstance(level, bool) or not isinstance(level, int) or level < 0:
+            raise ValueError(f'level must be a whole number from 0; got {level!r}')
+        return self._converse(f'write {level}', self._write(level), timeout)
+
+    def read(self, timeout: float = 10.0) -> Reply[Decoded]:
+        """Fire a pulse and decode its echo.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('read', self._trigger('read', Decoded), timeout)
+
+    def erase(self, timeout: float = 60.0) -> Reply[Decoded]:
+        """Make the element blank.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('erase', self._trigger('erase', Decoded), timeout)
+
+    def calibrate(self, timeout: float = 120.0) -> Reply[Calibrated]:
+        """Learn the echo delay of every level, and restore the content.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('calibrate', self._trigger('calibrate', Calibrated), timeout)
+
+    def abort(self, timeout: float = 10.0) -> Reply[Done]:
+        """Stop the running procedure and bring the strain to zero.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('abort', self._trigger('abort', Done), timeout)
+
+    def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
+        """Hold the element's time, or let it run on.
+
+        Args:
+            hold: Whether to hold it.
+            timeout: Longest wait for the answer in seconds.
+        """
+        call = Call(self._client('pause', SetBool), SetBool.Request(data=bool(hold)))
+        return self._converse('pause', self._answered(call, Paused), timeout)
+
+    def step(self, timeout: float = 10.0) -> Reply[Stepped]:
+        """Run one tick while time is held.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('step', self._trigger('step', Stepped), timeout)
+
+    def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
+        """Ask for parameters of the node.
+
+        Args:
+            names: Their names, such as `design.N`.
+            timeout: Longest wait for the answer in seconds.
+
+        Returns:
+            A reply with their values by name; it is refused when the node lacks one of them.
+        """
+        return self._converse('parameters', self._parameters(names), timeout)
+
+    # --- conversations -------------------------------------------------------------------
+
+    def _ready(self) -> Steps[None]:
+        for name, kind in (
+            ('write', Trigger),
+            ('read', Trigger),
+            ('set_parameters', SetParameters),
+        ):
+            yield Call(self._client(name, kind))
+
+    def _write(self, level: int) -> Steps[Decoded]:
         value = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=level)
         request = SetParameters.Request(parameters=[Parameter(name='target_level', value=value)])
-        result = self._call(self._parameters, request, timeout).results[0]
+        response = yield Call(self._client('set_parameters', SetParameters), request)
+        (result,) = response.results
         if not result.successful:
-            raise RequestFailed({'error': f'level {level} was refused: {result.reason}'})
-        return self._trigger('write', timeout)
+            raise RequestRefused({'error': f'level {level} was refused: {result.reason}'})
+        written: Decoded = yield from self._trigger('write', Decoded)
+        if written.level != level:  # target_level was set anew before it was read
+            other = {'error': f'level {written.level} was written instead of {level}: by whom?'}
+            raise RequestFailed({**written.details, **other})
+        return written
 
-    def read(self, timeout: float = 10.0) -> dict[str, Any]:
-        """Fire a pulse and return the decoded level; raises as `write`."""
-        return self._trigger('read', timeout)
+    def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
+        request = GetParameters.Request(names=list(names))
+        response = yield Call(self._client('get_parameters', GetParameters), request)
+        if len(response.values) != len(names):  # rclpy answers none when it lacks one
+            raise RequestRefused({'error': f'one of {", ".join(names)} is no parameter of it'})
+        return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
-    def erase(self, timeout: float = 60.0) -> dict[str, Any]:
-        """Make the element blank; raises as `write`."""
-        return self._trigger('erase', timeout)
+    def _trigger(self, service: str, kind: type[SomeAnswer]) -> Steps[SomeAnswer]:
+        return self._answered(Call(self._client(service, Trigger), Trigger.Request()), kind)
 
-    def calibrate(self, timeout: float = 120.0) -> dict[str, Any]:
-        """Learn the delay of every level; raises as `write`."""
-        return self._trigger('calibrate', timeout)
+    def _answered(self, call: Call, kind: type[SomeAnswer]) -> Generator[Call, Any, SomeAnswer]:
+        return parse(kind, (yield call))
 
-    def abort(self, timeout: float = 10.0) -> dict[str, Any]:
-        """Stop the running procedure; raises as `write`."""
-        return self._trigger('abort', timeout)
+    def _converse(self, what: str, steps: Steps[Any], timeout: float) -> Reply[Any]:
+        return Reply(self._line, what, steps, timeout)
 
-    def wait_until(self, condition: Callable[[], bool], timeout: float = 10.0) -> None:
-        """Turn the client's node until a condition holds.
-
-        Raises:
-            NoAnswer: It does not within `timeout` seconds.
-        """
-        deadline = time.monotonic() + timeout
-        while not condition():
-            if time.monotonic() > deadline:
-                raise NoAnswer(f'{self.name} did not answer within {timeout:g} s')
-            self._executor.spin_once(timeout_sec=POLL)
-
-    def spin(self, duration: float) -> None:
-        """Turn the client's node for a while, in seconds."""
-        end = time.monotonic() + duration
-        while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
-
-    def _trigger(self, service: str, timeout: float) -> dict[str, Any]:
-        response = self._call(self._services[service], Trigger.Request(), timeout)
-        answer: dict[str, Any] = json.loads(response.message)
-        if not response.success:
-            raise RequestFailed(answer)
-        return answer
-
-    def _call(self, client: Any, request: Any, timeout: float) -> Any:
-        if not client.service_is_ready():
-            self.wait_for_node()
-        future = client.call_async(request)
-        self.wait_until(future.done, timeout)
-        return future.result()
+    def _client(self, service: str, kind: type[Any]) -> Any:
+        """Return the rclpy client of a service; made at first use, for each slows the node."""
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(
+                kind, f'{self._name}/{service}', callback_group=self._group
+            )
+        return self._clients[service]

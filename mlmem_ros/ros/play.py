@@ -5,18 +5,18 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Empty, Float64, Int16, UInt8
-from std_srvs.srv import Trigger
 
 from ..bag.session_data import SessionData
 from ..device import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
-from .client import POLL, MemoryClient
+from .client import MemoryClient
 from .qos import LATCHED, RELIABLE
+from .reply import Reply
+from .standalone import POLL, standalone, wait_until
 
 Progress = Callable[[int, int], None]
 
@@ -42,8 +42,13 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
     schedule = _schedule(session)
     heard: list[int] = []
     ended: list[DiagnosticStatus] = []
-    with MemoryClient(name) as client:
-        client.wait_for_node()
+    begun = 0
+
+    def all_ended() -> None:
+        wait_until(lambda: len(ended) >= begun, f'the end of a procedure of {name}', PATIENCE)
+
+    with standalone(name) as client:
+        client.ready().wait()
         send = _sender(client)
         client.node.create_subscription(
             Int16, f'{client.name}/level', lambda message: heard.append(message.data), LATCHED
@@ -51,26 +56,21 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', ended.append, LATCHED
         )
-        client.spin(1.0)  # what is latched from before is none of ours
+        time.sleep(1.0)  # what is latched from before is none of ours
         heard.clear()
         ended.clear()
-        begun = 0
         start = time.monotonic()
         for due, command in schedule:
             while (left := due - (time.monotonic() - start)) > 0.0:
                 progress(round(1e3 * (due - left)), round(1e3 * schedule[-1][0]))
-                client.spin(min(left, POLL))
+                time.sleep(min(left, POLL))
             if not isinstance(command, Abort):  # the node may be slower than the recorded one
-                client.wait_until(partial(_all_ended, ended, begun), PATIENCE)
+                all_ended()
             send(command)
             begun += not isinstance(command, SetStrain)
-        client.wait_until(partial(_all_ended, ended, begun), PATIENCE)
-        client.spin(0.2)  # the last level may come behind its outcome
+        all_ended()
+        time.sleep(0.2)  # the last level may come behind its outcome
     return heard
-
-
-def _all_ended(ended: Sequence[DiagnosticStatus], begun: int) -> bool:
-    return len(ended) >= begun
 
 
 def _schedule(session: SessionData) -> list[tuple[float, Command]]:
@@ -89,12 +89,15 @@ def _sender(client: MemoryClient) -> Callable[[Command], None]:
         Read: node.create_publisher(Empty, f'{name}/probe', RELIABLE),
         Write: node.create_publisher(UInt8, f'{name}/write_level', RELIABLE),
     }
-    services: dict[type[Any], Any] = {
-        Erase: node.create_client(Trigger, f'{name}/erase'),
-        Calibrate: node.create_client(Trigger, f'{name}/calibrate'),
-        Abort: node.create_client(Trigger, f'{name}/abort'),
+    requests: dict[type[Any], Callable[[], Any]] = {
+        Erase: client.erase,
+        Calibrate: client.calibrate,
+        Abort: client.abort,
     }
-    client.wait_until(lambda: all(p.get_subscription_count() for p in publishers.values()))
+    wait_until(
+        lambda: all(publisher.get_subscription_count() for publisher in publishers.values()),
+        f'a subscriber of the topics of {name}',
+    )
 
     def send(command: Command) -> None:
         match command:
@@ -105,6 +108,7 @@ def _sender(client: MemoryClient) -> Callable[[Command], None]:
             case Write(level):
                 publishers[Write].publish(UInt8(data=level))
             case _:
-                services[type(command)].call_async(Trigger.Request())
+                reply = requests[type(command)]()
+                reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
 
     return send

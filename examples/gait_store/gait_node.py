@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A behaviour node that keeps the number of its gait in a mechanical memory, and nowhere else.
+
+    ~/set_gait   std_msgs/UInt8              take this gait up, once the memory holds it
+    ~/gait       std_msgs/UInt8, latched     the gait that the robot walks in
+    ~/pressures  std_msgs/Float32MultiArray  pressure of every leg, from 0 to 1
+
+At its start it reads the element and walks on as before. Run it beside a memory node:
+python3 gait_node.py --ros-args -p memory:=/mlmem
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+
+import rclpy
+from gaits import GAITS
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from std_msgs.msg import Float32MultiArray, UInt8
+
+from mlmem_ros import MemoryClient, NoAnswer, RequestError, RequestRefused
+from mlmem_ros.ros.qos import LATCHED, RELIABLE, SENSOR_DATA
+
+PERIOD = 0.02
+"""Seconds between two sets of pressures."""
+
+PATIENCE = 60
+"""Seconds to wait at the start for a memory that is busy."""
+
+REST = 0
+"""The gait of a robot whose memory is blank."""
+
+
+class GaitNode(Node):
+    """Walks, and remembers how."""
+
+    def __init__(self) -> None:
+        """Remember the gait, and begin to walk.
+
+        Raises:
+            RequestError: The memory does not answer, or cannot be read.
+        """
+        super().__init__('gait')
+        memory = self.declare_parameter('memory', 'mlmem').value
+        self._memory = MemoryClient(self, memory, patience=30.0)
+        self._gait = REST
+        self._publisher = self.create_publisher(UInt8, '~/gait', LATCHED)
+        self._pressures = self.create_publisher(Float32MultiArray, '~/pressures', SENSOR_DATA)
+        self._walk(self._remembered())
+        # A callback that awaits keeps its group to itself, and the legs must go on meanwhile.
+        writing = MutuallyExclusiveCallbackGroup()
+        self.create_subscription(
+            UInt8, '~/set_gait', self._on_set_gait, RELIABLE, callback_group=writing
+        )
+        self.create_timer(PERIOD, self._on_timer)
+
+    def _remembered(self) -> int:
+        """Return the gait that the element holds; nobody turns this node as yet, so wait."""
+        for _ in range(PATIENCE):
+            try:
+                content = self._memory.read().wait()
+            except RequestRefused as busy:  # with what we asked for before we were restarted
+                self.get_logger().info(f'waiting for the memory: {busy}')
+                time.sleep(1.0)
+            else:
+                return REST if content.blank else content.level
+        raise NoAnswer(f'the memory was busy for {PATIENCE} s')
+
+    async def _on_set_gait(self, message: UInt8) -> None:
+        """Write first, walk then: after a crash in between, what is walked is what is held."""
+        if message.data >= len(GAITS):
+            self.get_logger().error(f'there are gaits 0 to {len(GAITS) - 1}; got {message.data}')
+            return
+        try:
+            written = await self._memory.write(message.data)
+        except RequestError as error:
+            self.get_logger().error(f'still in gait {self._gait}: {error}')
+        else:
+            self._walk(written.level)
+
+    def _walk(self, gait: int) -> None:
+        self._gait = gait
+        self._publisher.publish(UInt8(data=gait))
+        self.get_logger().info(f'gait {gait}: {GAITS[gait].name}')
+
+    def _on_timer(self) -> None:
+        now = self.get_clock().now().nanoseconds / 1e9
+        self._pressures.publish(Float32MultiArray(data=GAITS[self._gait].pressures(now)))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Walk until Ctrl-C; return the exit status."""
+    rclpy.init(args=arguments)
+    node = None
+    try:
+        node = GaitNode()
+        rclpy.spin(node)
+    except RequestError as error:
+        print(f'the gait is not known: {error}', file=sys.stderr)
+        return 1
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        if node is not None:
+            node.destroy_node()  # say goodbye, or others send to us for another 20 s
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,73 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Record `bag`: a robot whose behaviour node is restarted twice and walks on as before.
+
+Usage: python3 record.py, with no other memory node in this ROS domain. Renew the bag only when
+the device is meant to have changed, together with those of tools/record_golden.py.
+"""
+
+from __future__ import annotations
+
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from std_msgs.msg import UInt8
+
+from mlmem_ros import MemoryClient, standalone
+from mlmem_ros.ros.qos import LATCHED, RELIABLE
+from mlmem_ros.ros.standalone import wait_until
+
+HERE = Path(__file__).resolve().parent
+SPARSE = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
+MEMORY = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
+GAIT_NODE = [sys.executable, str(HERE / 'gait_node.py')]
+
+
+@contextmanager
+def running(command: list[str]) -> Iterator[None]:
+    """Run a process, and end it as Ctrl-C would."""
+    process = subprocess.Popen(command)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(20.0)
+
+
+def record(bag: Path) -> None:
+    """Let the robot live three times over one memory, which records all of it."""
+    shutil.rmtree(bag, ignore_errors=True)
+    parameters = {'record.path': bag, **{f'publish.{key}': n for key, n in SPARSE.items()}}
+    options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]
+    with running([*MEMORY, *options]), standalone() as memory:
+        memory.ready(60.0).wait()
+        gaits: list[int] = []
+        memory.node.create_subscription(
+            UInt8, '/gait/gait', lambda message: gaits.append(message.data), LATCHED
+        )
+        for before, after in ((0, 1), (1, 3), (3, 3)):
+            gaits.clear()
+            with running(GAIT_NODE):
+                wait_until(lambda: gaits, 'the gait it remembers', 60.0)
+                if after != before:
+                    set_gait(memory, after)
+                    wait_until(lambda: len(gaits) == 2, 'the gait it takes up', 60.0)
+            assert gaits == sorted({before, after}), gaits
+
+
+def set_gait(memory: MemoryClient, gait: int) -> None:
+    """Ask the behaviour node for another gait."""
+    publisher = memory.node.create_publisher(UInt8, '/gait/set_gait', RELIABLE)
+    wait_until(publisher.get_subscription_count, 'the behaviour node')
+    publisher.publish(UInt8(data=gait))
+    wait_until(lambda: publisher.wait_for_all_acked(), 'its acknowledgement')
+    memory.node.destroy_publisher(publisher)
+
+
+if __name__ == '__main__':
+    record(HERE / 'bag')

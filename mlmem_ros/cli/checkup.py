@@ -1,0 +1,245 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a machine has to have, looked at one by one. Each check tells what it found and advises."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from importlib import metadata
+from pathlib import Path
+
+PYTHONS = ((3, 10), (3, 14))
+"""Oldest and newest Python that we are tested with."""
+
+LIBRARIES = {
+    'numpy': 'python3-numpy',
+    'numba': 'python3-numba',
+    'mcap': 'mcap',
+    'rosbags': 'rosbags',
+    'yaml': 'python3-yaml',
+    'rich': 'python3-rich',
+    'matplotlib': 'python3-matplotlib',
+}
+"""Python packages, and the name to install them by."""
+
+INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
+"""ROS packages whose messages the node and its client use."""
+
+LAST_DOMAIN = 232
+"""Greatest ROS_DOMAIN_ID: above it DDS runs out of ports."""
+
+LAST_SAFE_DOMAIN = 101
+"""Greatest one whose ports Linux leaves alone."""
+
+ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
+
+
+class Verdict(Enum):
+    """How a check ended."""
+
+    PASS = 'pass'
+    WARN = 'warn'
+    FAIL = 'fail'
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a check found.
+
+    Attributes:
+        what: What was looked at.
+        verdict: Whether it is as it should be.
+        seen: What was seen.
+        advice: What to do; empty where nothing needs to be done.
+    """
+
+    what: str
+    verdict: Verdict
+    seen: str
+    advice: str = ''
+
+
+def examine(node: str, wait: float, records: Path) -> Iterator[Finding]:
+    """Look at everything, one after the other.
+
+    Args:
+        node: Name of a memory node that may run.
+        wait: How long to wait for it, in seconds.
+        records: Where sessions are going to be recorded.
+    """
+    yield check_python(sys.version_info[:2])
+    for name in LIBRARIES:
+        yield check_library(name)
+    yield check_compile_cache()
+    ros = check_ros()
+    yield ros
+    yield check_domain(os.environ.get('ROS_DOMAIN_ID'))
+    yield check_log_folder(log_folder())
+    yield check_disk(records)
+    if ros.verdict is not Verdict.FAIL:
+        yield check_node(node, wait)
+
+
+def check_python(version: tuple[int, ...]) -> Finding:
+    """Look at the version of Python."""
+    seen = '.'.join(map(str, version))
+    if not PYTHONS[0] <= version <= PYTHONS[1]:
+        oldest, newest = ('.'.join(map(str, bound)) for bound in PYTHONS)
+        verdict = Verdict.FAIL if version < PYTHONS[0] else Verdict.WARN
+        return Finding('Python', verdict, seen, f'use Python {oldest} to {newest}')
+    return Finding('Python', Verdict.PASS, seen)
+
+
+def check_library(name: str) -> Finding:
+    """Look whether a Python package can be imported."""
+    try:
+        module = importlib.import_module(name)
+    except Exception as error:  # a broken installation may raise anything
+        return Finding(name, Verdict.FAIL, str(error), f'install {LIBRARIES.get(name, name)}')
+    return Finding(name, Verdict.PASS, getattr(module, '__version__', '') or _version(name))
+
+
+def check_compile_cache() -> Finding:
+    """Look whether compiled kernels can be kept, or every start compiles them anew."""
+    what = 'compiled kernels'
+    try:
+        from ..physics import kernel
+    except ImportError as error:
+        return Finding(what, Verdict.FAIL, str(error), 'install python3-numba')
+    compiled = [each for each in vars(kernel).values() if hasattr(each, 'stats')]
+    paths = [each.stats.cache_path for each in compiled if each.stats.cache_path]
+    folder = Path(paths[0]) if paths else None
+    if folder is not None and _writable(folder):
+        return Finding(what, Verdict.PASS, f'kept in {folder}')
+    return Finding(
+        what,
+        Verdict.WARN,
+        'cannot be kept: every start takes half a minute longer',
+        'set NUMBA_CACHE_DIR to a folder that can be written',
+    )
+
+
+def check_ros() -> Finding:
+    """Look for rclpy, its middleware and the message packages."""
+    try:
+        import rclpy
+        from rclpy.utilities import get_rmw_implementation_identifier
+
+        for package in INTERFACES:
+            importlib.import_module(package)
+        del rclpy
+        middleware = get_rmw_implementation_identifier()
+    except Exception as error:  # the middleware is loaded here and may raise anything
+        return Finding('ROS 2', Verdict.FAIL, str(error), ROS_ADVICE)
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        seen = f'{distribution}, {middleware}'
+        return Finding('ROS 2', Verdict.WARN, seen, 'Jazzy is what we are tested with')
+    return Finding('ROS 2', Verdict.PASS, f'rclpy {_version("rclpy")}, {middleware}')
+
+
+def check_domain(value: str | None) -> Finding:
+    """Look at ROS_DOMAIN_ID: nodes of another domain are out of sight."""
+    what = 'ROS_DOMAIN_ID'
+    if not value:
+        local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '') in ('LOCALHOST', 'OFF')
+        if local:
+            return Finding(what, Verdict.PASS, 'not set: 0, on this machine only')
+        seen = 'not set: 0, which is everybody on this network'
+        return Finding(what, Verdict.WARN, seen, 'give your robot a number of its own')
+    if not value.isdecimal() or int(value) > LAST_DOMAIN:
+        return Finding(what, Verdict.FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
+    if int(value) > LAST_SAFE_DOMAIN:
+        advice = f'above {LAST_SAFE_DOMAIN} Linux may use its ports for something else'
+        return Finding(what, Verdict.WARN, value, advice)
+    return Finding(what, Verdict.PASS, value)
+
+
+def log_folder() -> Path:
+    """Return where ROS writes its log files; without one rclpy does not start."""
+    if folder := os.environ.get('ROS_LOG_DIR'):
+        return Path(folder).expanduser()
+    home = os.environ.get('ROS_HOME') or '~/.ros'
+    return Path(home).expanduser() / 'log'
+
+
+def check_log_folder(folder: Path) -> Finding:
+    """Look whether ROS can write its log files."""
+    if _writable(folder):
+        return Finding('ROS logs', Verdict.PASS, f'go to {folder}')
+    seen = f'{folder} cannot be written'
+    return Finding('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a folder that can')
+
+
+def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Finding:
+    """Look whether there is room for records.
+
+    Args:
+        folder: Where they are going to be.
+        plenty: Free bytes from which all is well.
+        least: Free bytes below which nothing should be recorded.
+    """
+    what = 'room for records'
+    existing = _existing(folder)
+    free = shutil.disk_usage(existing).free
+    seen = f'{free / 1e9:.1f} GB free in {existing}'
+    if not _writable(folder):
+        return Finding(what, Verdict.FAIL, f'{existing} cannot be written', 'name another folder')
+    if free >= plenty:
+        return Finding(what, Verdict.PASS, seen)
+    verdict = Verdict.WARN if free >= least else Verdict.FAIL
+    return Finding(what, verdict, seen, 'delete old sessions, or record elsewhere')
+
+
+def check_node(name: str, wait: float) -> Finding:
+    """Look whether a memory node answers.
+
+    Args:
+        name: Its name.
+        wait: How long to wait for it, in seconds.
+    """
+    from ..ros.errors import RequestError
+    from ..ros.standalone import standalone
+
+    what = f'node {name}'
+    try:
+        with standalone(name) as client:
+            client.ready(wait).wait()
+            values = client.parameters('design.preset', 'design.N').wait()
+    except RequestError:
+        return Finding(
+            what,
+            Verdict.WARN,
+            f'does not answer within {wait:g} s',
+            'if it should run: ros2 run mlmem_ros memory_node; mind name and ROS_DOMAIN_ID',
+        )
+    except Exception as error:  # rclpy could not start at all
+        return Finding(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
+    seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
+    return Finding(what, Verdict.PASS, seen)
+
+
+def _version(name: str) -> str:
+    for package in (name, f'ros-jazzy-{name}'):
+        try:
+            return metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return 'of unknown version'
+
+
+def _existing(folder: Path) -> Path:
+    """Return a folder, or the nearest of its parents that is there."""
+    folder = folder.absolute()
+    return next(each for each in (folder, *folder.parents) if each.exists())
+
+
+def _writable(folder: Path) -> bool:
+    existing = _existing(folder)
+    return existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)

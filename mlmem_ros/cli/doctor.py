@@ -1,0 +1,63 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem doctor`: look whether this machine has what a memory needs, and say what to do.
+
+It prints a plain table, because rich may be among what is missing. Exit status 0: nothing failed
+(a warning is no failure); 1: something did.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .checkup import Finding
+
+SUMMARY = 'look whether this machine has what a memory needs'
+
+COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
+"""Colours of a terminal, by verdict: green, yellow and red."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    parser.add_argument('--node', default='mlmem', help='name of the memory node')
+    parser.add_argument(
+        '--wait', type=float, default=3.0, metavar='S', help='how long to wait for the node'
+    )
+    parser.add_argument(
+        '--records', type=Path, default=Path('sessions'), help='where sessions are recorded'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Look at everything and print a table; return the exit status."""
+    from .. import __version__
+    from .checkup import Verdict, examine
+
+    print(f'mlmem_ros {__version__}')
+    findings = []
+    for finding in examine(arguments.node, arguments.wait, arguments.records):
+        print(line(finding, colour=sys.stdout.isatty()), flush=True)
+        findings.append(finding)
+    verdicts = [finding.verdict for finding in findings]
+    failed, warned = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.WARN)
+    print(f'{len(findings)} checks: {failed} failed, {warned} with a warning')
+    return 1 if failed else 0
+
+
+def line(finding: Finding, colour: bool = False) -> str:
+    """Return a finding as a row of the table, with a second line of advice if there is any.
+
+    Args:
+        finding: What a check found.
+        colour: Whether to colour the verdict for a terminal.
+    """
+    verdict = finding.verdict.value
+    if colour:
+        verdict = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'
+    advice = f'\n{"":25} -> {finding.advice}' if finding.advice else ''
+    return f'{verdict}  {finding.what:<18} {finding.seen}{advice}'

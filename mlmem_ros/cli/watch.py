@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem watch`: show the element behind a running node in the terminal, until Ctrl-C.
+
+Level and code, the wall in its chain, strain, last echo, last procedure, rates and health.
+Exit status 0; 1 when no node answers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+SUMMARY = 'show the element behind a running node in the terminal'
+
+FIRST_REPORT = 3.0
+"""Longest wait in seconds for the first health report, which comes once a second."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    parser.add_argument('--node', default='mlmem', help='name of the memory node')
+    parser.add_argument(
+        '--wait', type=float, default=5.0, metavar='S', help='how long to wait for the node'
+    )
+    parser.add_argument('--rate', type=float, default=10.0, help='pictures per second')
+    parser.add_argument('--once', action='store_true', help='print one picture and leave')
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Show the element; return the exit status."""
+    from rich.console import Console
+    from rich.live import Live
+
+    from ..ros.errors import RequestError
+    from ..ros.monitor import WANTED, Monitor
+    from ..ros.standalone import standalone, wait_until
+    from .dashboard import dashboard
+
+    if not 0.1 <= arguments.rate <= 60.0:
+        print(f'mlmem watch: rate must be from 0.1 to 60; got {arguments.rate:g}', file=sys.stderr)
+        return 2
+    console = Console()
+    try:
+        with standalone(arguments.node) as client:
+            client.ready(arguments.wait).wait()
+            monitor = Monitor(client, client.parameters(*WANTED).wait())
+            if arguments.once:
+                wait_until(lambda: monitor.view.health, 'a health report', FIRST_REPORT)
+                console.print(dashboard(monitor.view, console.width))
+                return 0
+            with Live(console=console, auto_refresh=False) as live:
+                while True:
+                    live.update(dashboard(monitor.view, console.width), refresh=True)
+                    time.sleep(1.0 / arguments.rate)
+    except RequestError as error:
+        print(f'mlmem watch: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 0

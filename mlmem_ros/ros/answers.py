@@ -1,0 +1,137 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a memory node answers, as values with types."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from ..device import BLANK
+from .errors import RequestFailed, RequestRefused
+
+SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A request that was fulfilled.
+
+    Attributes:
+        details: All that the node said, by the names in its JSON object.
+    """
+
+    details: Mapping[str, Any] = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Done(Answer):
+    """A procedure that reached its aim.
+
+    Attributes:
+        attempts: Tries it took.
+        ticks: Ticks of the device it took.
+    """
+
+    attempts: int
+    ticks: int
+
+
+@dataclass(frozen=True)
+class Decoded(Done):
+    """What write, read and erase answer: the content as its echo says.
+
+    Attributes:
+        level: 0 ... p - 1, or -1 where the element is blank.
+        code: Binary code of the level; empty where it is blank.
+        end: The end that was probed: left or right.
+        delay: Echo delay in time units, or None where nothing came back.
+        level_margin: 1 on the calibrated delay, 0 half-way to the next level.
+        threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
+    """
+
+    level: int
+    code: str
+    end: str
+    delay: float | None
+    level_margin: float
+    threshold_margin: float
+
+    @property
+    def blank(self) -> bool:
+        """Whether the element holds no level."""
+        return self.level == BLANK
+
+
+@dataclass(frozen=True)
+class Calibrated(Decoded):
+    """What calibrate answers: the content, which it has restored, and what it learnt.
+
+    Attributes:
+        delays: Echo delay of every level in time units; empty where the node does not tell.
+    """
+
+    delays: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Paused(Answer):
+    """Whether time is held.
+
+    Attributes:
+        paused: True while it is.
+        tick: Ticks the device has done.
+    """
+
+    paused: bool
+    tick: int
+
+
+@dataclass(frozen=True)
+class Stepped(Answer):
+    """A single tick that was run.
+
+    Attributes:
+        tick: Ticks the device has done.
+    """
+
+    tick: int
+
+
+def parse(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
+    """Return a service's answer as a value.
+
+    Args:
+        kind: What it answers when it succeeds.
+        response: A response with `success` and `message`, which is one JSON object.
+
+    Raises:
+        RequestRefused: The node did not take the request.
+        RequestFailed: It failed, or its answer cannot be understood.
+    """
+    try:
+        said = json.loads(response.message)
+    except ValueError:
+        said = None
+    if not isinstance(said, dict):
+        raise RequestFailed({'error': f'the answer is no JSON object: {response.message!r}'})
+    if not response.success:
+        raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
+    values = {name: said[name] for name in _names(kind) if name in said}
+    try:
+        return kind(MappingProxyType(said), **{name: _frozen(values[name]) for name in values})
+    except TypeError:
+        missing = ', '.join(name for name in _names(kind) if name not in said)
+        raise RequestFailed({**said, 'error': f'the answer lacks {missing}: {said}'}) from None
+
+
+def _names(kind: type[Answer]) -> list[str]:
+    return [each.name for each in dataclasses.fields(kind) if each.name != 'details']
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

@@ -1,0 +1,211 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A robot's side of the contract, written from the tables of the public interface alone."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import defaultdict
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import JointState, Range
+from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, UInt8
+from std_srvs.srv import SetBool, Trigger
+
+RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+SENSOR = qos_profile_sensor_data
+
+IN = {'strain': Float64, 'probe': Empty, 'write_level': UInt8}
+OUT = {
+    'level': (Int16, LATCHED),
+    'outcome': (DiagnosticStatus, LATCHED),
+    'echo': (Float32MultiArray, RELIABLE),
+    'range': (Range, SENSOR),
+    'joint_states': (JointState, SENSOR),
+    'field': (Float32MultiArray, SENSOR),
+    'wall': (Float64MultiArray, SENSOR),
+    '/diagnostics': (DiagnosticArray, RELIABLE),
+}
+SERVICES = {
+    'write': Trigger,
+    'read': Trigger,
+    'erase': Trigger,
+    'calibrate': Trigger,
+    'abort': Trigger,
+    'pause': SetBool,
+    'record': SetBool,
+    'step': Trigger,
+}
+BLANK, UNDECODABLE = -1, -2
+
+
+class Answer(dict):
+    """The JSON object of a service's answer, and whether it succeeded."""
+
+    def __init__(self, response):
+        super().__init__(json.loads(response.message))
+        self.success = response.success
+
+
+class Robot:
+    """A client of one element. It waits with deadlines and keeps every message it receives."""
+
+    def __init__(self, element='/mlmem', name='robot'):
+        self.element = element
+        self._context = rclpy.Context()
+        rclpy.init(args=[], context=self._context)
+        self.node = rclpy.create_node(
+            name,
+            context=self._context,
+            use_global_arguments=False,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._clients, self._publishers, self._subscriptions = {}, {}, {}
+        self._received = defaultdict(list)
+
+    def close(self):
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def name(self, name):
+        return name if name.startswith('/') else f'{self.element}/{name}'
+
+    # Waiting
+
+    def wait(self, condition, what, within=15.0):
+        """Spin until the condition holds; return what it returned."""
+        deadline = time.monotonic() + within
+        while not (value := condition()):
+            left = deadline - time.monotonic()
+            assert left > 0.0, f'{what}: not within {within:g} s'
+            self._executor.spin_once(timeout_sec=min(left, 0.1))
+        return value
+
+    # Topics
+
+    def received(self, topic):
+        """Return the list of messages of a topic, which grows while the robot waits."""
+        if topic not in self._subscriptions:
+            kind, qos = OUT[topic]
+            messages = self._received[topic]
+            self._subscriptions[topic] = self.node.create_subscription(
+                kind, self.name(topic), messages.append, qos
+            )
+            self.wait(
+                lambda: self.node.count_publishers(self.name(topic)), f'a publisher of {topic}'
+            )
+        return self._received[topic]
+
+    def next(self, topic, condition=lambda message: True, within=15.0):
+        """Return the first message from now on that meets the condition."""
+        messages = self.received(topic)
+        seen = len(messages)
+        return self.wait(
+            lambda: next((m for m in messages[seen:] if condition(m)), None),
+            f'a message on {topic}',
+            within,
+        )
+
+    def latest(self, topic, condition=lambda message: True, within=15.0):
+        """Return the newest message as soon as it meets the condition."""
+        messages = self.received(topic)
+        self.wait(
+            lambda: messages and condition(messages[-1]), f'the right message on {topic}', within
+        )
+        return messages[-1]
+
+    def publish(self, topic, *value):
+        if topic not in self._publishers:
+            publisher = self.node.create_publisher(IN[topic], self.name(topic), RELIABLE)
+            self._publishers[topic] = publisher
+            self.wait(publisher.get_subscription_count, f'a subscriber of {topic}')
+        message = IN[topic](data=value[0]) if value else IN[topic]()
+        self._publishers[topic].publish(message)
+
+    # Services
+
+    def send(self, service, request=None, kind=None):
+        """Send a request; return the future of its answer."""
+        kind = kind or SERVICES[service]
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(kind, self.name(service))
+        client = self._clients[service]
+        self.wait(client.service_is_ready, f'service {service}')
+        return client.call_async(request or kind.Request())
+
+    def response(self, future, within=30.0):
+        self.wait(future.done, 'an answer', within)
+        return future.result()
+
+    def answer(self, future, within=30.0):
+        return Answer(self.response(future, within))
+
+    def trigger(self, service, within=30.0):
+        return self.answer(self.send(service), within)
+
+    def pause(self, hold):
+        return self.answer(self.send('pause', SetBool.Request(data=hold)))
+
+    def record(self, on):
+        return self.answer(self.send('record', SetBool.Request(data=on)))
+
+    def write(self, level, within=60.0):
+        self.set(target_level=level)
+        return self.trigger('write', within)
+
+    # Parameters
+
+    def set(self, **values):
+        """Set parameters, a dot written as two underscores; all must be accepted."""
+        for name, value in values.items():
+            result = self.try_set(name.replace('__', '.'), value)
+            assert result.successful, result.reason
+
+    def try_set(self, name, value):
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        request = SetParameters.Request(parameters=[parameter])
+        return self.response(self.send('set_parameters', request, SetParameters)).results[0]
+
+    def get(self, name):
+        request = GetParameters.Request(names=[name])
+        answer = self.response(self.send('get_parameters', request, GetParameters))
+        return parameter_value_to_python(answer.values[0])
+
+    def parameters(self):
+        """Return every parameter and its value."""
+        request = ListParameters.Request()
+        names = self.response(self.send('list_parameters', request, ListParameters)).result.names
+        request = GetParameters.Request(names=names)
+        answer = self.response(self.send('get_parameters', request, GetParameters))
+        return dict(zip(names, map(parameter_value_to_python, answer.values), strict=True))
+
+    def describe(self, names):
+        request = DescribeParameters.Request(names=names)
+        answer = self.response(self.send('describe_parameters', request, DescribeParameters))
+        return {described.name: described for described in answer.descriptors}
+
+
+def values(status):
+    """Return the key/values of a diagnostic status as a mapping."""
+    return {pair.key: pair.value for pair in status.values}

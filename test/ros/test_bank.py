@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Several elements as one word, over real DDS: three elements of eight levels, nine bits."""
+
+import functools
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from std_msgs.msg import Int16
+
+from mlmem_ros import BankFailed, MemoryBank, MemoryClient, RequestRefused, standalone
+from mlmem_ros.ros.qos import LATCHED
+from mlmem_ros.ros.standalone import wait_until
+
+ELEMENTS = 3
+QUICK = {
+    'scale.time': 3e-5,
+    'publish.field_every': 0,
+    'publish.wall_every': 0,
+    'publish.joint_states_every': 0,
+}
+
+
+@pytest.fixture(scope='module')
+def bank(start_shared):
+    """What bank.launch.py starts, three times faster than a robot would."""
+    for place in range(ELEMENTS):
+        start_shared(parameters=QUICK, namespace=f'/bank/element_{place}')
+    with standalone() as client:
+        bank = MemoryBank.on(client.node, ELEMENTS)
+        bank.ready(60).wait()
+        yield bank
+
+
+def test_a_word_is_written_and_read(bank):
+    written = bank.write(0o213).wait()
+    assert (written.value, written.digits) == (0o213, (3, 1, 2))
+    assert str(written) == '2 1 3'
+    read = bank.read().wait()
+    assert read.value == 0o213
+    assert [said.code for said in read.answers] == ['011', '001', '010']
+
+
+def test_every_element_holds_its_digit(bank):
+    bank.write(0o012).wait()
+    alone = MemoryClient(bank.elements[0].node, '/bank/element_1/mlmem')
+    assert alone.read().wait().level == 1
+
+
+def test_elements_are_written_at_the_same_time(bank):
+    """While the time of one is held, the others are written."""
+    held, *others = bank.elements
+    heard = {}
+    for other in others:
+        keep = functools.partial(keep_level, heard, other.name)
+        other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED)
+    held.pause().wait()
+    try:
+        writing = bank.write(0o211)
+        written = {others[0].name: 1, others[1].name: 2}
+        wait_until(lambda: heard == written, 'both levels', 30.0)
+        assert not writing.done()
+    finally:
+        held.pause(False).wait()
+    assert writing.wait().value == 0o211
+
+
+def keep_level(heard, name, message):
+    heard[name] = message.data
+
+
+def test_an_erased_bank_holds_no_word(bank):
+    erased = bank.erase().wait()
+    assert (erased.blank, erased.value, erased.digits) == (True, None, (-1, -1, -1))
+    assert str(bank.read().wait()) == '- - -'
+    bank.elements[2].write(1).wait()
+    half = bank.read().wait()
+    assert (half.blank, half.value, str(half)) == (False, None, '1 - -')
+
+
+def test_a_word_that_does_not_fit_is_not_sent(bank):
+    assert (bank.size, bank.bits) == (512, 9)
+    for word in (512, -1, 1.0, True, '7'):
+        with pytest.raises(ValueError, match='word must be a whole number from 0 to 511'):
+            bank.write(word)
+
+
+def test_one_element_that_refuses_is_named_and_the_others_write(bank):
+    bank.write(0).wait()
+    busy = bank.elements[1]
+    busy.pause().wait()
+    reading = busy.read(timeout=30)
+    try:
+        busy.step().wait()  # takes the read: from now on it is busy
+        writing = bank.write(0o111)
+        wait_until(lambda: busy.step().wait() and writing.done(), 'the refusal', 30.0)
+    finally:
+        busy.pause(False).wait()
+    with pytest.raises(BankFailed, match='1 of 3 elements failed: /bank/element_1/mlmem: busy'):
+        writing.wait()
+    reading.wait()
+    assert bank.read().wait().digits == (1, 0, 1)
+
+
+def test_an_element_that_is_not_there(bank):
+    nobody = MemoryClient(bank.elements[0].node, '/nobody', patience=0.2)
+    with pytest.raises(BankFailed, match='/nobody: no memory node answers') as failure:
+        MemoryBank([bank.elements[0], nobody]).read().wait()
+    assert list(failure.value.errors) == ['/nobody']
+
+
+def test_a_smaller_base_uses_fewer_levels(bank):
+    bits = MemoryBank(bank.elements, base=2)
+    assert bits.write(0b101).wait().digits == (1, 0, 1)
+    bank.elements[0].write(2).wait()
+    with pytest.raises(BankFailed, match='level 2 is no digit of base 2'):
+        bits.read().wait()
+
+
+def test_a_level_that_the_elements_do_not_have(bank):
+    greedy = MemoryBank(bank.elements, base=10)
+    with pytest.raises(BankFailed, match='level 9 was refused') as failure:
+        greedy.write(9).wait()
+    (error,) = failure.value.errors.values()
+    assert isinstance(error, RequestRefused)
+
+
+def test_a_bank_has_elements_and_a_base(bank):
+    with pytest.raises(ValueError, match='elements must be at least one'):
+        MemoryBank([])
+    with pytest.raises(ValueError, match='base must be at least 2; got 1'):
+        MemoryBank(bank.elements, base=1)
+
+
+def test_the_heading_store(bank):
+    """The example: what one run of the program leaves is told by the next one."""
+    bank.erase().wait()
+    assert heading_store('10') == 'no heading is stored\nstored as digits 0 1 2\n'
+    assert heading_store() == 'heading 10 degrees, digits 0 1 2\n'
+
+
+def heading_store(*arguments):
+    example = Path(__file__).parent.parent.parent / 'examples' / 'heading_store.py'
+    command = [sys.executable, example, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=90, check=True).stdout

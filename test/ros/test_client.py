@@ -1,0 +1,313 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The client as robots use it: awaited in callbacks, waited for elsewhere, over real DDS."""
+
+import contextlib
+import dataclasses
+import functools
+import json
+import subprocess
+import sys
+import threading
+
+import pytest
+import rclpy
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from mlmem_ros import (
+    Decoded,
+    MemoryClient,
+    NoAnswer,
+    RequestError,
+    RequestFailed,
+    RequestRefused,
+    standalone,
+)
+
+SOON = 30.0
+
+
+@pytest.fixture(scope='module')
+def client(memory):
+    """A program that is no node."""
+    with standalone(memory.element) as client:
+        client.ready(60).wait()
+        yield client
+
+
+@pytest.fixture
+def context():
+    context = rclpy.Context()
+    rclpy.init(args=[], context=context)
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
+@pytest.fixture
+def node(context, memory, client):
+    """A robot's node, in no executor, while the memory is there."""
+    node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    yield node
+    node.destroy_node()
+
+
+LEVEL = {
+    'level': 1, 'code': '001', 'end': 'left', 'delay': 244.25, 'level_margin': 1.0,
+    'threshold_margin': 5.0, 'attempts': 1, 'ticks': 60,
+}  # fmt: skip
+
+
+class StandIn:
+    """A node in place of the memory, with answers of our own choice."""
+
+    def __init__(self, context):
+        self.node = rclpy.create_node('stand_in', context=context, use_global_arguments=False)
+        self.node.declare_parameter('target_level', 0)
+        self.answers = {}
+        for service in ('read', 'write'):
+            self.node.create_service(
+                Trigger, f'~/{service}', functools.partial(self._answer, service)
+            )
+
+    def _answer(self, service, _, response):
+        said = self.answers[service]
+        response.success = True
+        response.message = said if isinstance(said, str) else json.dumps(said)
+        return response
+
+
+@pytest.fixture
+def stand_in(context):
+    stand_in = StandIn(context)
+    yield stand_in
+    stand_in.node.destroy_node()
+
+
+def in_a_callback(node, executor, action):
+    """Run an action as a timer's callback of the node; return what it returns."""
+    done = Future()
+
+    async def callback():
+        timer.cancel()
+        try:
+            done.set_result(await action())
+        except Exception as error:
+            done.set_exception(error)
+
+    timer = node.create_timer(0.001, callback)
+    executor.add_node(node)
+    executor.spin_until_future_complete(done, SOON)
+    assert done.done(), f'no answer within {SOON} s: a deadlock'
+    return done.result()
+
+
+@contextlib.contextmanager
+def spinning(node):
+    """Turn a node in a thread of its own, as many robots do."""
+    executor, over = SingleThreadedExecutor(context=node.context), Future()
+    executor.add_node(node)
+    thread = threading.Thread(target=executor.spin_until_future_complete, args=(over,))
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set_result(None)
+        thread.join(SOON)
+        executor.shutdown()
+
+
+# Waiting
+
+
+def test_write_read_and_erase(client):
+    written = client.write(3).wait()
+    assert (written.level, written.code, written.blank) == (3, '011', False)
+    read = client.read().wait()
+    assert read == dataclasses.replace(
+        written, delay=read.delay, level_margin=read.level_margin, attempts=1,
+        threshold_margin=read.threshold_margin, ticks=read.ticks,
+    )  # fmt: skip
+    assert read.delay == pytest.approx(written.delay, abs=10.0)
+    assert client.erase().wait().blank
+    assert client.read().wait().level == -1
+
+
+def test_results_are_values(client):
+    content = client.read().wait()
+    assert isinstance(content, Decoded)
+    assert content.details['procedure'] == 'read'
+    assert hash(content) == hash(dataclasses.replace(content))
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        content.level = 5
+
+
+def test_time_is_held_and_stepped(client):
+    held = client.pause().wait()
+    try:
+        assert held.paused
+        assert client.step().wait().tick == held.tick + 1
+    finally:
+        assert not client.pause(False).wait().paused
+
+
+def test_calibrate_restores_the_content(client):
+    client.write(1).wait()
+    assert client.calibrate().wait().level == 1
+
+
+def test_parameters(client):
+    values = client.parameters('design.N', 'scale.time').wait()
+    assert values == {'design.N': 225, 'scale.time': 1e-5}
+    with pytest.raises(RequestRefused, match=r'design\.nothing'):
+        client.parameters('design.N', 'design.nothing').wait()
+
+
+def test_a_node_that_nobody_turns_is_turned_while_it_waits(node):
+    """As in a node's __init__, which wants to know the content before it begins."""
+    client = MemoryClient(node, '/mlmem')
+    assert client.write(2).wait().level == 2
+    assert node.executor is None  # left as it was: rclpy.spin(node) may follow
+
+
+def test_a_thread_waits_while_another_one_spins(node):
+    client = MemoryClient(node, '/mlmem')
+    with spinning(node):
+        assert client.write(4).wait().level == 4
+        assert client.read().wait().level == 4
+
+
+# Awaiting
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_a_callback_awaits(node, context, kind):
+    client = MemoryClient(node, '/mlmem')
+
+    async def write_and_read():
+        await client.write(5)
+        return await client.read()
+
+    assert in_a_callback(node, kind(context=context), write_and_read).level == 5
+
+
+def test_a_callback_that_waits_is_told_instead_of_hanging(node, context):
+    client = MemoryClient(node, '/mlmem')
+
+    async def careless():
+        return client.read().wait()
+
+    with pytest.raises(RuntimeError, match='await'):
+        in_a_callback(node, SingleThreadedExecutor(context=context), careless)
+
+
+def test_a_reason_reaches_who_awaits(node, context):
+    client = MemoryClient(node, '/mlmem')
+
+    async def too_much():
+        return await client.write(8)
+
+    with pytest.raises(RequestRefused, match='8'):
+        in_a_callback(node, SingleThreadedExecutor(context=context), too_much)
+
+
+def test_replies_leave_nothing_behind(node, context):
+    client = MemoryClient(node, '/mlmem')
+    executor = SingleThreadedExecutor(context=context)
+
+    async def some():
+        await client.read()
+        client.read().cancel()
+        with contextlib.suppress(RequestError):
+            await client.read()
+
+    in_a_callback(node, executor, some)
+    assert len(list(node.timers)) == 1  # that of the test
+
+
+# No, and why
+
+
+def test_a_level_that_is_none_is_not_sent(client):
+    for level in (-1, 2.5, True, '3', None):
+        with pytest.raises(ValueError, match='level must be a whole number from 0'):
+            client.write(level)
+
+
+def under_way(client, robot, level):
+    """Begin to write a level; return the reply once the element is strained."""
+    robot.received('joint_states')
+    client.erase().wait()
+    writing = client.write(level)
+    robot.next('joint_states', lambda state: abs(state.position[0]) > 1e-3)
+    return writing
+
+
+def test_a_busy_element_refuses(client, robot):
+    writing = under_way(client, robot, 6)
+    with pytest.raises(RequestRefused, match='busy'):
+        client.read().wait()
+    assert writing.wait().level == 6
+
+
+def test_an_aborted_write_fails(client, robot):
+    writing = under_way(client, robot, 7)
+    client.abort().wait()
+    with pytest.raises(RequestFailed, match='aborted') as failure:
+        writing.wait()
+    assert not isinstance(failure.value, RequestRefused)
+    assert failure.value.answer['procedure'] == 'write'
+
+
+def test_another_level_than_the_one_asked_for_is_no_success(context, stand_in):
+    """Another client may set target_level between our two requests."""
+    stand_in.answers['write'] = {'procedure': 'write', **LEVEL, 'level': 2}
+    client = MemoryClient(stand_in.node, '/stand_in')
+    with pytest.raises(RequestFailed, match='level 2 was written instead of 1'):
+        client.write(1).wait()
+
+
+@pytest.mark.parametrize('message', ['', 'ok', '[]', '7', '{"procedure": "read", "level": 1}'])
+def test_an_answer_that_cannot_be_understood(context, stand_in, message):
+    stand_in.answers['read'] = message
+    with pytest.raises(RequestFailed, match=r'no JSON object|lacks attempts, ticks'):
+        MemoryClient(stand_in.node, '/stand_in').read().wait()
+
+
+def test_no_node_of_that_name(client):
+    nobody = MemoryClient(client.node, '/nobody', patience=0.2)
+    with pytest.raises(NoAnswer, match=r'/nobody within 0\.2 s; start one'):
+        nobody.read().wait()
+    with pytest.raises(NoAnswer, match='/nobody'):
+        nobody.ready(0.1).wait()
+
+
+def test_an_answer_that_does_not_come_in_time(client):
+    client.pause().wait()
+    try:
+        with pytest.raises(NoAnswer, match=r'did not answer read within 0\.2 s'):
+            client.read(timeout=0.2).wait()
+    finally:
+        client.pause(False).wait()
+    with pytest.raises(ValueError, match='timeout must be above 0 s; got 0'):
+        client.read(timeout=0)
+
+
+def test_the_name_is_looked_for_beside_the_node(context):
+    node = rclpy.create_node('arm', namespace='/robot', context=context)
+    assert MemoryClient(node).name == '/robot/mlmem'
+    assert MemoryClient(node, 'left/mlmem').name == '/robot/left/mlmem'
+    assert MemoryClient(node, '/mlmem').name == '/mlmem'
+    node.destroy_node()
+
+
+def test_the_package_needs_no_ros_until_its_client_is_used():
+    code = (
+        'import sys; sys.modules["rclpy"] = None; import mlmem_ros\n'
+        'assert "MemoryClient" in dir(mlmem_ros)\n'
+        'try: mlmem_ros.MemoryClient\n'
+        'except ModuleNotFoundError as error: assert error.name.startswith("rclpy"), error\n'
+        'else: raise SystemExit("rclpy was there")\n'
+    )
+    subprocess.run([sys.executable, '-c', code], check=True, timeout=60)

@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The doctor tells what is wrong, and what to do about it; it needs nothing to be right."""
+
+import importlib.util
+import subprocess
+import sys
+from collections import namedtuple
+
+import pytest
+
+from mlmem_ros.cli import checkup, doctor
+from mlmem_ros.cli.checkup import Finding, Verdict
+from mlmem_ros.cli.main import main
+
+PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
+
+
+@pytest.mark.parametrize(
+    ('version', 'verdict'), [((3, 9), FAIL), ((3, 10), PASS), ((3, 14), PASS), ((3, 15), WARN)]
+)
+def test_python(version, verdict):
+    assert checkup.check_python(version).verdict is verdict
+
+
+def test_a_library_that_is_there_tells_its_version():
+    import numpy
+
+    assert checkup.check_library('numpy') == Finding('numpy', PASS, numpy.__version__)
+
+
+def test_a_library_that_is_missing_or_broken_says_how_to_get_it(tmp_path, monkeypatch):
+    (tmp_path / 'broken_library.py').write_text('raise OSError("libfoo.so.1: no such file")')
+    monkeypatch.syspath_prepend(tmp_path)
+    assert checkup.check_library('broken_library').seen == 'libfoo.so.1: no such file'
+    monkeypatch.setitem(sys.modules, 'numba', None)
+    missing = checkup.check_library('numba')
+    assert (missing.verdict, missing.advice) == (FAIL, 'install python3-numba')
+
+
+@pytest.mark.parametrize(
+    ('value', 'verdict'),
+    [('0', PASS), ('42', PASS), ('101', PASS), ('102', WARN), ('232', WARN), ('233', FAIL),
+     ('-1', FAIL), ('four', FAIL), ('', WARN), (None, WARN)],
+)  # fmt: skip
+def test_domain(value, verdict, monkeypatch):
+    monkeypatch.delenv('ROS_AUTOMATIC_DISCOVERY_RANGE', raising=False)
+    found = checkup.check_domain(value)
+    assert found.verdict is verdict
+    assert bool(found.advice) == (verdict is not PASS)
+
+
+def test_an_unset_domain_is_fine_on_one_machine(monkeypatch):
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    assert checkup.check_domain(None).verdict is PASS
+
+
+@pytest.mark.parametrize(('free', 'verdict'), [(2e9, PASS), (5e8, WARN), (5e7, FAIL)])
+def test_room_for_records(free, verdict, tmp_path, monkeypatch):
+    usage = namedtuple('usage', 'total used free')
+    monkeypatch.setattr('shutil.disk_usage', lambda _: usage(int(1e10), 0, int(free)))
+    assert checkup.check_disk(tmp_path / 'not' / 'there' / 'yet').verdict is verdict
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    file = tmp_path / 'file'
+    file.touch()
+    assert checkup.check_disk(file).verdict is FAIL
+    assert checkup.check_log_folder(file).advice.startswith('set ROS_LOG_DIR')
+
+
+def test_where_ros_logs_go(tmp_path, monkeypatch):
+    monkeypatch.setenv('HOME', '/home/robot')
+    monkeypatch.delenv('ROS_LOG_DIR', raising=False)
+    monkeypatch.delenv('ROS_HOME', raising=False)
+    assert str(checkup.log_folder()) == '/home/robot/.ros/log'
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    assert checkup.log_folder() == tmp_path / 'log'
+    monkeypatch.setenv('ROS_LOG_DIR', '~/logs')
+    assert str(checkup.log_folder()) == '/home/robot/logs'
+
+
+def test_kernels_that_cannot_be_kept(monkeypatch, tmp_path):
+    assert checkup.check_compile_cache().verdict in (PASS, WARN)
+    monkeypatch.setattr(checkup, '_writable', lambda _: False)
+    found = checkup.check_compile_cache()
+    assert (found.verdict, 'NUMBA_CACHE_DIR' in found.advice) == (WARN, True)
+
+
+def test_without_ros_it_says_how_to_get_it(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    assert main(['doctor']) == 1
+    told = capsys.readouterr().out
+    assert 'fail  ROS 2' in told
+    assert 'setup.bash' in told
+    assert 'node mlmem' not in told  # there is no use in asking
+
+
+def test_no_node_is_a_warning_and_the_rest_of_this_machine_is_fine(tmp_path):
+    """As a process: what rclpy makes of the environment is settled when it is imported."""
+    if importlib.util.find_spec('rclpy') is None:
+        pytest.skip('rclpy is not installed')
+    command = ['doctor', '--node', 'nobody', '--wait', '0.2', '--records', str(tmp_path)]
+    done = subprocess.run(
+        [sys.executable, '-m', 'mlmem_ros.cli.main', *command],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'warn  node nobody        does not answer within 0.2 s' in done.stdout
+    assert done.stdout.count('fail  ') == 0
+
+
+def test_a_row_of_the_table():
+    finding = Finding('what', WARN, 'seen', 'do this')
+    assert doctor.line(finding) == f'warn  {"what":<18} seen\n{"":25} -> do this'
+    assert '\x1b[33mwarn\x1b[0m' in doctor.line(finding, colour=True)
