@@ -27,9 +27,7 @@ class Lamp:
 
 def test_a_description_is_kept_with_its_field():
     found = {field.name: description for field, description in descriptions(Lamp)}
-    assert list(found) == [
-        'cells', 'volts', 'ohms', 'offset', 'drift', 'shade', 'name', 'lit'
-    ]
+    assert list(found) == ['cells', 'volts', 'ohms', 'offset', 'drift', 'shade', 'name', 'lit']
     assert found['volts'].text == 'open-circuit voltage'
     assert found['volts'].unit == 'V'
     assert (found['volts'].low, found['volts'].high) == (0.0, 12.0)
@@ -115,5 +113,6 @@ def test_annotations_that_are_types_count_like_those_that_are_texts():
     )
     assert problems(plain()) == []
     assert problems(plain(1.5, 1)) == [
-        'size must be a whole number; got 1.5', 'on must be true or false; got 1'
+        'size must be a whole number; got 1.5',
+        'on must be true or false; got 1',
     ]

@@ -9,7 +9,18 @@ import importlib
 import sys
 from collections.abc import Sequence
 
-SUBCOMMANDS = ('demo', 'write', 'read', 'erase', 'replay', 'inspect')
+SUBCOMMANDS = (
+    'demo',
+    'write',
+    'read',
+    'erase',
+    'watch',
+    'figures',
+    'replay',
+    'inspect',
+    'bench',
+    'doctor',
+)
 """Modules of this package, each with SUMMARY, add_arguments(parser) and run(arguments)."""
 
 

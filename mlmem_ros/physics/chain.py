@@ -12,6 +12,7 @@ import numpy as np
 from .design import Design
 from .energy import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
+from .field import Field, aligned
 from .kernel import advance_elastic, advance_rigid
 from .noh_bathe import OMEGA_DT_LIMIT, P, coefficients
 from .potential import Array
@@ -97,10 +98,11 @@ class Chain:
         self.V_N = 0.0
         n = design.N
         self._constants = np.array(coefficients(dt))
-        self._height = design.alpha * design.d
-        self._springs = np.concatenate(([0.0], design.s, [0.0]))
-        self._metamaterial = _Field(n)
-        self._substrate = _Field(n) if design.substrate == 'elastic' else None
+        self._height = aligned(design.alpha * design.d)
+        self._shape = aligned(design.strain_shape)
+        self._springs = aligned(np.concatenate(([0.0], design.s, [0.0])))
+        self._metamaterial = Field(n)
+        self._substrate = Field(n) if design.substrate == 'elastic' else None
         self._no_motion = np.zeros((2, 1))
         self.v[:] = design.D_s1
 
@@ -214,7 +216,7 @@ class Chain:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
                 or the state stopped being finite (the chain is then lost: `restore` it).
         """
-        self._check_inputs(V_N, drive)
+        self.check_inputs(V_N, drive)
         V_N = _plain(V_N)
         motion = self._no_motion if drive is None else _plain(drive.motion)
         steps = len(V_N) // 2
@@ -227,7 +229,7 @@ class Chain:
                 p.N,
                 *self._metamaterial.arrays(),
                 self._height,
-                p.strain_shape,
+                self._shape,
                 V_N,
                 p.eta,
                 p.a,
@@ -270,7 +272,8 @@ class Chain:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(2 * steps, self.V_N))
 
-    def _check_inputs(self, V_N: Array, drive: Drive | None) -> None:
+    def check_inputs(self, V_N: Array, drive: Drive | None) -> None:
+        """Raise `StateError` for what `advance` would refuse."""
         if V_N.ndim != 1 or len(V_N) % 2:
             raise StateError(f'V_N must have shape (2 steps,); got {V_N.shape}')
         if not np.isfinite(V_N).all():
@@ -292,24 +295,3 @@ class Chain:
 def _plain(array: Array) -> Array:
     """Return a copy of the one kind (contiguous, writeable) that the kernels are compiled for."""
     return np.array(array, dtype=np.float64, order='C')
-
-
-class _Field:
-    """Displacement (with ghost cells), velocity and acceleration of one chain, and work space."""
-
-    def __init__(self, n: int) -> None:
-        self.u, self._u_p = np.zeros(n + 2), np.zeros(n + 2)
-        self.velocity, self._v_p = np.zeros(n), np.zeros(n)
-        self.acceleration, self._a_p = np.zeros(n), np.zeros(n)
-
-    def arrays(self) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """Return the kernel's six arguments."""
-        return (self.u, self.velocity, self.acceleration, self._u_p, self._v_p, self._a_p)
-
-    def rows(self) -> list[Array]:
-        """Return the state without ghost cells."""
-        return [self.u[1:-1], self.velocity, self.acceleration]
-
-    def set(self, rows: Array) -> None:
-        """Set the state; the kernel renews the ghost cells."""
-        self.u[1:-1], self.velocity[:], self.acceleration[:] = rows

@@ -13,18 +13,28 @@ import math
 
 import numpy as np
 
-from .kernel import INVERSE_PI, PI, S0, S1, S2, S3, S4, S5, S6, S7
 from .potential import Array
 
-_SINE = (S7, S6, S5, S4, S3, S2, S1, S0)
+# sin(r) / r as a polynomial in r^2 on [-pi/2, pi/2] (Chebyshev fit in 40 digits): error 1.2e-16;
+# highest power first.
+_SINE = (
+    -7.374387503862757e-13,
+    1.6048168318165643e-10,
+    -2.505188194671259e-08,
+    2.7557316609073673e-06,
+    -1.9841269824861897e-04,
+    8.333333333282756e-03,
+    -0.16666666666666072,
+    0.9999999999999999,
+)
 _EXPONENTIAL = tuple(1.0 / math.factorial(n) for n in range(13, -1, -1))
 _LN2 = math.log(2.0)
 
 
 def sine(x: Array) -> Array:
     """Return sin(x) within 1e-15 plus 2e-16 |x|, any shape."""
-    n = np.rint(x * INVERSE_PI)
-    r = x - n * PI
+    n = np.rint(x * (1.0 / math.pi))
+    r = x - n * math.pi
     z = r * r
     value = np.zeros_like(z)
     for coefficient in _SINE:
@@ -35,7 +45,7 @@ def sine(x: Array) -> Array:
 
 def cosine(x: Array) -> Array:
     """Return cos(x) within 1e-15 plus 2e-16 |x|, any shape."""
-    return sine(x + 0.5 * PI)
+    return sine(x + 0.5 * math.pi)
 
 
 def exponential(x: Array) -> Array:

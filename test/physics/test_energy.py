@@ -105,7 +105,7 @@ def test_the_parts_of_the_energy(substrate):
     assert parts.substrate == pytest.approx(
         0.5 * np.sum(oracle.s(design) * np.diff(chain.V) ** 2), rel=1e-12
     )
-    assert parts.total == parts.kinetic + statics
+    assert parts.total == pytest.approx(parts.kinetic + statics, rel=1e-15)
     assert parts.kinetic > 0.0
 
 

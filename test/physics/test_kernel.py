@@ -4,34 +4,51 @@
 
 import math
 
+import mpmath
 import numpy as np
 import oracle
 import pytest
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.kernel import on_site, sine
+from mlmem_ros.physics.kernel import SCALE, on_site, wave
+
+
+def sine(turns):
+    return SCALE * wave(1.0, turns)
+
+
+def exact(turns):
+    """Return sin(2 pi turns) of this very double."""
+    with mpmath.workdps(40):
+        return float(mpmath.sinpi(2 * mpmath.mpf(turns)))
 
 
 @pytest.mark.parametrize(
     ('reach', 'tolerance'),
     [
-        (math.pi / 2, 5e-16),  # the polynomial alone: its roundings
-        (20.0, 1e-15),  # the angles of ground states 1 to 3
-        (640.0, 1e-13),  # ground state 100, the largest that a design may use
+        (0.25, 1e-15),  # the polynomial alone: its roundings
+        (3.2, 3e-15),  # the angles of ground states 1 to 3
+        (102.0, 1e-13),  # ground state 100, the largest that a design may use
     ],
 )
 def test_the_sine(reach, tolerance):
-    angles = np.linspace(-reach, reach, 20_001)
-    error = [sine(float(theta)) - math.sin(theta) for theta in angles]
+    angles = np.linspace(-reach, reach, 4_001)
+    error = [sine(float(turns)) - exact(float(turns)) for turns in angles]
     assert np.abs(error).max() < tolerance
 
 
-@pytest.mark.parametrize('half_turns', range(-5, 6))
-def test_the_sine_on_both_sides_of_every_fold(half_turns):
-    """Where the reduction changes its half turn, (n + 1/2) pi, and where it vanishes, n pi."""
-    for theta in (half_turns * math.pi, (half_turns + 0.5) * math.pi):
-        for nearby in (math.nextafter(theta, -100), theta, math.nextafter(theta, 100)):
-            assert sine(nearby) == pytest.approx(math.sin(nearby), abs=1e-15)
+def test_the_sine_of_a_ground_state_is_as_good_as_the_polynomial():
+    """Nothing is lost in taking off whole turns, where the angle is positive."""
+    angles = np.linspace(0.75, 3.25, 4_001)
+    assert max(abs(sine(float(turns)) - exact(float(turns))) for turns in angles) < 1e-15
+
+
+@pytest.mark.parametrize('quarters', range(-10, 11))
+def test_the_sine_on_both_sides_of_every_fold(quarters):
+    """At every zero and crest, where the reduction changes its turn or its branch."""
+    turns = 0.25 * quarters
+    for nearby in (math.nextafter(turns, -100), turns, math.nextafter(turns, 100)):
+        assert sine(nearby) == pytest.approx(exact(nearby), abs=3e-15)
 
 
 def test_the_sine_keeps_a_nan():
@@ -44,6 +61,6 @@ def test_the_on_site_force_is_the_papers():
     D = np.linspace(-3.0, 3.0, 10_001)
     p = CASE_II
     exact = oracle.psi_prime(p, D)
-    force = p.d * np.array([on_site(float(x), p.a, p.b, p.c) for x in D])
+    force = np.array([on_site(p.d, float(x), p.a, p.b, p.c) for x in D])
     # An angle of 20 is known to 4e-15, and its sine multiplies a slope of at most 6.
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())

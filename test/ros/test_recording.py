@@ -127,3 +127,27 @@ def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_p
 def _same(one, other):
     """Compare values where infinities and NaN are equal to themselves."""
     return repr(one) == repr(other)
+
+
+def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
+    bag = tmp_path / 'session'
+    start(parameters={'scale.time': 1e-5})
+    with Robot() as robot:
+        assert robot.write(1).success
+        robot.set(record__path=str(bag))
+        assert robot.record(True)['path'] == str(bag)
+        assert 'busy' in robot.record(True)['error']
+        assert robot.trigger('read')['level'] == 1
+        assert robot.record(False)['path'] == str(bag)
+        assert 'nothing' in robot.record(False)['error']
+        again = robot.record(True)['path']  # never over the first one
+        assert again.startswith(str(bag))
+        assert again != str(bag)
+        assert robot.record(False).success
+        robot.set(target_level=3)
+        robot.send('write')
+        robot.next('joint_states', lambda message: message.position[0] != 0.0)
+        assert 'write is running' in robot.record(True)['error']
+    report = replay(load(bag))  # begun in mid-life, with the wall at level 1
+    assert report.exact
+    assert report.levels == [1]

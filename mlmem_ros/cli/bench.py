@@ -1,0 +1,58 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem bench`: how fast we are beside others, measured here and now.
+
+All contenders run in turns within one run, so that the ratios hold on a busy machine, too; the
+absolute numbers do not. Peers that are not installed are skipped with a word.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+SUMMARY = 'measure kernel, ensembles and recorder beside their peers'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    parser.add_argument(
+        'names', nargs='*', metavar='NAME', help='which benchmarks; all by default'
+    )
+    parser.add_argument('--list', action='store_true', help='say which there are')
+    parser.add_argument('--repeats', type=int, default=7, help='rounds of every comparison')
+    parser.add_argument(
+        '--output', type=Path, default=Path('benchmarks'), help='folder of the results'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the benchmarks; return the exit status."""
+    from rich.console import Console
+
+    from ..studies.bench import registry
+
+    console = Console()
+    try:
+        selected = registry.select(arguments.names)
+    except KeyError as error:
+        print(f'mlmem bench: {error.args[0]}', file=sys.stderr)
+        return 2
+    if arguments.repeats < 1:
+        print(f'mlmem bench: repeats must be at least 1; got {arguments.repeats}', file=sys.stderr)
+        return 2
+    if arguments.list:
+        for name in selected:
+            console.print(f'{name:10} {registry.load(name).TITLE}', highlight=False)
+        return 0
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    for name in selected:
+        benchmark = registry.load(name)
+        with console.status(f'{name}: {benchmark.TITLE}'):
+            comparisons = benchmark.run(arguments.repeats)
+        for comparison in comparisons:
+            console.print(comparison.table())
+            files = ', '.join(str(file) for file in comparison.save(arguments.output))
+            console.print(f'{files}\n', highlight=False)
+    return 0

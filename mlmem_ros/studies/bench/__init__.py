@@ -1,0 +1,3 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Benchmarks, one a file: `TITLE` and `run(repeats)`, which returns comparisons."""

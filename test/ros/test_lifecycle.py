@@ -1,0 +1,181 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The managed node: its transitions, its saved content, and the clocks that pace it."""
+
+import signal
+import time
+
+import pytest
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from robot import Robot
+from rosgraph_msgs.msg import Clock
+
+FAST = {'scale.time': 1e-5}
+BY_HAND = {'autostart': False, **FAST}
+
+
+def change(robot, transition):
+    request = ChangeState.Request(transition=Transition(id=transition))
+    return robot.response(robot.send('change_state', request, ChangeState)).success
+
+
+def state(robot):
+    return robot.response(robot.send('get_state', GetState.Request(), GetState)).current_state.id
+
+
+def wall(robot):
+    return list(robot.next('wall').data)
+
+
+def test_a_node_that_does_not_start_itself_is_taken_through_its_states(start):
+    start(parameters=BY_HAND)
+    with Robot() as robot:
+        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
+            assert 'inactive' in robot.trigger(service)['error']
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        assert 'inactive' in robot.trigger('read')['error']
+        assert change(robot, Transition.TRANSITION_ACTIVATE)
+        assert state(robot) == State.PRIMARY_STATE_ACTIVE
+        assert robot.write(1)['level'] == 1
+        assert change(robot, Transition.TRANSITION_DEACTIVATE)
+        assert 'inactive' in robot.trigger('read')['error']
+        assert change(robot, Transition.TRANSITION_ACTIVATE)
+        assert robot.trigger('read')['level'] == 1  # held in between
+        assert change(robot, Transition.TRANSITION_DEACTIVATE)
+        assert change(robot, Transition.TRANSITION_CLEANUP)
+        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+
+
+def test_a_design_is_changed_while_unconfigured_and_never_else(start):
+    node = start(parameters=BY_HAND)
+    with Robot() as robot:
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        refused = robot.try_set('design.N', 150)
+        assert not refused.successful
+        assert 'unconfigured' in refused.reason
+        assert robot.get('design.N') == 225
+        assert change(robot, Transition.TRANSITION_CLEANUP)
+        robot.set(design__N=150)
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        (levels,) = robot.describe(['target_level'])['target_level'].integer_range
+        assert levels.to_value == 4  # defects at 25, 50 ... 125: five levels
+        assert change(robot, Transition.TRANSITION_CLEANUP)
+        robot.set(design__N=20)  # shorter than one level
+        assert not change(robot, Transition.TRANSITION_CONFIGURE)
+        assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
+        assert 'J must be at most N - 1 = 19' in node.output
+        robot.set(design__preset='case_2')  # brings all the others along
+        assert robot.get('design.N') == 225
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+
+
+def test_deactivating_in_the_middle_of_a_write_ends_without_strain(start):
+    start(parameters={'scale.time': 1e-4})
+    with Robot() as robot:
+        robot.set(target_level=3)
+        written = robot.send('write')
+        robot.next('joint_states', lambda message: abs(message.position[0]) > 0.02)
+        assert change(robot, Transition.TRANSITION_DEACTIVATE)
+        assert 'aborted' in robot.answer(written)['error']
+        assert change(robot, Transition.TRANSITION_ACTIVATE)
+        assert robot.next('joint_states').position[0] == 0.0
+        assert robot.write(0)['level'] == 0
+
+
+def test_the_content_survives_the_node(start, tmp_path):
+    file = tmp_path / 'states' / 'element.json'
+    keeping = {**FAST, 'state.path': str(file)}
+    first = start(parameters=keeping)
+    with Robot() as robot:
+        assert robot.write(2)['level'] == 2
+        before = wall(robot)
+    first.signal(signal.SIGTERM)
+    assert first.exit_status() == 0
+    second = start(parameters=keeping)
+    with Robot() as robot:
+        assert robot.trigger('read')['level'] == 2
+        # The wall swings by a thousandth of a cell for a while after a write.
+        assert wall(robot) == pytest.approx(before, abs=0.05)
+    second.signal(signal.SIGTERM)
+    assert second.exit_status() == 0
+    other = start(parameters={**keeping, 'design.gamma': -1e-4})
+    assert other.exit_status() == 1
+    assert str(file) in other.output
+    assert 'design' in other.output
+    file.write_text('{"format"')
+    damaged = start(parameters=keeping)
+    assert damaged.exit_status() == 1
+    assert 'damaged' in damaged.output
+    assert 'Traceback' not in damaged.output
+
+
+def test_the_content_is_saved_at_intervals(start, tmp_path):
+    file = tmp_path / 'element.json'
+    node = start(parameters={**FAST, 'state.path': str(file), 'state.interval': 0.2})
+    with Robot() as robot:
+        assert robot.write(0)['level'] == 0
+        written = time.time()
+        robot.wait(lambda: file.exists() and file.stat().st_mtime > written, 'a saved state')
+    node.signal(signal.SIGKILL)  # no time to say anything
+    node.exit_status()
+    start(parameters={**FAST, 'state.path': str(file)})
+    with Robot() as robot:
+        assert robot.trigger('read')['level'] == 0
+
+
+def idle(robot, seconds):
+    """Let the robot's node turn for a while: what is waited for is time itself."""
+    end = time.monotonic() + seconds
+    robot.wait(lambda: time.monotonic() > end, f'{seconds} s')
+
+
+def ticks(robot):
+    """Return the ticks done: pausing tells, and changes nothing when it is undone."""
+    done = robot.pause(True)['tick']
+    robot.pause(False)
+    return done
+
+
+def test_the_speed_is_changed_while_running(start):
+    start(parameters={'scale.time': 1e-3})  # ticks of 20 ms
+    with Robot() as robot:
+        rates = []
+        for speed in (1.0, 10.0, 0.0):
+            robot.set(time__speed=speed)
+            first, begun = ticks(robot), time.monotonic()
+            idle(robot, 0.7)
+            rates.append((ticks(robot) - first) / (time.monotonic() - begun))
+        assert rates[0] == pytest.approx(50.0, rel=0.3)  # the machine may be loaded
+        assert 150.0 < rates[1] < 520.0
+        assert rates[2] > rates[1]  # as fast as it can
+
+
+def test_sim_time_paces_pauses_and_jumps(start):
+    start(parameters={'use_sim_time': True, 'scale.time': 1e-4})  # ticks of 2 ms
+    with Robot() as robot:
+        clock = robot.node.create_publisher(Clock, '/clock', 10)
+        robot.wait(clock.get_subscription_count, 'a subscriber of /clock')
+
+        def show(seconds):
+            message = Clock()
+            message.clock.sec, message.clock.nanosec = divmod(round(1e9 * seconds), 10**9)
+            clock.publish(message)
+
+        def run(first, last, steps):
+            for step in range(steps + 1):
+                show(first + (last - first) * step / steps)
+                idle(robot, 0.01)
+
+        run(100.0, 100.2, 20)
+        begun = ticks(robot)
+        run(100.2, 100.6, 40)
+        moved = ticks(robot) - begun
+        assert 190 <= moved <= 205  # 0.4 s of /clock are 200 ticks
+        idle(robot, 0.3)
+        held = ticks(robot)
+        idle(robot, 0.3)
+        assert ticks(robot) - held <= 1  # the clock stands still: so does the material
+        run(50.0, 50.2, 20)  # the simulator was reset
+        assert 90 <= ticks(robot) - held <= 106
