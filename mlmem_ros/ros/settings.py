@@ -14,10 +14,10 @@ from ..device.settings import Checked
 class PublishSettings(Checked):
     """How often streams are published, in ticks; 0 turns a stream off."""
 
-    field_every: int = described(5, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
-    wall_every: int = described(5, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
+    field_every: int = described(10, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
+    wall_every: int = described(10, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
     joint_states_every: int = described(
-        5, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
+        10, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
     )
     image_every: int = described(50, 'ticks between two ~/image', unit='ticks', low=0, high=10**6)
     image_span: int = described(
