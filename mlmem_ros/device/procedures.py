@@ -305,8 +305,13 @@ def abort(element: MemoryElement) -> Procedure[Result]:
     As slowly as a cycle does: let go at the greatest rate, one element in twenty was left with
     cells in a third ground state, which no erase clears.
     """
+    detector = element.transducer.detector
     element.transducer.release()
-    if element.actuator.strain != 0.0:
+    if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
-    yield from ramp(element, 0.0, element.settings.write.release)
+        yield from ramp(element, 0.0, element.settings.write.release)
+    elif detector is not None:  # the next read must not take this pulse's echo for its own
+        element.transducer.detector = detector  # and an abort of this abort has to wait as well
+        yield from wait(element, element.settings.write.settle)
+        element.transducer.release()
     return Result(None)

@@ -126,14 +126,17 @@ def test_a_refused_strain_leaves_it_known(written):
     assert element.reading.level == 4
 
 
-def test_the_content_is_unknown_while_the_wall_moves_and_known_when_it_was_read(written):
+@pytest.mark.parametrize(('command', 'level'), [(Write(3), 3), (Write(0), 0), (Erase(), -1)])
+def test_the_content_is_unknown_while_a_wall_moves_and_known_when_it_was_read(
+    written, command, level
+):
     element = written(1)
-    element.apply(Write(3))
+    element.apply(command)
     while element.procedure:
         strained = element.actuator.strain != 0.0
         assert not strained or element.reading is None
         element.advance()
-    assert element.reading.level == 3
+    assert element.reading.level == level
 
 
 def test_a_failed_write_leaves_what_was_read_last(written):

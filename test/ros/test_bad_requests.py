@@ -1,0 +1,118 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A bad request to the running node: one clear message, counted, and nothing is changed."""
+
+import math
+
+import pytest
+from robot import values
+
+LIMIT = 0.08  # actuator.max_strain
+LEVEL = 2
+
+
+@pytest.fixture(scope='module')
+def written(robot):
+    """A robot whose element holds a level and has come to rest."""
+    robot.received('level'), robot.received('outcome'), robot.received('/diagnostics')
+    assert robot.write(LEVEL)['level'] == LEVEL
+    robot.latest('level', lambda level: level.data == LEVEL)
+    robot.latest('outcome', lambda status: values(status).get('level') == str(LEVEL))
+    return robot
+
+
+class Unchanged:
+    """What must be the same after a request as before it: parameters, content, strain."""
+
+    def __init__(self, robot):
+        self.robot = robot
+
+    def take(self):
+        robot = self.robot
+        return {
+            'parameters': robot.parameters(),
+            'field': robot.next('field').data,
+            'wall': robot.next('wall').data,
+            'strain': robot.next('joint_states').position[0],
+            'levels': [level.data for level in robot.received('level')],
+            'outcomes': len(robot.received('outcome')),
+        }
+
+    def __enter__(self):
+        self.before = self.take()
+
+    def __exit__(self, kind, *_):
+        if kind is not None:
+            return
+        after = self.take()
+        # It may ring on from the write: by far less than the step of 1 between the phases that a
+        # cell would take if the wall moved.
+        for what in ('field', 'wall'):
+            assert after.pop(what) == pytest.approx(self.before.pop(what), abs=0.05), what
+        assert after == self.before
+
+
+@pytest.mark.parametrize(
+    ('topic', 'value', 'words'),
+    [
+        ('strain', math.nan, ['strain', f'from -{LIMIT} to {LIMIT}', 'nan']),
+        ('strain', math.inf, ['strain', f'from -{LIMIT} to {LIMIT}', 'inf']),
+        ('strain', -math.inf, ['strain', f'from -{LIMIT} to {LIMIT}', '-inf']),
+        ('strain', 0.0801, ['strain', f'from -{LIMIT} to {LIMIT}', '0.0801']),
+        ('strain', -1e308, ['strain', f'from -{LIMIT} to {LIMIT}', '-1e+308']),
+        ('write_level', 8, ['level', 'from 0 to 7', '8']),
+        ('write_level', 255, ['level', 'from 0 to 7', '255']),
+    ],
+    ids=str,
+)
+def test_a_bad_message_is_refused_in_one_line(memory, written, topic, value, words):
+    before = len(memory.output)
+    with Unchanged(written):
+        written.publish(topic, value)
+        written.wait(lambda: memory.output[before:].endswith('\n'), 'a message')
+    (line,) = memory.output[before:].splitlines()
+    assert line.startswith('[WARN]')
+    for word in [f'/{topic}', *words]:
+        assert word in line
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'words'),
+    [
+        ('target_level', 8, ['target_level', 'range']),
+        ('target_level', -1, ['target_level', 'range']),
+        ('target_level', 'five', ['INTEGER', 'STRING']),  # the words are rclpy's
+        ('target_level', 2.0, ['INTEGER', 'DOUBLE']),
+        ('target_level', True, ['INTEGER', 'BOOL']),
+        ('design.N', 100, ['design.N']),  # fixed while the element exists
+        ('no.such_parameter', 1, ['undeclared']),
+    ],
+    ids=str,
+)
+def test_a_bad_parameter_is_refused_with_the_reason(written, name, value, words):
+    with Unchanged(written):
+        result = written.try_set(name, value)
+    assert not result.successful
+    for word in words:
+        assert word in result.reason
+
+
+def refused_until_now(robot):
+    """Return the count of refused requests in a report that is not older than this call."""
+    robot.next('/diagnostics')  # which may have been on its way
+    statuses = robot.next('/diagnostics').status
+    return next(int(found['refused']) for s in statuses if 'refused' in (found := values(s)))
+
+
+def test_bad_requests_are_counted_in_diagnostics(written):
+    before = refused_until_now(written)
+    written.publish('strain', math.nan)
+    written.publish('strain', 1.0)
+    written.publish('write_level', 9)
+    assert not written.trigger('step').success  # time runs
+    assert refused_until_now(written) == before + 4
+
+
+def test_it_works_on_after_all_that(memory, written):
+    assert written.write(LEVEL + 1)['level'] == LEVEL + 1
+    assert 'Traceback' not in memory.output

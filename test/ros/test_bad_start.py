@@ -1,0 +1,90 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node that is given nonsense says in one line what was wrong, and ends with status 1."""
+
+import pytest
+
+PARAMETERS = """/**:
+  ros__parameters:
+    {group}:
+      {name}: {value}
+"""
+
+
+def refusal(node):
+    """Return the one line with which a node gives up."""
+    assert node.exit_status() == 1
+    assert 'Traceback' not in node.output
+    lines = [line for line in node.output.splitlines() if not line.startswith('[INFO]')]
+    if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, which says nothing
+        lines.pop(0)
+    (line,) = lines
+    return line
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'value', 'words'),
+    [
+        ('design.preset', 'case_3', ['case_1, case_2', "'case_3'"]),
+        ('target_level', 8, ['from 0 to 7', '8']),
+        ('design.J', 300, ['must be at most N - 1 = 224', '300']),
+    ],
+    ids=str,
+)
+def test_a_bad_parameter(start, parameter, value, words):
+    line = refusal(start(parameters={parameter: value}))
+    for word in [*parameter.split('.'), *words]:
+        assert word in line
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'words'),
+    [
+        ('write.tension', 'strong', ['a double', "'strong'"]),
+        ('write.tension', 1, ['a double', 'decimal point', '1']),
+        ('write.attempts', 2.5, ['an integer', '2.5']),
+    ],
+    ids=str,
+)
+def test_a_parameter_file_with_a_wrong_type(start, tmp_path, name, value, words):
+    group, _, name_in_group = name.partition('.')
+    file = tmp_path / 'wrong.yaml'
+    file.write_text(PARAMETERS.format(group=group, name=name_in_group, value=value))
+    line = refusal(start(file=file))
+    for word in [name, *words]:
+        assert word in line
+
+
+def test_a_malformed_parameter_file(start, tmp_path):
+    file = tmp_path / 'malformed.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    write: {tension: 0.048\n')
+    line = refusal(start(file=file))
+    assert str(file) in line
+    assert 'line 3' in line or 'line 4' in line
+
+
+def test_a_missing_parameter_file(start, tmp_path):
+    file = tmp_path / 'missing.yaml'
+    assert str(file) in refusal(start(file=file))
+
+
+def test_an_unwritable_record_path(start, tmp_path):
+    """Below a file, as a test that runs as root can write everywhere else."""
+    file = tmp_path / 'file'
+    file.write_text('kept')
+    path = file / 'session'
+    line = refusal(start(parameters={'record.path': str(path)}))
+    assert str(path) in line
+    assert file.read_text() == 'kept'
+
+
+def test_an_existing_record_path(start, tmp_path):
+    path = tmp_path / 'session'
+    path.mkdir()
+    (path / 'metadata.yaml').write_text('kept')
+    line = refusal(start(parameters={'record.path': str(path)}))
+    assert str(path) in line
+    assert 'exists' in line
+    assert [(file.name, file.read_text()) for file in path.iterdir()] == [
+        ('metadata.yaml', 'kept')
+    ]

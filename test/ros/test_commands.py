@@ -1,0 +1,89 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem write`, `read` and `erase` as a person runs them in a shell."""
+
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from robot import BLANK, Robot
+
+MLMEM = [sys.executable, '-m', 'mlmem_ros.cli.main']
+
+
+def mlmem(*arguments, within=60):
+    done = subprocess.run(
+        [*MLMEM, *arguments], capture_output=True, text=True, timeout=within, check=False
+    )
+    assert 'Traceback' not in done.stderr
+    return done
+
+
+def complaint(done):
+    """Return the one line with which a command gives up."""
+    assert (done.returncode, done.stdout) == (1, '')
+    (line,) = done.stderr.splitlines()
+    return line
+
+
+def test_write_read_erase(memory, robot):
+    written = mlmem('write', '3')
+    assert (written.returncode, written.stderr) == (0, '')
+    (line,) = written.stdout.splitlines()
+    assert line.startswith('level 3 (code 011), echo delay ')
+    assert robot.latest('level').data == 3
+
+    read = mlmem('read')
+    assert (read.returncode, read.stderr) == (0, '')
+    delays = [float(re.search(r'delay ([\d.]+)', done.stdout)[1]) for done in (written, read)]
+    assert delays[1] == pytest.approx(delays[0], abs=10.0)  # levels are 105 apart
+
+    erased = mlmem('erase')
+    assert (erased.returncode, erased.stderr) == (0, '')
+    assert erased.stdout.startswith('blank')
+    robot.latest('level', lambda level: level.data == BLANK)
+
+
+def test_another_name_and_namespace(start):
+    node = start(parameters={'scale.time': 1e-5}, name='left_memory', namespace='/arm')
+    read = mlmem('read', '--node', node.element)
+    assert (read.returncode, read.stderr) == (0, '')
+    assert read.stdout.startswith('blank')
+
+
+def test_when_no_node_answers():
+    line = complaint(mlmem('read', '--node', 'nobody', '--wait', '0.5'))
+    assert '/nobody' in line
+    assert '0.5 s' in line
+    assert 'ros2 run mlmem_ros memory_node' in line  # what to do
+
+
+def test_a_level_that_the_element_does_not_have(memory, robot):
+    line = complaint(mlmem('write', '8'))
+    assert '8' in line
+    assert 'refused' in line or 'range' in line
+
+
+@pytest.mark.parametrize('level', ['five', ''])
+def test_a_level_that_is_no_number(level):
+    done = mlmem('write', level)
+    assert (done.returncode, done.stdout) == (2, '')
+    assert f"invalid int value: '{level}'" in done.stderr
+
+
+def test_ctrl_c_while_it_waits(start):
+    """The command ends, the node does not: it finishes the write."""
+    node = start(parameters={'scale.time': 1e-4})
+    with Robot(node.element) as robot:
+        states = robot.received('joint_states')
+        command = subprocess.Popen(
+            [*MLMEM, 'write', '1'], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write', 30)
+        command.send_signal(signal.SIGINT)
+        output, errors = command.communicate(timeout=20)
+        assert (command.returncode, output) == (130, '')
+        assert errors == 'mlmem write: interrupted\n'
+        robot.latest('level', lambda level: level.data == 1)

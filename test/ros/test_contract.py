@@ -1,0 +1,348 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The running node does what the tables of the ROS contract say.
+
+Written against those tables alone. The element is the paper's Case II: 225 cells, eight levels
+(three bits), level n with the wall at cell 25 (n + 1).
+"""
+
+import functools
+import itertools
+import math
+
+import pytest
+from robot import BLANK, IN, OUT, SERVICES, Robot, values
+
+CELLS, PERIOD, LEVELS = 225, 25, 8
+SCALE = 0.01  # scale.length: metres per cell
+
+
+def site(level):
+    return PERIOD * (level + 1)
+
+
+def type_name(kind):
+    package, folder, name = kind.__module__.split('.')[0], kind.__module__.split('.')[1], kind
+    return f'{package}/{folder}/{name.__name__}'
+
+
+# The tables
+
+
+@pytest.mark.parametrize('topic', IN)
+def test_topic_in(robot, topic):
+    find = robot.node.get_subscriptions_info_by_topic
+    (info,) = robot.wait(lambda: find(robot.name(topic)), f'a subscriber of {topic}')
+    assert info.topic_type == type_name(IN[topic])
+
+
+@pytest.mark.parametrize('topic', OUT)
+def test_topic_out(robot, topic):
+    kind, qos = OUT[topic]
+    find = robot.node.get_publishers_info_by_topic
+    (info,) = robot.wait(lambda: find(robot.name(topic)), f'a publisher of {topic}')
+    assert info.topic_type == type_name(kind)
+    assert info.qos_profile.reliability == qos.reliability
+    assert info.qos_profile.durability == qos.durability
+
+
+def test_services(robot):
+    namespace, name = robot.element.rsplit('/', 1)
+    find = robot.node.get_service_names_and_types_by_node
+    offered = dict(find(name, namespace or '/'))
+    for service, kind in SERVICES.items():
+        assert offered[robot.name(service)] == [type_name(kind)]
+
+
+def test_every_parameter_describes_itself(robot):
+    """Names are in groups, each has a description, and each number says its range."""
+    names = [name for name in robot.parameters() if '.' in name]
+    groups = {name.split('.')[0] for name in names}
+    assert groups >= {'design', 'actuator', 'write', 'probe', 'time', 'record', 'publish', 'scale'}
+    described = robot.describe(['target_level', *names])
+    assert len(described) == len(names) + 1
+    assert not [name for name, one in described.items() if not one.description]
+    (levels,) = described['target_level'].integer_range
+    assert (levels.from_value, levels.to_value) == (0, LEVELS - 1)
+
+
+# Write, read, erase
+
+
+def test_write_up_and_read_back(robot):
+    delays = []
+    for level in (2, 5):
+        written = robot.write(level)
+        assert written.success, written
+        assert written['level'] == level
+        assert written['code'] == format(level, '03b')
+        read = robot.trigger('read')
+        assert (read.success, read['level'], read['code']) == (True, level, written['code'])
+        delays.append(read['delay'])
+    # Three levels further, the echo travels 75 cells more, there and back, at less than the
+    # greatest group velocity of any mass-spring chain of unit period, one cell a time unit.
+    assert delays[1] - delays[0] > 2 * 3 * PERIOD
+
+
+def test_write_down(robot):
+    assert robot.write(4)['level'] == 4
+    written = robot.write(1)
+    assert (written.success, written['level'], written['code']) == (True, 1, '001')
+    assert robot.trigger('read')['level'] == 1
+
+
+def test_erase_leaves_it_blank(robot):
+    assert robot.write(0)['level'] == 0
+    erased = robot.trigger('erase')
+    assert erased.success, erased
+    assert erased['level'] == BLANK
+    assert robot.trigger('read')['level'] == BLANK
+    robot.latest('level', lambda level: level.data == BLANK)
+
+
+def test_write_by_topic(robot):
+    outcomes = robot.received('outcome')
+    robot.wait(lambda: outcomes, 'the latched outcome')
+    before = len(outcomes)
+    robot.publish('write_level', 3)
+    robot.wait(lambda: len(outcomes) > before, 'an outcome', within=60)
+    found = values(outcomes[-1])
+    assert (found['level'], found['code']) == ('3', '011')
+    robot.latest('level', lambda level: level.data == 3)
+
+
+def test_outcome_of_a_write(robot):
+    written = robot.write(2)
+    status = robot.latest('outcome', lambda status: values(status).get('level') == '2')
+    found = values(status)
+    assert status.level == b'\0'  # OK
+    assert float(found['delay']) == pytest.approx(written['delay'], abs=0.1)
+    assert float(found['margin']) > 0.0
+    assert 1 <= int(found['attempts']) <= 3
+    assert int(found['ticks']) > 0
+
+
+def test_calibrate_restores_the_content(robot):
+    before = robot.write(1)
+    calibrated = robot.trigger('calibrate', within=90)
+    assert calibrated.success, calibrated
+    assert robot.trigger('read')['level'] == 1  # the content is what it was
+    # The same wall echoes after the same time; levels lie some 100 apart.
+    assert robot.trigger('read')['delay'] == pytest.approx(before['delay'], abs=10.0)
+
+
+# What it says of itself
+
+
+def test_level_reaches_a_late_joiner(robot):
+    level = robot.write(2)['level']
+    with Robot(robot.element, 'late') as late:
+        assert late.latest('level').data == level
+        assert values(late.latest('outcome'))['level'] == str(level)
+
+
+def test_one_echo_per_probe(robot):
+    robot.write(3)
+    echoes = robot.received('echo')
+    before = len(echoes)
+    robot.publish('probe')
+    robot.wait(lambda: len(echoes) > before, 'an echo')
+    echo = echoes[-1]
+    channel, sample = echo.layout.dim
+    assert (channel.label, channel.size) == ('channel', 3)
+    assert sample.label == 'sample'
+    assert (channel.stride, sample.stride) == (3 * sample.size, sample.size)
+    assert echo.layout.data_offset == 0
+    assert len(echo.data) == 3 * sample.size
+    t, v_m, v_c = (echo.data[i * sample.size : (i + 1) * sample.size] for i in range(3))
+    assert all(late > early for early, late in itertools.pairwise(t))
+    assert all(map(math.isfinite, echo.data))
+    assert max(map(abs, v_m)) > 1e-4  # the pulse has an amplitude of 0.01, its echo a hundredth
+    assert max(map(abs, v_c)) > 1e-5
+    assert robot.trigger('read').success
+    robot.wait(lambda: len(echoes) > before + 1, 'the echo of the read')
+    assert len(echoes) == before + 2
+
+
+def test_range_is_the_distance_to_the_wall(robot):
+    robot.write(4)
+    robot.received('range')
+    robot.trigger('read')
+    message = robot.latest('range', lambda message: math.isfinite(message.range))
+    assert message.range == pytest.approx(site(4) * SCALE, abs=PERIOD / 2 * SCALE)
+    assert message.min_range <= message.range <= message.max_range
+    assert message.header.frame_id
+
+
+def test_range_of_a_blank_element_is_infinite(robot):
+    """REP 117: +inf is "nothing came back", not an error."""
+    robot.received('range')
+    robot.trigger('erase')
+    message = robot.latest('range', lambda message: math.isinf(message.range))
+    assert message.range == math.inf
+
+
+def test_field_and_wall_show_the_truth(robot):
+    robot.received('field'), robot.received('wall')
+    level = robot.write(5)['level']
+    wall = robot.next('wall')
+    (position,) = wall.data
+    assert position == pytest.approx(site(level), abs=3.0)  # pinned within the wall's own width
+    field = robot.next('field')
+    assert len(field.data) == CELLS
+    assert all(map(math.isfinite, field.data))
+    # One of the two phases on either side of the wall, far from it.
+    left, right = field.data[50], field.data[200]
+    assert abs(right - left) > 0.5
+    assert field.data[100] == pytest.approx(left, abs=0.1 * abs(right - left))
+    assert field.data[180] == pytest.approx(right, abs=0.1 * abs(right - left))
+
+
+def test_wall_of_a_blank_element_is_nowhere(robot):
+    robot.trigger('erase')
+    assert len(robot.next('wall').data) == 0
+
+
+def test_diagnostics(robot):
+    robot.write(1)
+    array = robot.next('/diagnostics')
+    assert all(status.name.startswith(robot.element[1:]) for status in array.status)
+    assert all(status.level <= b'\1' for status in array.status), array.status  # OK, or overruns
+    text = ' '.join(pair.key for status in array.status for pair in status.values)
+    for word in ('rate', 'overrun', 'stability', 'energy', 'level', 'refused'):
+        assert word in text.lower(), f'{word} in {text}'
+
+
+# Driving by hand
+
+
+def strain_of(robot):
+    """Return the strain of the last joint state: end displacement over length."""
+    state = robot.latest('joint_states')
+    return state.position[state.name.index('substrate')] / (CELLS * SCALE)
+
+
+def strain_is(robot, strain):
+    return abs(strain_of(robot) - strain) < 1e-6
+
+
+def test_strain_follows_the_set_point(robot):
+    for strain in (0.01, -0.01, 0.0):
+        robot.publish('strain', strain)
+        reached = functools.partial(strain_is, robot, strain)
+        robot.wait(reached, f'a strain of {strain}')
+    state = robot.latest('joint_states')
+    assert sorted(state.name) == ['substrate', 'transducer']
+    assert [len(state.position), len(state.velocity)] == [2, 2]
+    assert math.isfinite(state.effort[state.name.index('substrate')])
+
+
+def test_pause_holds_time_and_step_makes_one_tick(robot):
+    assert strain_of(robot) == pytest.approx(0.0, abs=1e-6)
+    held = robot.pause(True)
+    assert held.success, held
+    try:
+        robot.publish('strain', 0.06)  # takes 600 time units, 30 ticks
+        strains, ticks = {strain_of(robot)}, []
+        while len(strains) < 3:  # joint states come every few ticks
+            stepped = robot.trigger('step')
+            assert stepped.success, stepped
+            ticks.append(stepped['tick'])
+            strains.add(strain_of(robot))
+            assert len(ticks) < 100
+        assert ticks == list(range(ticks[0], ticks[-1] + 1))
+        assert sorted(strains)[0] == pytest.approx(0.0, abs=1e-6)
+        assert sorted(strains)[-1] < 0.06
+    finally:
+        assert robot.pause(False).success
+    robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')
+    robot.publish('strain', 0.0)
+    robot.wait(lambda: strain_is(robot, 0.0), 'no strain')
+
+
+def test_step_is_refused_while_time_runs(robot):
+    answer = robot.trigger('step')
+    assert not answer.success
+    assert answer['error']
+
+
+# One at a time
+
+
+@pytest.fixture(scope='module')
+def robot_in_real_time(start_shared):
+    """Talk to an element at the default scale, where a strain cycle takes half a second."""
+    with Robot(start_shared(name='real_time').element) as robot:
+        yield robot
+
+
+@pytest.fixture
+def writing(robot_in_real_time):
+    """A write of level 1 that is under way: the robot, and the future of its answer."""
+    robot = robot_in_real_time
+    robot.set(target_level=1)
+    if robot.trigger('read')['level'] != BLANK:
+        robot.trigger('erase')
+    robot.received('joint_states')
+    answer = robot.send('write')
+    robot.wait(lambda: abs(strain_of(robot)) > 0.01, 'a strain by the write')
+    yield robot, answer
+    robot.trigger('abort')
+
+
+def test_a_second_request_is_refused_as_busy(writing):
+    robot, answer = writing
+    for service in ('read', 'write', 'erase', 'calibrate'):
+        refused = robot.trigger(service)
+        assert not refused.success
+        assert 'busy' in refused['error']
+    assert not answer.done()
+    written = robot.answer(answer)
+    assert (written.success, written['level']) == (True, 1)
+
+
+def test_manual_driving_is_refused_during_a_write(writing):
+    robot, answer = writing
+    robot.publish('strain', 0.07)
+    robot.publish('probe')
+    robot.publish('write_level', 5)
+    robot.get('target_level')  # by its answer the topics are heard
+    assert not answer.done()
+    written = robot.answer(answer)
+    assert (written.success, written['level']) == (True, 1)
+    assert (
+        max(state.position[0] for state in robot.received('joint_states')) < 0.06 * CELLS * SCALE
+    )
+
+
+def test_abort_ends_the_write_and_relaxes_the_strain(writing):
+    robot, answer = writing
+    aborted = robot.trigger('abort')
+    assert aborted.success, aborted
+    written = robot.answer(answer)
+    assert not written.success
+    assert 'abort' in written['error']
+    robot.wait(lambda: strain_is(robot, 0.0), 'no strain after the abort')
+    assert robot.write(1)['level'] == 1  # it works on, whatever state the abort left
+
+
+# Several elements
+
+
+def test_two_elements_side_by_side(robot, start):
+    other = start(parameters={'scale.time': 1e-5}, namespace='/arm')
+    assert robot.write(1)['level'] == 1
+    with Robot(other.element, 'arm_robot') as arm:
+        assert arm.trigger('read')['level'] == BLANK
+        assert arm.write(4)['level'] == 4
+        assert robot.trigger('read')['level'] == 1
+        assert arm.latest('level').data == 4
+        assert robot.latest('level').data == 1
+        reports = robot.received('/diagnostics')
+        robot.wait(
+            lambda: (
+                {report.status[0].name.split(':')[0] for report in reports[-4:]}
+                >= {'mlmem', 'arm/mlmem'}
+            ),
+            'diagnostics of both, told apart',
+        )

@@ -1,0 +1,177 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The installed package under the `ros2` command line, as on a robot.
+
+Skipped where there is no such command (the wheels have none) or the package is not installed
+beside it: build it with colcon and source its set-up first.
+"""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from robot import Robot
+from test_signals import check_closed
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+def environment():
+    """Return ours less what the wheels set for this very Python, and would mislead another's."""
+    result = dict(os.environ)
+    if result.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None):
+        result.pop('LD_LIBRARY_PATH', None)
+    return result
+
+
+def run(*command, within=60):
+    return subprocess.run(
+        command, env=environment(), capture_output=True, text=True, timeout=within, check=False
+    )
+
+
+@pytest.fixture(scope='module')
+def ros2():
+    """Run a ros2 command to its end; return what it printed."""
+    if shutil.which('ros2') is None:
+        pytest.skip('the ros2 command line is not installed')
+    if run('ros2', 'pkg', 'prefix', 'mlmem_ros').returncode != 0:
+        pytest.skip('mlmem_ros is not installed where the ros2 command line looks')
+
+    def ros2(*arguments):
+        done = run('ros2', *arguments)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout + done.stderr
+
+    yield ros2
+    run('ros2', 'daemon', 'stop')
+
+
+@contextlib.contextmanager
+def running(folder, *command, whole_group):
+    """Keep a ros2 command running, end it by Ctrl-C, and check that it ended well.
+
+    Args:
+        folder: Where its output is kept.
+        command: Its arguments.
+        whole_group: Whether to signal the group, as a terminal does; else the command alone.
+    """
+    path = folder / 'output.txt'
+    with path.open('w') as output:
+        process = subprocess.Popen(
+            ['ros2', *command], env=environment(), stdout=output, stderr=output,
+            start_new_session=True,
+        )  # fmt: skip
+    try:
+        yield path
+        if whole_group:
+            os.killpg(process.pid, signal.SIGINT)
+        else:
+            process.send_signal(signal.SIGINT)
+        process.wait(20)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    text = path.read_text()
+    assert 'shut down' in text
+    assert 'Traceback' not in text
+
+
+@pytest.fixture(scope='module')
+def node(ros2, tmp_path_factory):
+    """A node by `ros2 run`, and a robot that has found it."""
+    command = ('run', 'mlmem_ros', 'memory_node', '--ros-args', '-p', 'scale.time:=1e-5')
+    folder = tmp_path_factory.mktemp('run')
+    with running(folder, *command, whole_group=True), Robot() as robot:
+        robot.next('wall', within=60)
+        yield robot.element
+
+
+def test_param(ros2, node):
+    names = ros2('param', 'list', node).split()
+    assert {'target_level', 'design.preset', 'scale.time', 'write.attempts'} <= set(names)
+    assert ros2('param', 'get', node, 'design.preset').strip() == 'String value is: case_2'
+    assert 'successful' in ros2('param', 'set', node, 'target_level', '3')
+    assert ros2('param', 'get', node, 'target_level').strip() == 'Integer value is: 3'
+    refused = ros2('param', 'set', node, 'target_level', '8')  # its exit status is 0 all the same
+    assert 'failed' in refused
+    assert '7' in refused
+    described = ros2('param', 'describe', node, 'target_level')
+    for words in ('Type: integer', 'Description: ', 'Min value: 0', 'Max value: 7'):
+        assert words in described
+
+
+def test_service_and_topic(ros2, node):
+    ros2('param', 'set', node, 'target_level', '2')
+    written = ros2('service', 'call', f'{node}/write', 'std_srvs/srv/Trigger')
+    assert 'success=True' in written
+    assert '"level": 2' in written
+    assert ros2('topic', 'echo', '--once', f'{node}/level').splitlines()[0] == 'data: 2'
+
+
+def test_mlmem(ros2, node):
+    ros2('run', 'mlmem_ros', 'mlmem', 'write', '1')
+    assert ros2('run', 'mlmem_ros', 'mlmem', 'read').startswith('level 1 (code 001)')
+
+
+def test_launch_arguments(ros2, tmp_path):
+    bag = tmp_path / 'session'
+    arguments = ('config:=case_1', 'name:=left', 'namespace:=arm', f'record:={bag}')
+    with (
+        running(
+            tmp_path, 'launch', 'mlmem_ros', 'memory.launch.py', *arguments, whole_group=False
+        ) as output,
+        Robot('/arm/left') as robot,
+    ):
+        robot.next('wall', within=60)
+        assert robot.get('design.preset') == 'case_1'
+        assert robot.get('record.path') == str(bag)
+    assert 'process has finished cleanly' in output.read_text()
+    assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
+
+
+def test_launch_refuses_a_configuration_that_is_not_shipped(ros2):
+    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'config:=case_3')
+    assert "Valid options are: ['case_1', 'case_2']" in done.stdout + done.stderr
+
+
+def test_launch_bank(ros2, tmp_path):
+    """Two elements, each under its own name."""
+    command = ('launch', 'mlmem_ros', 'bank.launch.py', 'elements:=2')
+    with running(tmp_path, *command, whole_group=False) as output:
+        for place in range(2):
+            with Robot(f'/bank/element_{place}/mlmem', 'bank_robot') as robot:
+                robot.next('wall', within=60)
+    assert output.read_text().count('process has finished cleanly') == 2
+
+
+def test_colcon_build(tmp_path):
+    """What lands where, from a copy of the checkout."""
+    if shutil.which('colcon') is None:
+        pytest.skip('colcon is not installed')
+    parts = [CHECKOUT / name for name in ('package.xml', 'setup.py', 'setup.cfg')]
+    package = tmp_path / 'src' / 'mlmem_ros'
+    package.mkdir(parents=True)
+    for part in parts:
+        shutil.copy(part, package)
+    for folder in ('mlmem_ros', 'config', 'launch', 'resource'):
+        shutil.copytree(CHECKOUT / folder, package / folder)
+    built = run(
+        'colcon', '--log-base', str(tmp_path / 'log'), 'build', '--executor', 'sequential',
+        '--base-paths', str(tmp_path / 'src'), '--build-base', str(tmp_path / 'build'),
+        '--install-base', str(tmp_path / 'install'), within=120,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stderr
+    prefix = tmp_path / 'install' / 'mlmem_ros'
+    for executable in ('memory_node', 'mlmem'):
+        assert os.access(prefix / 'lib' / 'mlmem_ros' / executable, os.X_OK)
+    share = prefix / 'share'
+    assert (share / 'ament_index/resource_index/packages/mlmem_ros').exists()
+    assert (share / 'mlmem_ros/package.xml').exists()
+    for folder in ('config', 'launch'):
+        shipped = {path.name for path in (CHECKOUT / folder).iterdir() if path.is_file()}
+        assert {path.name for path in (share / 'mlmem_ros' / folder).iterdir()} >= shipped

@@ -1,0 +1,100 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ctrl-C and SIGTERM in the middle of a write: everyone is told, the session is closed."""
+
+import signal
+import time
+
+import pytest
+import yaml
+from mcap.reader import make_reader
+from robot import Robot
+from rosbags.highlevel import AnyReader
+
+
+def check_closed(bag):
+    """Check with readers that are not ours that a bag was closed whole; return its messages."""
+    metadata = yaml.safe_load((bag / 'metadata.yaml').read_text())
+    metadata = metadata['rosbag2_bagfile_information']
+    (name,) = metadata['relative_file_paths']
+    with (bag / name).open('rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None  # which is written last
+        in_file = sum(1 for _ in reader.iter_messages())
+    with AnyReader([bag]) as reader:
+        messages = [
+            (connection.topic, time, reader.deserialize(data, connection.msgtype))
+            for connection, time, data in reader.messages()
+        ]
+    counts = {summary.statistics.message_count, in_file, len(messages), metadata['message_count']}
+    assert len(counts) == 1
+    assert metadata['message_count'] > 0
+    assert metadata['files'][0]['message_count'] == metadata['message_count']
+    first = metadata['starting_time']['nanoseconds_since_epoch']
+    assert first == min(time for _, time, _ in messages)
+    assert metadata['duration']['nanoseconds'] == max(time for _, time, _ in messages) - first
+    return messages
+
+
+def begin_write(robot):
+    """Ask for level 1 at the default scale, one and a half seconds; return when it is strained."""
+    robot.set(target_level=1)
+    states = robot.received('joint_states')
+    answer = robot.send('write')
+    robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write')
+    assert not answer.done()
+    return answer
+
+
+@pytest.mark.parametrize(
+    ('number', 'again'),
+    [(signal.SIGINT, False), (signal.SIGTERM, False), (signal.SIGINT, True)],
+    ids=['SIGINT', 'SIGTERM', 'SIGINT again and again'],
+)
+def test_in_the_middle_of_a_write(start, tmp_path, number, again):
+    bag = tmp_path / 'session'
+    node = start(parameters={'record.path': str(bag)})
+    with Robot() as robot:
+        written = begin_write(robot)
+        node.signal(number)
+        while again and node.running:  # the terminal's, and launch's, and an impatient person's
+            node.signal(number)
+            time.sleep(0.01)
+        answer = robot.answer(written)
+        assert not answer.success
+        assert 'abort' in answer['error'] or 'shut down' in answer['error']
+    assert node.exit_status() == 0
+    assert 'Traceback' not in node.output
+    assert '[ERROR]' not in node.output
+    strains = [
+        m.position[0] for topic, _, m in check_closed(bag) if topic.endswith('joint_states')
+    ]
+    assert max(strains) > 0.02
+
+
+def test_everyone_who_waits_is_told(start):
+    node = start()
+    with Robot() as robot:
+        waiting = [begin_write(robot)]
+        robot.pause(True)  # from here on no request is taken, not even refused: no tick begins
+        waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
+        for _ in waiting:
+            robot.pause(True)  # an executor takes one of each service at a time
+        assert not any(future.done() for future in waiting)
+        node.signal(signal.SIGINT)
+        answers = [robot.answer(future) for future in waiting]
+    assert node.exit_status() == 0
+    for answer in answers:
+        assert not answer.success
+        assert answer['error']
+
+
+def test_during_the_start(start):
+    """Ctrl-C before it is ready: as soon as it has said its first word, it can be stopped."""
+    node = start()
+    with Robot() as robot:
+        robot.wait(lambda: 'preparing' in node.output, 'the first word')
+    node.signal(signal.SIGINT)
+    assert node.exit_status() == 0
+    assert 'Traceback' not in node.output
