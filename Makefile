@@ -14,7 +14,7 @@ bench: setup
 	$(VENV)/mlmem bench
 
 test: setup lint
-	$(VENV)/python -m pytest
+	$(VENV)/python -m pytest -n 2 --dist loadfile
 
 test-slow: setup
 	$(VENV)/python -m pytest -m slow
