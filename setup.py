@@ -19,6 +19,7 @@ EXTRAS = {
     'test': [
         'pytest>=7.4',
         'pytest-timeout>=2.1',
+        'pytest-xdist>=3.4',
         'hypothesis>=6.98',
         'scipy>=1.11',
         'mpmath>=1.3',

@@ -208,6 +208,16 @@ def test_a_write_after_driving_by_hand_lets_go_of_the_strain_first(written):
     assert element.actuator.strain == 0.0
 
 
+def test_a_write_in_the_tick_of_a_strain_by_hand_is_made_without_it(written):
+    """The strain is still zero, but on its way."""
+    element = written(2)
+    element.apply(SetStrain(0.02))
+    trace, outcome = strains(element, Write(3))
+    assert outcome.success
+    assert cycles(trace) == [-0.034]
+    assert rig.holds(element, 3)
+
+
 # --- read -------------------------------------------------------------------------------------
 
 
@@ -535,6 +545,36 @@ def test_an_abort_of_nothing_brings_a_strain_by_hand_to_zero(written):
     rig.succeed(element, Read())
     abort(element)
     assert element.reading is None, 'the wall may have moved with the strain'
+
+
+def test_an_abort_in_the_tick_of_a_strain_by_hand(written):
+    element = written(2)
+    element.apply(SetStrain(0.03))
+    abort(element)
+    assert rig.ticks(element, 20) == []
+    assert element.actuator.strain == 0.0
+
+
+@pytest.mark.parametrize(
+    ('content', 'command', 'tick'),
+    [(6, Write(1), 124), (7, Erase(), 62), (7, Erase(), 339), (7, Write(1), 389)],
+    ids=str,
+)
+def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tick):
+    """It did in these cases when the strain was let go at the greatest rate."""
+    element = rig.device(content)
+    element.apply(command)
+    rig.ticks(element, tick)
+    before = abs(element.actuator.strain)
+    element.apply(Abort())
+    while element.procedure:
+        strain = element.actuator.strain
+        element.advance()
+        # the smooth ramp's 1.5 of its mean, 20 of 1200 time units
+        assert abs(element.actuator.strain - strain) <= 1.5 * before * 20 / 1200 * 1.01
+    rig.ticks(element, 200)
+    next_barrier = CASE_II.potential.barrier(CASE_II.phase + 1)
+    assert element.chain.configuration.max() < next_barrier
 
 
 def test_an_abort_with_nothing_to_stop_keeps_what_is_known(written):
