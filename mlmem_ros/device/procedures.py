@@ -303,7 +303,7 @@ def abort(element: MemoryElement) -> Procedure[Result]:
     """Let a held cell go and bring the strain to zero, smoothly.
 
     As slowly as a cycle does: let go at the greatest rate, one element in twenty was left with
-    cells in a third ground state, which no erase clears.
+    cells in a third ground state, which no strain clears (see `bring_back`).
     """
     detector = element.transducer.detector
     element.transducer.release()

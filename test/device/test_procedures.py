@@ -215,6 +215,7 @@ def test_a_write_in_the_tick_of_a_strain_by_hand_is_made_without_it(written):
     trace, outcome = strains(element, Write(3))
     assert outcome.success
     assert cycles(trace) == [-0.034]
+    assert trace.max() == 0.0
     assert rig.holds(element, 3)
 
 
