@@ -34,7 +34,7 @@ class ActuatorSettings(Checked):
         0.08, 'largest strain the actuator gives, either sign', low=1e-6, high=0.5
     )
     max_rate: float = described(
-        1e-4, 'fastest change of strain by hand and on abort', unit='1/time', low=1e-9, high=1.0
+        1e-4, 'fastest change of strain', unit='1/time', low=1e-9, high=1.0
     )
 
 
