@@ -30,7 +30,7 @@ def make(tmp_path):
 
     yield make
     for recorder in recorders:
-        recorder.close(5)
+        recorder.close(60)
 
 
 def hold(recorder, monkeypatch):
@@ -59,7 +59,7 @@ def wait_for(condition):
 def test_all_that_was_put_is_in_the_bag(make):
     recorder = make()
     assert all(recorder.put('/level', level(i), i, i + 5) for i in range(1000))
-    status = recorder.close(5)
+    status = recorder.close(60)
     assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
     assert status.error is None
     reader = BagReader(status.path)
@@ -80,7 +80,7 @@ def test_several_threads_may_put(make):
         thread.start()
     for thread in threads:
         thread.join()
-    assert recorder.close(5).messages == 800
+    assert recorder.close(60).messages == 800
 
 
 def test_an_idle_recording_is_synced(make):
@@ -98,7 +98,7 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     assert recorder.status.dropped == 5
     assert recorder.status.queued == 10
     released.set()
-    assert recorder.close(5).dropped == 5
+    assert recorder.close(60).dropped == 5
     reader = BagReader(recorder.status.path)
     assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
     (count,) = reader.messages([DROPPED])
@@ -118,7 +118,7 @@ def test_the_queue_is_bounded_in_bytes_too(make, monkeypatch):
 def test_a_message_larger_than_the_queue_fits_alone(make):
     recorder = make(max_queued_bytes=1)
     assert recorder.put('/level', level(1), 1)
-    assert recorder.close(5).messages == 1
+    assert recorder.close(60).messages == 1
 
 
 def test_a_removed_directory_ends_the_recording_with_one_error(make):
@@ -130,7 +130,7 @@ def test_a_removed_directory_ends_the_recording_with_one_error(make):
     recorder.put('/level', level(2), 2)
     wait_for(lambda: errors)
     assert recorder.put('/level', level(3), 3) is False
-    status = recorder.close(5)
+    status = recorder.close(60)
     assert (status.state, status.error) == ('failed', errors[0])
     assert 'deleted while being written' in str(status.error)
     assert len(errors) == 1
@@ -142,7 +142,7 @@ def test_put_raises_nothing_whatever_it_is_given(make, item):
     recorder = make(on_error=errors.append)
     recorder.put('/level', level(1), 1)
     recorder.put(*item)
-    status = recorder.close(5)
+    status = recorder.close(60)
     assert isinstance(status.error, BagError)
     assert errors == [status.error]
     reader = BagReader(status.path)  # what came before is whole
@@ -152,9 +152,9 @@ def test_put_raises_nothing_whatever_it_is_given(make, item):
 
 def test_a_closed_recorder_takes_nothing(make):
     recorder = make()
-    recorder.close(5)
+    recorder.close(60)
     assert recorder.put('/level', level(1), 1) is False
-    assert recorder.close(5).messages == 0
+    assert recorder.close(60).messages == 0
 
 
 def test_close_waits_no_longer_than_told(make, monkeypatch):
@@ -162,4 +162,4 @@ def test_close_waits_no_longer_than_told(make, monkeypatch):
     released = hold(recorder, monkeypatch)
     assert recorder.close(timeout=0.05).state == 'recording'
     released.set()
-    assert recorder.close(5).state == 'closed'
+    assert recorder.close(60).state == 'closed'
