@@ -65,9 +65,10 @@ def run(arguments: argparse.Namespace) -> int:
     session = folder / 'session'
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
+    name = f'mlmem_demo_{os.getpid()}'  # a robot's own /mlmem may be in this domain
     try:
-        with _memory_node(session):
-            rows = _write_and_read(console)
+        with _memory_node(name, session):
+            rows = _write_and_read(console, name)
     except RequestError as error:
         console.print(f'[red]the demonstration failed: {error}[/red]')
         return 1
@@ -78,10 +79,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _memory_node(session: Path) -> Iterator[None]:
+def _memory_node(name: str, session: Path) -> Iterator[None]:
     """Run a memory node that records a session, and end it as Ctrl-C would."""
     session.parent.mkdir(parents=True)
-    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
+    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args', '-r', f'__node:={name}']
     log = session.parent / 'memory_node.log'
     with log.open('w', encoding='utf-8') as output:
         process = subprocess.Popen(
@@ -97,7 +98,7 @@ def _memory_node(session: Path) -> Iterator[None]:
                 process.kill()
 
 
-def _write_and_read(console: Console) -> list[Row]:
+def _write_and_read(console: Console, name: str) -> list[Row]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     from std_msgs.msg import Float64MultiArray
 
@@ -107,7 +108,7 @@ def _write_and_read(console: Console) -> list[Row]:
     columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
     rows: list[Row] = []
     walls: list[Any] = []
-    with standalone() as client, Progress(*columns, console=console) as progress:
+    with standalone(name) as client, Progress(*columns, console=console) as progress:
         task = progress.add_task('waiting for the memory node', total=None)
         client.ready(NODE_START).wait()
         client.node.create_subscription(

@@ -1,35 +1,20 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executable `memory_node`."""
+"""The executable `memory_node`: minds signals from its first moment, then loads all else."""
 
 from __future__ import annotations
 
 import signal
 import sys
-import time
 from collections.abc import Sequence
 from typing import Any
-
-import rclpy
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.logging import get_logger
-from rclpy.signals import SignalHandlerOptions
-
-from .node import REFUSALS, MemoryNode
-
-POLL = 0.1
-"""Seconds between two looks for a signal: one does not interrupt the executor's wait."""
-
-LAST_ANSWERS = 1.0
-"""Longest time in seconds for telling those who wait that the node ends."""
-
-DELIVERY = 0.2
-"""Seconds left to the middleware to deliver these answers before it is shut down."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one memory node until SIGINT or SIGTERM.
+
+    Signals are ours: rclpy's own handler would shut the context down before the session file is
+    closed and before those who wait are answered.
 
     Args:
         arguments: Command line with ROS arguments; by default that of the process.
@@ -37,60 +22,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit status: 0, or 1 when the node could not be started.
     """
-    try:
-        # Signals are ours: rclpy's own handler would shut the context down before the session
-        # file is closed and before those who wait are answered.
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-        executor = SingleThreadedExecutor()
-        stop = _on_signals(executor)
-        node = MemoryNode()
-        executor.add_node(node)
-        if node.get_parameter('autostart').value:
-            node.start()
-    except (*REFUSALS, ParameterException) as error:
-        get_logger('mlmem').fatal(f'cannot start: {error}')
-        rclpy.try_shutdown()
-        return 1
-    except Exception as error:
-        if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
-            get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
-            return 1
-        raise
-    while not stop:
-        executor.spin_once(timeout_sec=POLL)
-        if node.failure is not None:
-            node.trigger_deactivate()  # by way of its error handling: unconfigured
-    return _shut_down(node, executor)
-
-
-def _on_signals(executor: SingleThreadedExecutor) -> list[int]:
-    """Collect SIGINT and SIGTERM in the list that is returned, and wake the executor."""
     received: list[int] = []
 
     def handle(number: int, _: Any) -> None:
         received.append(number)
-        executor.wake()
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
-    return received
+    from .run import run  # a second or two, in which a signal must not raise
 
-
-def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
-    for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
-        signal.signal(number, signal.SIG_IGN)
-    node.close()
-    deadline = time.monotonic() + LAST_ANSWERS
-    told = not node.waiting
-    while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
-        executor.spin_once(timeout_sec=0.0)
-    if not told:
-        time.sleep(DELIVERY)
-    node.get_logger().info('shut down')
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    return 0 if received else run(arguments, received)
 
 
 if __name__ == '__main__':

@@ -98,3 +98,15 @@ def test_during_the_start(start):
     node.signal(signal.SIGINT)
     assert node.exit_status() == 0
     assert 'Traceback' not in node.output
+
+
+def test_a_signal_while_python_still_loads(start):
+    """In the first second or two, before there is a node: it ends, without a traceback."""
+    for delay in (0.25, 0.5, 0.9):
+        node = start()
+        time.sleep(delay)  # the moment itself is what is tested
+        node.signal(signal.SIGTERM)
+        status = node.exit_status()
+        assert 'Traceback' not in node.output, delay
+        # 0, or the signal itself where not even our handler could be loaded
+        assert status in (0, -signal.SIGTERM), delay

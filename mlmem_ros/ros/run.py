@@ -1,0 +1,76 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Running a memory node: from its start to its last answer."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.logging import get_logger
+from rclpy.signals import SignalHandlerOptions
+
+from .node import REFUSALS, MemoryNode
+
+POLL = 0.1
+"""Seconds between two looks for a signal: one does not interrupt the executor's wait."""
+
+LAST_ANSWERS = 1.0
+"""Longest time in seconds for telling those who wait that the node ends."""
+
+DELIVERY = 0.2
+"""Seconds left to the middleware to deliver these answers before it is shut down."""
+
+
+def run(arguments: Sequence[str] | None, stop: Sequence[int]) -> int:
+    """Run one memory node until a signal has been received.
+
+    Args:
+        arguments: Command line with ROS arguments; None for that of the process.
+        stop: The signals received so far; whoever handles them adds to it.
+
+    Returns:
+        Exit status: 0, or 1 when the node could not be started.
+    """
+    try:
+        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        executor = SingleThreadedExecutor()
+        node = MemoryNode()
+        executor.add_node(node)
+        if node.get_parameter('autostart').value:
+            node.start()
+    except (*REFUSALS, ParameterException) as error:
+        get_logger('mlmem').fatal(f'cannot start: {error}')
+        rclpy.try_shutdown()
+        return 1
+    except Exception as error:
+        if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
+            get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
+            return 1
+        raise
+    while not stop:
+        executor.spin_once(timeout_sec=POLL)
+        if node.failure is not None:
+            node.trigger_deactivate()  # by way of its error handling: unconfigured
+    return _shut_down(node, executor)
+
+
+def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
+    for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
+        signal.signal(number, signal.SIG_IGN)
+    node.close()
+    deadline = time.monotonic() + LAST_ANSWERS
+    told = not node.waiting
+    while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
+        executor.spin_once(timeout_sec=0.0)
+    if not told:
+        time.sleep(DELIVERY)
+    node.get_logger().info('shut down')
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
