@@ -542,9 +542,10 @@ def test_a_loop_is_stopped_at_once_even_if_its_ticks_are_rare(start):
 
 def test_finishing_brings_the_strain_to_zero_without_waiting_for_the_clock(start):
     element = rig.device(2)
-    clock = Clock(end=0.3)  # stands still in the middle of the write, in tick 150
+    clock = Clock(end=0.0)  # stands still until the write is in the inbox
     loop = start(element, pacer=clock, speed=1.0)
     writing = loop.submit(Write(3))
+    clock.end = 0.3  # and again in the middle of the write, in tick 150
     until(lambda: clock.time >= 0.3)
     assert not writing.done()
     assert abs(element.actuator.strain) > 0.01
