@@ -1,0 +1,66 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Setting up says what a machine lacks, and what to do about it."""
+
+import importlib.util
+import platform
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture
+def bootstrap():
+    spec = importlib.util.spec_from_file_location('bootstrap', ROOT / 'tools/bootstrap.py')
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Version(tuple):
+    """Like sys.version_info."""
+
+    major, minor = property(lambda self: self[0]), property(lambda self: self[1])
+
+
+@pytest.mark.parametrize('version', [(3, 9), (3, 15)])
+def test_a_python_without_wheels(bootstrap, monkeypatch, version):
+    monkeypatch.setattr(sys, 'version_info', Version((*version, 0, 'final', 0)))
+    assert '3.10 to 3.14' in bootstrap.missing_prerequisite()
+
+
+def test_another_platform(bootstrap, monkeypatch):
+    monkeypatch.setattr(platform, 'machine', lambda: 'aarch64')
+    assert 'aarch64' in bootstrap.missing_prerequisite()
+
+
+def test_an_old_c_library(bootstrap, monkeypatch):
+    monkeypatch.setattr(platform, 'libc_ver', lambda: ('glibc', '2.17'))
+    assert '2.28' in bootstrap.missing_prerequisite()
+
+
+def test_no_venv_module(bootstrap, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'ensurepip', None)
+    assert 'sudo apt install' in bootstrap.missing_prerequisite()
+    assert '-venv' in bootstrap.missing_prerequisite()
+
+
+def test_another_interpreter(bootstrap, monkeypatch):
+    monkeypatch.setattr(sys, 'implementation', SimpleNamespace(name='pypy'))
+    assert 'pypy' in bootstrap.missing_prerequisite()
+
+
+def test_a_failed_check_names_the_road_for_robots(bootstrap, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
+    monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: 'something is missing')
+    assert bootstrap.main() == 1
+    told = capsys.readouterr().err
+    assert 'something is missing' in told
+    assert 'colcon build' in told
+    assert not (tmp_path / '.venv').exists()
