@@ -25,7 +25,7 @@ OMEGA_DT_LIMIT = 3.6
 
 
 class Coefficients(NamedTuple):
-    """The eight constants a0 ... a7 of one step size, and the two sub-step ends."""
+    """The eight constants a0 ... a7 of one step size."""
 
     a0: float
     a1: float

@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 from rclpy.node import Node
 
@@ -26,6 +28,7 @@ class MemoryFile:
         self._path = Path(settings.path).expanduser() if settings.path else None
         self._gate = gate
         self._saving = threading.Lock()
+        self._saved_ticks = 0
         self._timer = None
         if self._path is not None and settings.interval > 0.0:
             self._timer = node.create_timer(settings.interval, self._save_at_interval)
@@ -63,13 +66,17 @@ class MemoryFile:
         if loop is not None and not loop.element.procedure:
             loop.call(lambda: snapshot.take(loop.element)).add_done_callback(self._taken)
 
-    def _taken(self, answer) -> None:
+    def _taken(self, answer: Future[dict[str, Any]]) -> None:
         if answer.exception() is None:  # else a procedure began meanwhile: the next time will do
             threading.Thread(target=self._write, args=(answer.result(),), daemon=True).start()
 
-    def _write(self, taken: dict) -> None:
+    def _write(self, taken: dict[str, Any]) -> None:
+        assert self._path is not None
         with self._saving:
+            if taken['ticks'] < self._saved_ticks:
+                return  # a slow thread must not put back what was before the last saving
             try:
                 state_file.save(self._path, taken)
+                self._saved_ticks = taken['ticks']
             except StateError as error:
                 self._node.get_logger().error(str(error))
