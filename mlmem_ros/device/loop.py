@@ -95,10 +95,11 @@ class Loop:
             self._finishing = True
             waiting = self._waiting()
         _refuse(waiting, Refused('the device is shut down'))
-        self.pause(False)
-        moved = self.call(lambda: not self.element.idle)
-        if moved.exception() is None and moved.result():
-            self.submit(Abort('the device is shut down')).exception()  # waits for its end
+        if self._thread.is_alive():
+            self.pause(False)
+            moved = self.call(lambda: not self.element.idle)
+            if moved.exception() is None and moved.result():
+                self.submit(Abort('the device is shut down')).exception()  # waits for its end
         self.stop()
 
     def set_speed(self, speed: float) -> None:
@@ -139,11 +140,16 @@ class Loop:
         """Whether time is held."""
         return self._paused
 
-    def pause(self, paused: bool) -> None:
-        """Hold time, or let it run on."""
+    def pause(self, paused: bool) -> Future[int]:
+        """Hold time, or let it run on.
+
+        Returns:
+            The number of ticks done: when held, after the last that was still under way.
+        """
         with self._changed:
             self._paused = paused
             self._changed.notify_all()
+        return self.call(lambda: self.element.ticks)
 
     def single_tick(self) -> Future[int]:
         """Run one tick while paused.

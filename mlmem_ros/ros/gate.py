@@ -43,19 +43,9 @@ class Gate:
         """Run one tick while paused; see `Loop.single_tick`."""
         return self._counted(lambda: self.open_loop().single_tick())
 
-    def pause(self, paused: bool) -> int:
-        """Hold time or let it run on; return the ticks done.
-
-        Raises:
-            Refused: The node is not active.
-        """
-        try:
-            loop = self.open_loop()
-        except Refused:
-            self.refused += 1
-            raise
-        loop.pause(paused)
-        return loop.element.ticks
+    def pause(self, paused: bool) -> Future[int]:
+        """Hold time or let it run on; see `Loop.pause`."""
+        return self._counted(lambda: self.open_loop().pause(paused))
 
     def _counted(self, ask: Callable[[], Future[T]]) -> Future[T]:
         try:

@@ -62,9 +62,11 @@ class Services:
 
         return serve
 
-    def _pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    async def _pause(
+        self, request: SetBool.Request, response: SetBool.Response
+    ) -> SetBool.Response:
         try:
-            tick = self._gate.pause(request.data)
+            tick = await self.result(self._gate.pause(request.data))
         except Refused as refusal:
             response.message = messages.refusal(str(refusal))
         else:

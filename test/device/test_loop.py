@@ -96,8 +96,7 @@ def refusal(future):
 
 def hold(loop):
     """Pause a loop and wait for the tick that was under way; return the ticks done."""
-    loop.pause(True)
-    return result(loop.call(lambda: loop.element.ticks))
+    return result(loop.pause(True))
 
 
 # --- when ticks run ---------------------------------------------------------------------------
@@ -282,6 +281,28 @@ def test_a_pause_between_two_looks_at_the_clock_lets_no_tick_slip_through(start)
     assert paused.wait(PATIENCE)
     time.sleep(0.02)
     assert loop.element.ticks == 11
+
+
+def test_a_pause_tells_the_tick_that_was_under_way_as_done(start):
+    begun, end = threading.Event(), threading.Event()
+
+    def tick(*_):
+        begun.set()
+        end.wait(PATIENCE)
+
+    loop = start(rig.device(), tick)
+    assert begun.wait(PATIENCE)
+    held = loop.pause(True)
+    assert not held.done()
+    end.set()
+    assert result(held) == loop.element.ticks
+    assert result(loop.single_tick()) == result(held) + 1
+
+
+def test_finishing_a_loop_that_was_never_started_ends_at_once():
+    loop = Loop(rig.device(), lambda *_: None)
+    loop.finish()
+    assert 'shut down' in refusal(loop.pause(True))
 
 
 def test_a_pause_is_no_overrun(start):
