@@ -6,6 +6,7 @@ from .chain import Chain, Drive, stable_step, substep_times
 from .design import Design
 from .errors import DesignError, StateError
 from .presets import CASE_I, CASE_II, PRESETS, preset
+from .specimen import Scatter, Specimen, scattered
 from .wall import Wall, walls
 
 __all__ = [
@@ -16,9 +17,12 @@ __all__ = [
     'Design',
     'DesignError',
     'Drive',
+    'Scatter',
+    'Specimen',
     'StateError',
     'Wall',
     'preset',
+    'scattered',
     'stable_step',
     'substep_times',
     'walls',

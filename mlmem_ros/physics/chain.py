@@ -16,6 +16,7 @@ from .field import Field, aligned
 from .kernel import advance_elastic, advance_rigid
 from .noh_bathe import OMEGA_DT_LIMIT, P, coefficients
 from .potential import Array
+from .specimen import Specimen
 
 STABILITY_MARGIN = 0.95
 """Largest share of the stability limit that we step with."""
@@ -24,22 +25,27 @@ ACCURATE_STEP = 0.25
 """Largest step with the rigid substrate: 12 steps per period of the probe's carrier."""
 
 
-def highest_frequency(design: Design) -> float:
-    """Return a bound of the angular frequencies of small waves anywhere in the element."""
+def highest_frequency(element: Design | Specimen) -> float:
+    """Return a bound of the angular frequencies of small waves anywhere in an element."""
+    specimen = element if isinstance(element, Specimen) else Specimen(element)
+    design, lightest = specimen.design, float(specimen.masses.min())
     between = np.linspace(design.D_s1 - 0.25, design.D_s2 + 0.25, 1001)
-    on_site = float(np.abs(design.potential.stiffness(between)).max() * design.alpha.max())
+    on_site = float(np.abs(design.potential.stiffness(between)).max() * specimen.alpha.max())
+    metamaterial = (4.0 + on_site) / lightest
     if design.substrate == 'rigid':
-        return math.sqrt(4.0 + on_site)
-    return math.sqrt(4.0 * float(design.s.max()) + 2.0 * on_site)
+        return math.sqrt(metamaterial)
+    stiffest = 4.0 * float(specimen.s.max()) + on_site
+    return math.sqrt(max(stiffest, metamaterial) + on_site / math.sqrt(lightest))
 
 
-def stable_step(design: Design) -> float:
+def stable_step(element: Design | Specimen) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator.
 
     Explicit damping eta lowers the limit: x = omega dt / OMEGA_DT_LIMIT has to satisfy
     x^2 + 2 eta dt / OMEGA_DT_LIMIT <= 1.
     """
-    omega, eta = highest_frequency(design), design.eta
+    specimen = element if isinstance(element, Specimen) else Specimen(element)
+    omega, eta = highest_frequency(specimen), specimen.eta / float(specimen.masses.min())
     damped = (math.hypot(omega, eta) - eta) / omega
     return STABILITY_MARGIN * OMEGA_DT_LIMIT / omega * damped
 
@@ -69,6 +75,7 @@ class Chain:
 
     Attributes:
         design: The element.
+        specimen: The element as it was made and has become; set it with `become`.
         dt: Step size in time units.
         steps_done: Steps since the chain was made: its clock.
         V_N: Present displacement of the substrate's end.
@@ -93,14 +100,15 @@ class Chain:
                 f'stability limit of the {design.substrate} substrate; got {dt:g}'
             )
         self.design = design
+        self.specimen = Specimen(design)
         self.dt = dt
         self.steps_done = 0
         self.V_N = 0.0
         n = design.N
         self._constants = np.array(coefficients(dt))
-        self._height = aligned(design.alpha * design.d)
-        self._shape = aligned(design.strain_shape)
-        self._springs = aligned(np.concatenate(([0.0], design.s, [0.0])))
+        self._height, self._offset, self._mobility = (aligned(np.zeros(n)) for _ in range(3))
+        self._shape, self._springs = aligned(np.zeros(n)), aligned(np.zeros(n + 1))
+        self._fill()
         self._metamaterial = Field(n)
         self._substrate = Field(n) if design.substrate == 'elastic' else None
         self._no_motion = np.zeros((2, 1))
@@ -128,7 +136,7 @@ class Chain:
         """Displacements V_j of the substrate, shape (N,)."""
         if self._substrate is not None:
             return self._substrate.u[1:-1]
-        return self.V_N * self.design.strain_shape
+        return self.V_N * self.specimen.strain_shape
 
     @property
     def substrate_velocity(self) -> Array:
@@ -162,12 +170,12 @@ class Chain:
             raise StateError(f'v must have shape ({self.design.N},); got {np.shape(v)}')
         if not (np.isfinite(v).all() and math.isfinite(V_N)):
             raise StateError('v and V_N must be finite; got NaN or infinity')
-        V = V_N * self.design.strain_shape
+        V = V_N * self.specimen.strain_shape
         state[0] = v
-        state[2] = metamaterial_force(self.design, state[0], V)
+        state[2] = metamaterial_force(self.specimen, state[0], V) / self.specimen.masses
         if self._substrate is not None:
             state[3] = V
-            state[5, 1:-1] = substrate_force(self.design, state[0], V)[1:-1]
+            state[5, 1:-1] = substrate_force(self.specimen, state[0], V)[1:-1]
         self.restore(state, V_N=V_N, steps_done=self.steps_done)
 
     def state(self) -> Array:
@@ -199,15 +207,47 @@ class Chain:
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
+    def become(self, specimen: Specimen) -> None:
+        """Let another specimen of the design take the place of this one, in the same state.
+
+        Cells that are stuck stop where they are.
+
+        Raises:
+            DesignError: It is of another design, or the step is beyond its stability limit;
+                nothing is changed.
+        """
+        if specimen.design != self.design:
+            raise DesignError('the specimen must be of the design of the chain')
+        if self.dt > (limit := stable_step(specimen)):
+            raise DesignError(
+                f'the specimen needs a step of at most {limit:.5g}; the chain runs with '
+                f'{self.dt:g}'
+            )
+        self.specimen = specimen
+        self._fill()
+        self.velocity[self._mobility == 0.0] = 0.0
+
+    def _fill(self) -> None:
+        """Give the kernel the arrays of the specimen."""
+        specimen = self.specimen
+        self._height[:] = specimen.alpha * self.design.d
+        self._offset[:] = specimen.offsets
+        self._mobility[:] = 1.0 / specimen.masses
+        self._shape[:] = specimen.strain_shape
+        self._springs[1:-1] = specimen.s
+
     # --- time ----------------------------------------------------------------------------
 
-    def advance(self, V_N: Array, drive: Drive | None = None) -> Array:
+    def advance(self, V_N: Array, drive: Drive | None = None, shake: Array | None = None) -> Array:
         """Advance by whole steps.
 
         Args:
             V_N: Displacement of the substrate's end at the end of every sub-step (see
                 `substep_times`), shape (2 steps,), finite.
             drive: A cell held at a prescribed motion at the start of the run.
+            shake: Acceleration of the base at the end of every sub-step, shape (2 steps,),
+                finite; the displacements are those relative to the base. None for a base at
+                rest.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
@@ -216,8 +256,9 @@ class Chain:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
                 or the state stopped being finite (the chain is then lost: `restore` it).
         """
-        self.check_inputs(V_N, drive)
+        self.check_inputs(V_N, drive, shake)
         V_N = _plain(V_N)
+        base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = self._no_motion if drive is None else _plain(drive.motion)
         steps = len(V_N) // 2
         site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
@@ -229,9 +270,12 @@ class Chain:
                 p.N,
                 *self._metamaterial.arrays(),
                 self._height,
+                self._offset,
+                self._mobility,
                 self._shape,
                 V_N,
-                p.eta,
+                base,
+                self.specimen.eta,
                 p.a,
                 p.b,
                 p.c,
@@ -248,9 +292,12 @@ class Chain:
                 *self._metamaterial.arrays(),
                 *self._substrate.arrays(),
                 self._height,
+                self._offset,
+                self._mobility,
                 self._springs,
                 V_N,
-                p.eta,
+                base,
+                self.specimen.eta,
                 p.a,
                 p.b,
                 p.c,
@@ -272,12 +319,14 @@ class Chain:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(2 * steps, self.V_N))
 
-    def check_inputs(self, V_N: Array, drive: Drive | None) -> None:
+    def check_inputs(self, V_N: Array, drive: Drive | None, shake: Array | None = None) -> None:
         """Raise `StateError` for what `advance` would refuse."""
         if V_N.ndim != 1 or len(V_N) % 2:
             raise StateError(f'V_N must have shape (2 steps,); got {V_N.shape}')
         if not np.isfinite(V_N).all():
             raise StateError('V_N must be finite; got NaN or infinity')
+        if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):
+            raise StateError(f'shake must have shape {V_N.shape} and be finite')
         if drive is None:
             return
         if drive.site not in (1, self.design.N):

@@ -148,8 +148,12 @@ class Design:
     @cached_property
     def strain_shape(self) -> Array:
         """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
-        compliance = np.concatenate(([0.0], np.cumsum(1.0 / self.s)))
-        return _frozen(compliance / compliance[-1])
+        return _frozen(strain_shape(self.s))
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Shifts of the ground states, shape (N,): none, as designed (see `Specimen`)."""
+        return _frozen(np.zeros(self.N))
 
     @property
     def levels(self) -> int:
@@ -181,6 +185,12 @@ class Design:
     def end_displacement(self, strain: float) -> float:
         """Return V_N for a strain Delta l / l of the element, l = N (tension positive)."""
         return strain * self.N
+
+
+def strain_shape(s: Array) -> Array:
+    """Return the displacement V_j of springs in a row, stiffness s, for V_1 = 0 and V_N = 1."""
+    compliance = np.concatenate(([0.0], np.cumsum(1.0 / s)))
+    return np.asarray(compliance / compliance[-1])
 
 
 def _frozen(array: Array) -> Array:

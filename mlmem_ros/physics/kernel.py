@@ -65,16 +65,18 @@ def on_site(height: float, configuration: float, a: float, b: float, c: float) -
 @inlined
 def rigid_first(
     n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
-    height: Array, shape: Array, V_N: float, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, shape: Array, V_N: float, shake: float,
+    eta: float, a: float, b: float, c: float,
     a3: float, h0: float, h3: float,
 ) -> None:
     """Sub-step 1 over a rigid substrate: from u_p make A_p, w and the next u."""
     for j in range(n):
         x = u_p[j + 1]
-        force = on_site(height[j], x - V_N * shape[j], a, b, c)
+        force = on_site(height[j], x - (V_N * shape[j] + offset[j]), a, b, c)
         half = h0 * A[j]
         middle = v[j] + half
-        acceleration = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
+        pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
+        acceleration = mobility[j] * pull - shake
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -84,14 +86,16 @@ def rigid_first(
 @inlined
 def rigid_second(
     n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
-    height: Array, shape: Array, V_N: float, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, shape: Array, V_N: float, shake: float,
+    eta: float, a: float, b: float, c: float,
     a0: float, a5: float, a6: float, a7: float, h0: float, h3: float,
 ) -> None:
     """Sub-step 2 over a rigid substrate: from u make A, v and the next u_p."""
     for j in range(n):
         x = u[j + 1]
-        force = on_site(height[j], x - V_N * shape[j], a, b, c)
-        acceleration = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
+        force = on_site(height[j], x - (V_N * shape[j] + offset[j]), a, b, c)
+        pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
+        acceleration = mobility[j] * pull - shake
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity
@@ -101,7 +105,8 @@ def rigid_second(
 @kernel
 def advance_rigid(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
-    height: Array, shape: Array, V_N: Array, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, shape: Array, V_N: Array, shake: Array,
+    eta: float, a: float, b: float, c: float,
     site: int, driven: int, drive: Array, ends: Array, constants: Array,
 ) -> None:
     """Advance Eq. (1a) over the quasi-static substrate V_j = V_N shape_j.
@@ -112,8 +117,11 @@ def advance_rigid(
         u, v, A: Displacements (n + 2,), velocities (n,), accelerations (n,): the state.
         u_p, w, A_p: Work space of the same shapes.
         height: alpha_j d, shape (n,).
+        offset: Shift of a cell's ground states, shape (n,).
+        mobility: Inverse of a cell's mass, shape (n,); 0 for a cell that is stuck.
         shape: Substrate displacement per unit V_N, shape (n,).
         V_N: Substrate end displacement at the end of every sub-step, shape (2 steps,).
+        shake: Acceleration of the base, in whose frame the chain is, likewise.
         eta: Damping.
         a, b, c: Potential.
         site: Driven cell, index in u.
@@ -133,7 +141,8 @@ def advance_rigid(
         u_p[0] = u_p[1]
         u_p[n + 1] = u_p[n]
         rigid_first(
-            n, u, v, A, u_p, w, A_p, height, shape, V_N[i], eta, a, b, c, a3, h0, h3
+            n, u, v, A, u_p, w, A_p, height, offset, mobility, shape, V_N[i], shake[i],
+            eta, a, b, c, a3, h0, h3,
         )
         if i < driven:
             w[site - 1] = drive[1, i] + h3 * A_p[site - 1]
@@ -144,8 +153,8 @@ def advance_rigid(
         u[0] = u[1]
         u[n + 1] = u[n]
         rigid_second(
-            n, u, v, A, u_p, w, A_p, height, shape, V_N[i + 1], eta, a, b, c,
-            a0, a5, a6, a7, h0, h3,
+            n, u, v, A, u_p, w, A_p, height, offset, mobility, shape, V_N[i + 1], shake[i + 1],
+            eta, a, b, c, a0, a5, a6, a7, h0, h3,
         )
         if i + 1 < driven:
             v[site - 1] = drive[1, i + 1]
@@ -158,17 +167,19 @@ def advance_rigid(
 def elastic_first(
     n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
     U: Array, V: Array, B: Array, U_p: Array, W: Array, B_p: Array,
-    height: Array, s: Array, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, s: Array, shake: float,
+    eta: float, a: float, b: float, c: float,
     a3: float, h0: float, h3: float,
 ) -> None:
     """Sub-step 1 of both chains: from u_p, U_p make A_p, w, B_p, W and the next u, U."""
     for j in range(n):
         x = u_p[j + 1]
         X = U_p[j + 1]
-        force = on_site(height[j], x - X, a, b, c)
+        force = on_site(height[j], x - (X + offset[j]), a, b, c)
         half = h0 * A[j]
         middle = v[j] + half
-        acceleration = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
+        pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
+        acceleration = mobility[j] * pull - shake
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -176,7 +187,7 @@ def elastic_first(
         spring = s[j + 1] * (U_p[j + 2] - X) - s[j] * (X - U_p[j])
         half = h0 * B[j]
         middle = V[j] + half
-        acceleration = spring - eta * (middle + half) + force
+        acceleration = spring - eta * (middle + half) + force - shake
         middle += (h0 + h3) * acceleration
         B_p[j] = acceleration
         W[j] = middle
@@ -187,21 +198,23 @@ def elastic_first(
 def elastic_second(
     n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
     U: Array, V: Array, B: Array, U_p: Array, W: Array, B_p: Array,
-    height: Array, s: Array, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, s: Array, shake: float,
+    eta: float, a: float, b: float, c: float,
     a0: float, a5: float, a6: float, a7: float, h0: float, h3: float,
 ) -> None:
     """Sub-step 2 of both chains: from u, U make A, v, B, V and the next u_p, U_p."""
     for j in range(n):
         x = u[j + 1]
         X = U[j + 1]
-        force = on_site(height[j], x - X, a, b, c)
-        acceleration = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
+        force = on_site(height[j], x - (X + offset[j]), a, b, c)
+        pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
+        acceleration = mobility[j] * pull - shake
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity
         u_p[j + 1] = x + a0 * (velocity + h0 * acceleration)
         spring = s[j + 1] * (U[j + 2] - X) - s[j] * (X - U[j])
-        acceleration = spring - eta * (W[j] + h3 * B_p[j]) + force
+        acceleration = spring - eta * (W[j] + h3 * B_p[j]) + force - shake
         velocity = W[j] + a5 * B[j] + (a6 - h3) * B_p[j] + a7 * acceleration
         B[j] = acceleration
         V[j] = velocity
@@ -212,7 +225,8 @@ def elastic_second(
 def advance_elastic(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
     U: Array, V: Array, B: Array, U_p: Array, W: Array, B_p: Array,
-    height: Array, s: Array, V_N: Array, eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, s: Array, V_N: Array, shake: Array,
+    eta: float, a: float, b: float, c: float,
     site: int, driven: int, drive: Array, ends: Array, constants: Array,
 ) -> None:
     """Advance Eqs. (1a) and (1b) with V_1 = 0 and V_N prescribed.
@@ -221,7 +235,8 @@ def advance_elastic(
     integrated, and their velocities and accelerations read zero.
 
     Args:
-        steps, n, u, v, A, u_p, w, A_p, height, eta, a, b, c: As `advance_rigid`.
+        steps, n, u, v, A, u_p, w, A_p, height, offset, mobility, shake, eta, a, b, c: As
+            `advance_rigid`.
         U, V, B: Substrate displacements (n + 2,), velocities (n,), accelerations (n,).
         U_p, W, B_p: Work space of the same shapes.
         s: Substrate stiffness left of every cell and right of the last, shape (n + 1,).
@@ -242,8 +257,8 @@ def advance_elastic(
         U_p[1] = 0.0
         U_p[n] = V_N[i]
         elastic_first(
-            n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, s, eta, a, b, c,
-            a3, h0, h3,
+            n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, offset, mobility, s,
+            shake[i], eta, a, b, c, a3, h0, h3,
         )
         if i < driven:
             w[site - 1] = drive[1, i] + h3 * A_p[site - 1]
@@ -256,8 +271,8 @@ def advance_elastic(
         U[1] = 0.0
         U[n] = V_N[i + 1]
         elastic_second(
-            n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, s, eta, a, b, c,
-            a0, a5, a6, a7, h0, h3,
+            n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, offset, mobility, s,
+            shake[i + 1], eta, a, b, c, a0, a5, a6, a7, h0, h3,
         )
         V[0] = B[0] = V[n - 1] = B[n - 1] = 0.0
         if i + 1 < driven:

@@ -1,0 +1,163 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One made element of a design: what scatter, wear and faults do to its cells."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .design import Design, strain_shape
+from .errors import DesignError
+from .potential import Array, Potential
+
+LARGEST_OFFSET = 0.5
+"""Largest shift of a cell's ground states that we let pass, in lattice constants."""
+
+
+@dataclass(frozen=True, eq=False)
+class Specimen:
+    """An element as it was made, or as it has become; by default just as designed.
+
+    Arrays hold site j at index j - 1, the spring j + 1/2 at index j - 1. A number stands for
+    an array of it.
+
+    Attributes:
+        design: What it was meant to be.
+        alpha_factor: Amplification alpha_j over the design's, shape (N,), above 0.
+        s_factor: Substrate stiffness over the design's, shape (N - 1,), above 0.
+        mass: Masses of the metamaterial's cells in m, shape (N,), above 0; infinite for a cell
+            that is stuck where it is.
+        offset: Shift of a cell's ground states in lattice constants, shape (N,).
+        eta_factor: Damping over the design's, at least 0.
+
+    Raises:
+        DesignError: A wrong shape, or a value that is out of range.
+    """
+
+    design: Design
+    alpha_factor: Array | float = 1.0
+    s_factor: Array | float = 1.0
+    mass: Array | float = 1.0
+    offset: Array | float = 0.0
+    eta_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        n = self.design.N
+        for name, size in (('alpha_factor', n), ('s_factor', n - 1), ('mass', n), ('offset', n)):
+            given = np.asarray(getattr(self, name), dtype=np.float64)
+            if given.shape not in ((), (size,)):
+                raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
+            values = np.full(size, given)
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+        for name in ('alpha_factor', 's_factor'):
+            values = getattr(self, name)
+            if not ((values > 0.0) & np.isfinite(values)).all():
+                raise DesignError(f'{name} must be above 0 and finite; got {_worst(values)}')
+        if not (self.masses > 0.0).all():  # false for NaN, too
+            raise DesignError(f'mass must be above 0; got {_worst(self.masses)}')
+        if not (np.abs(self.offsets) <= LARGEST_OFFSET).all():
+            raise DesignError(
+                f'offset must be from {-LARGEST_OFFSET} to {LARGEST_OFFSET}; '
+                f'got {_worst(-np.abs(self.offsets))}'
+            )
+        if not 0.0 <= self.eta_factor < np.inf:
+            raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
+
+    # --- as the functions of the material take it ------------------------------------------
+
+    @property
+    def masses(self) -> Array:
+        """Masses, shape (N,)."""
+        return np.asarray(self.mass)
+
+    @property
+    def offsets(self) -> Array:
+        """Shifts of the ground states, shape (N,)."""
+        return np.asarray(self.offset)
+
+    @property
+    def potential(self) -> Potential:
+        """The on-site potential, before amplification and shift."""
+        return self.design.potential
+
+    @cached_property
+    def alpha(self) -> Array:
+        """Amplification of the on-site potential, shape (N,)."""
+        return np.asarray(self.design.alpha * self.alpha_factor)
+
+    @cached_property
+    def s(self) -> Array:
+        """Substrate stiffness, shape (N - 1,)."""
+        return np.asarray(self.design.s * self.s_factor)
+
+    @property
+    def eta(self) -> float:
+        """On-site viscous damping."""
+        return self.design.eta * self.eta_factor
+
+    @cached_property
+    def strain_shape(self) -> Array:
+        """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
+        return strain_shape(self.s)
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Standard deviations of what fabrication leaves to chance, normally distributed.
+
+    Attributes:
+        alpha: Of the on-site amplification, relative.
+        s: Of the substrate stiffness, relative.
+        mass: Of the masses, relative.
+        offset: Of the ground states, in lattice constants.
+    """
+
+    alpha: float = 0.0
+    s: float = 0.0
+    mass: float = 0.0
+    offset: float = 0.0
+
+
+LEAST_FACTOR = 0.05
+"""What a scattered factor is cut off at: nothing is made with a stiffness below zero."""
+
+
+def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
+    """Return an element of a design as chance makes it.
+
+    Every quantity has a random stream of its own, so that one scatter does not change what
+    the others give for the same seed.
+
+    Args:
+        design: What is to be made.
+        scatter: Standard deviations.
+        seed: Of the random numbers; the same gives the same element.
+    """
+    alpha, s, mass, offset = (
+        np.random.Generator(np.random.PCG64(stream))
+        for stream in np.random.SeedSequence(seed).spawn(4)
+    )
+
+    def factor(generator: np.random.Generator, deviation: float, size: int) -> Array:
+        return np.maximum(1.0 + deviation * generator.standard_normal(size), LEAST_FACTOR)
+
+    n = design.N
+    return Specimen(
+        design,
+        alpha_factor=factor(alpha, scatter.alpha, n),
+        s_factor=factor(s, scatter.s, n - 1),
+        mass=factor(mass, scatter.mass, n),
+        offset=np.clip(
+            scatter.offset * offset.standard_normal(n), -LARGEST_OFFSET, LARGEST_OFFSET
+        ),
+    )
+
+
+def _worst(values: Array) -> str:
+    """Return the least value and where it is, for a message."""
+    place = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
+    return f'{values[place]:.4g} at {place + 1}'

@@ -1,0 +1,202 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A specimen: scatter, stuck cells and a shaken base, against DOP853 and closed forms."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mlmem_ros.physics import (
+    CASE_II,
+    Chain,
+    DesignError,
+    Scatter,
+    Specimen,
+    StateError,
+    scattered,
+    substep_times,
+)
+from mlmem_ros.physics.energy import damping_power, energy, metamaterial_force, potential_energy
+
+SMALL = dataclasses.replace(CASE_II, N=51)
+SCATTER = Scatter(alpha=0.1, s=0.1, mass=0.1, offset=0.05)
+
+
+def test_an_ideal_specimen_gives_the_bits_of_the_design():
+    plain, made = Chain(CASE_II), Chain(CASE_II)
+    made.become(Specimen(CASE_II))
+    made.become(scattered(CASE_II, Scatter(), seed=3))
+    strain = np.linspace(0.0, 2.0, 400)
+    plain.advance(strain)
+    made.advance(strain, shake=np.zeros(400))
+    assert plain.state().tobytes() == made.state().tobytes()
+
+
+def right_hand_side(specimen, V_N, shake):
+    """Return Eq. (1a) of a specimen in the frame of its base, written anew."""
+    p = specimen.design
+    V = np.array(specimen.strain_shape)
+
+    def derivative(t, y):
+        u, w = y[: p.N], y[p.N :]
+        D = u - V * V_N(t) - specimen.offsets
+        slope = specimen.alpha * p.potential.slope(D)
+        springs = np.zeros(p.N)
+        springs[1:] += u[:-1] - u[1:]
+        springs[:-1] += u[1:] - u[:-1]
+        return np.concatenate(
+            (w, (springs - slope - specimen.eta * w) / specimen.masses - shake(t))
+        )
+
+    return derivative
+
+
+def test_a_scattered_and_shaken_element_moves_as_dop853_says():
+    specimen = scattered(SMALL, SCATTER, seed=7)
+    specimen = dataclasses.replace(specimen, eta_factor=3.0)
+    dt, steps = 0.01, 4000
+    t = substep_times(steps, dt)
+
+    def V_N(t):
+        return 1.5 * np.sin(0.05 * t)
+
+    def shake(t):
+        return 0.02 * np.sin(0.4 * t)
+
+    chain = Chain(SMALL, dt)
+    chain.become(specimen)
+    start = np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets
+    chain.place(start)
+    # the integrator starts from the acceleration at rest, where the base does not move yet
+    chain.advance(V_N(t), shake=shake(t))
+    truth = solve_ivp(
+        right_hand_side(specimen, V_N, shake),
+        (0.0, steps * dt),
+        np.concatenate((start, np.zeros(SMALL.N))),
+        method='DOP853',
+        rtol=1e-10,
+        atol=1e-12,
+    ).y[:, -1]
+    # second order: 5e-5 at this step, and a quarter of it at half the step
+    np.testing.assert_allclose(chain.v, truth[: SMALL.N], atol=2e-4)
+
+
+def test_a_slow_shake_bends_every_cell_by_the_acceleration_over_its_stiffness():
+    chain = Chain(dataclasses.replace(SMALL, gamma=0.0, beta=0.0))
+    a = 1e-4
+    ramp = a * np.minimum(substep_times(40_000, chain.dt) / 5000.0, 1.0)
+    chain.advance(np.zeros(80_000), shake=ramp)
+    expected = SMALL.D_s1 - a / SMALL.k_s1
+    np.testing.assert_allclose(chain.v, expected, atol=1e-7)  # 1e-4 of the deflection
+
+
+def test_an_elastic_substrate_shakes_with_its_base():
+    design = dataclasses.replace(SMALL, substrate='elastic', gamma=0.0, beta=0.0)
+    chain = Chain(design)
+    a = 1e-4
+    steps = int(12_000 / chain.dt)
+    ramp = a * np.minimum(substep_times(steps, chain.dt) / 4000.0, 1.0)
+    chain.advance(np.zeros(2 * steps), shake=ramp)
+    # both chains hang between the two clamped ends: their weight bends the springs by statics
+    matrix = np.zeros((design.N - 2, design.N - 2))
+    for i in range(design.N - 2):
+        matrix[i, i] = design.s[i] + design.s[i + 1]
+        if i:
+            matrix[i, i - 1] = matrix[i - 1, i] = -design.s[i]
+    load = np.full(design.N - 2, -2.0 * a)
+    sag = np.linalg.solve(matrix, load)
+    assert np.abs(sag).max() > 1e-6
+    np.testing.assert_allclose(chain.V[1:-1], sag, rtol=0.02)
+
+
+def test_a_stuck_cell_stays_where_it_is():
+    chain = Chain(SMALL)
+    chain.rest(10)
+    mass = np.ones(SMALL.N)
+    mass[19] = np.inf
+    chain.become(Specimen(SMALL, mass=mass))
+    before = chain.v[19]
+    chain.advance(np.linspace(0.0, 2.0, 4000))
+    assert chain.v[19] == before
+    assert abs(chain.v[18] - SMALL.D_s1) > 1e-3
+    assert math.isfinite(energy(chain).total)
+
+
+def test_masses_enter_the_kinetic_energy_and_the_balance():
+    """A free specimen loses what its damping takes: dE/dt = -eta sum w^2."""
+    specimen = scattered(SMALL, SCATTER, seed=1)
+    chain = Chain(SMALL, 0.01)
+    chain.become(specimen)
+    chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
+    before, lost = energy(chain).total, 0.0
+    power = damping_power(chain)
+    for _ in range(2000):
+        chain.rest(1)
+        power, last = damping_power(chain), power
+        lost += 0.5 * chain.dt * (power + last)
+    assert lost > 0.01
+    assert before - energy(chain).total == pytest.approx(lost, rel=1e-3)
+
+
+def test_force_is_the_slope_of_the_energy_of_the_specimen():
+    specimen = scattered(SMALL, SCATTER, seed=2)
+    v = SMALL.D_s1 + 0.3 * np.sin(SMALL.sites)
+    V = 0.5 * specimen.strain_shape
+    step = 1e-6
+    up, down = v.copy(), v.copy()
+    up[9] += step
+    down[9] -= step
+    slope = (potential_energy(specimen, up, V) - potential_energy(specimen, down, V)) / 2 / step
+    assert metamaterial_force(specimen, v, V)[9] == pytest.approx(-slope, rel=1e-6)
+
+
+def test_scatter_has_the_deviation_asked_for_and_the_seed_decides():
+    design = dataclasses.replace(CASE_II, N=20_000, gamma=0.0)
+    made = scattered(design, SCATTER, seed=5)
+    for values, deviation in (
+        (made.alpha_factor, 0.1),
+        (made.s_factor, 0.1),
+        (made.masses, 0.1),
+        (made.offsets, 0.05),
+    ):
+        # the standard error of a deviation is its 1 / sqrt(2 n): four of them
+        assert np.std(values) == pytest.approx(deviation, rel=4 / math.sqrt(40_000))
+    again = scattered(design, dataclasses.replace(SCATTER, mass=0.0), seed=5)
+    np.testing.assert_array_equal(made.alpha_factor, again.alpha_factor)
+    assert (again.masses == 1.0).all()
+    assert (scattered(design, SCATTER, seed=6).masses != made.masses).all()
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'message'),
+    [
+        ({'alpha_factor': np.ones(3)}, 'shape'),
+        ({'alpha_factor': 0.0}, 'alpha_factor must be above 0'),
+        ({'s_factor': np.nan}, 's_factor'),
+        ({'mass': -1.0}, 'mass must be above 0'),
+        ({'mass': np.nan}, 'mass must be above 0'),
+        ({'offset': 0.6}, 'offset must be'),
+        ({'offset': np.nan}, 'offset must be'),
+        ({'eta_factor': -1.0}, 'eta_factor'),
+        ({'eta_factor': math.nan}, 'eta_factor'),
+    ],
+)
+def test_values_out_of_range_are_refused(wrong, message):
+    with pytest.raises(DesignError, match=message):
+        Specimen(SMALL, **wrong)
+
+
+def test_a_chain_refuses_a_specimen_it_cannot_run_and_shakes_that_are_not_finite():
+    chain = Chain(SMALL)
+    with pytest.raises(DesignError, match='design'):
+        chain.become(Specimen(CASE_II))
+    with pytest.raises(DesignError, match='step'):
+        chain.become(Specimen(SMALL, mass=0.001))
+    before = chain.state()
+    for shake in (np.full(4, np.nan), np.zeros(3)):
+        with pytest.raises(StateError, match='shake'):
+            chain.advance(np.zeros(4), shake=shake)
+    assert chain.state().tobytes() == before.tobytes()
