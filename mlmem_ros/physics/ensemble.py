@@ -5,8 +5,8 @@
 An element advances by the very kernel that a chain alone advances by, which releases the GIL;
 so the bits are those of the chain alone, whatever the number of workers.
 
-Memory: a chain of its own design takes 13 numbers of 8 bytes per cell with the rigid substrate
-and 19 with the elastic one (24 and 35 kB at N = 225); a call adds 4 per element and step.
+Memory: a chain of its own design takes 17 numbers of 8 bytes per cell with the rigid substrate
+and 23 with the elastic one (38 and 50 kB at N = 225); a call adds 6 per element and step.
 """
 
 from __future__ import annotations
@@ -68,13 +68,19 @@ class Ensemble:
         """End the threads; the chains stay."""
         self._pool.shutdown()
 
-    def advance(self, V_N: Array, drives: Sequence[Drive | None] | None = None) -> Array:
+    def advance(
+        self,
+        V_N: Array,
+        drives: Sequence[Drive | None] | None = None,
+        shake: Array | None = None,
+    ) -> Array:
         """Advance all elements by whole steps.
 
         Args:
             V_N: Displacement of the substrate's end at the end of every sub-step, of each
                 element, shape (elements, 2 steps), or the same for all, shape (2 steps,).
             drives: For each element a boundary cell held at a prescribed motion, or None.
+            shake: Acceleration of the base, of the same shapes as V_N, or None.
 
         Returns:
             Displacements v_1 and v_N of every element after every step, shape
@@ -84,22 +90,20 @@ class Ensemble:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
                 or elements stopped being finite; the others have then advanced.
         """
-        V_N = np.asarray(V_N, dtype=np.float64)
-        if V_N.ndim not in (1, 2) or (V_N.ndim == 2 and len(V_N) != len(self)):
-            raise StateError(f'V_N must have shape ({len(self)}, 2 steps); got {V_N.shape}')
-        rows = V_N if V_N.ndim == 2 else [V_N] * len(self)
+        rows = self._rows('V_N', V_N)
+        shakes = [None] * len(self) if shake is None else self._rows('shake', shake)
         held = [None] * len(self) if drives is None else drives
         if len(held) != len(self):
             raise StateError(f'drives must be {len(self)}, one per element; got {len(held)}')
-        for chain, row, drive in zip(self.chains, rows, held, strict=True):
-            chain.check_inputs(row, drive)
-        ends = np.empty((len(self), 2, V_N.shape[-1] // 2))
+        for chain, *inputs in zip(self.chains, rows, held, shakes, strict=True):
+            chain.check_inputs(*inputs)
+        ends = np.empty((len(self), 2, len(rows[0]) // 2))
         lost: list[int] = []
 
         def work(numbers: Iterator[int]) -> None:
             for i in numbers:
                 try:
-                    ends[i] = self.chains[i].advance(rows[i], held[i])
+                    ends[i] = self.chains[i].advance(rows[i], held[i], shakes[i])
                 except StateError:
                     lost.append(i)
 
@@ -109,6 +113,13 @@ class Ensemble:
         if lost:
             raise StateError(f'elements {sorted(lost)} stopped being finite')
         return ends
+
+    def _rows(self, name: str, values: Array) -> Sequence[Array]:
+        """Return one row for every element, from one for each or one for all."""
+        values = np.asarray(values, dtype=np.float64)
+        if values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(self)):
+            raise StateError(f'{name} must have shape ({len(self)}, 2 steps); got {values.shape}')
+        return list(values) if values.ndim == 2 else [values] * len(self)
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with every substrate's end held where it is."""

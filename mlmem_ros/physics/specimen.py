@@ -47,12 +47,10 @@ class Specimen:
     def __post_init__(self) -> None:
         n = self.design.N
         for name, size in (('alpha_factor', n), ('s_factor', n - 1), ('mass', n), ('offset', n)):
-            given = np.asarray(getattr(self, name), dtype=np.float64)
+            given = np.array(getattr(self, name), dtype=np.float64)  # a copy: ours alone
             if given.shape not in ((), (size,)):
                 raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
-            values = np.full(size, given)
-            values.flags.writeable = False
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, np.broadcast_to(given, size))
         for name in ('alpha_factor', 's_factor'):
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
