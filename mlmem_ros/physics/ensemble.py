@@ -91,12 +91,14 @@ class Ensemble:
                 or elements stopped being finite; the others have then advanced.
         """
         rows = self._rows('V_N', V_N)
-        shakes = [None] * len(self) if shake is None else self._rows('shake', shake)
+        shakes: Sequence[Array | None] = (
+            [None] * len(self) if shake is None else self._rows('shake', shake)
+        )
         held = [None] * len(self) if drives is None else drives
         if len(held) != len(self):
             raise StateError(f'drives must be {len(self)}, one per element; got {len(held)}')
-        for chain, *inputs in zip(self.chains, rows, held, shakes, strict=True):
-            chain.check_inputs(*inputs)
+        for chain, row, drive, base in zip(self.chains, rows, held, shakes, strict=True):
+            chain.check_inputs(row, drive, base)
         ends = np.empty((len(self), 2, len(rows[0]) // 2))
         lost: list[int] = []
 
