@@ -1,0 +1,26 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Many independent simulations: defined once, run anywhere, continued after a kill.
+
+A `Campaign` is a table of points and the function that evaluates one. `run` evaluates those that
+the `Ledger` on disk does not hold yet, on an executor of `concurrent.futures`: processes of this
+machine or a Dask cluster (`workers`). `save_table` writes what came out.
+"""
+
+from .campaign import Campaign, Row
+from .errors import CampaignError
+from .ledger import Ledger
+from .run import run
+from .table import FORMATS, save_table
+from .workers import workers
+
+__all__ = [
+    'FORMATS',
+    'Campaign',
+    'CampaignError',
+    'Ledger',
+    'Row',
+    'run',
+    'save_table',
+    'workers',
+]

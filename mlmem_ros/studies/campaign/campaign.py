@@ -1,0 +1,86 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a campaign is: a table of points, and the function that evaluates one of them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ... import __version__
+from .errors import CampaignError
+
+Values = Mapping[str, Any]
+"""Numbers and words by name: what JSON can hold."""
+
+Row = dict[str, Any]
+"""A line of the table of results: point, seed, the point's values, and what came out."""
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """Points to be evaluated, each on its own and in any order.
+
+    Attributes:
+        name: What is studied, one word.
+        evaluate: Returns what comes out at a point, as numbers and words by name, from
+            (common, values of the point, seed of the point). It has to be a function at the top
+            of a module, so that another process can import it, and depend on nothing else.
+        common: What all points share, as JSON.
+        points: The values of every point, as JSON. More may be added later, at the end.
+        seed: All seeds of points are made from it.
+    """
+
+    name: str
+    evaluate: Callable[[Values, Values, int], Row]
+    common: Values
+    points: Sequence[Values]
+    seed: int = 0
+
+    def seed_of(self, point: int) -> int:
+        """Return the seed of a point, a whole number below 2^63: independent of all others."""
+        state = np.random.SeedSequence(self.seed, spawn_key=(point,)).generate_state(1, np.uint64)
+        return int(state[0] >> np.uint64(1))
+
+    def evaluate_point(self, point: int) -> Row:
+        """Return the row of a point: the same whenever and wherever it is evaluated.
+
+        Raises:
+            CampaignError: There is no such point.
+        """
+        if not 0 <= point < len(self.points):
+            raise CampaignError(
+                f'point must be a whole number from 0 to {len(self.points) - 1}; got {point}'
+            )
+        return evaluate_one(
+            self.evaluate, self.common, self.points[point], point, self.seed_of(point)
+        )
+
+    def definition(self) -> dict[str, Any]:
+        """Return all that the rows depend on beside the points, as JSON."""
+        function = f'{self.evaluate.__module__}.{self.evaluate.__qualname__}'
+        return {
+            'name': self.name,
+            'evaluate': function,
+            'common': self.common,
+            'seed': self.seed,
+            'version': __version__,
+        }
+
+    def fingerprint(self) -> str:
+        """Return the SHA-256 of the definition."""
+        text = json.dumps(self.definition(), sort_keys=True, separators=(',', ':'))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def evaluate_one(
+    evaluate: Callable[[Values, Values, int], Row], common: Values, values: Values, point: int,
+    seed: int,
+) -> Row:  # fmt: skip
+    """Return the row of one point; this is what a worker is sent, without all other points."""
+    return {'point': point, 'seed': seed, **values, **evaluate(common, values, seed)}

@@ -1,0 +1,74 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Running a campaign: what is not in the ledger yet, in any order, on any executor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor, as_completed
+
+import numpy as np
+
+from .campaign import Campaign, Row, evaluate_one
+from .errors import CampaignError
+from .ledger import Ledger
+
+
+def run(campaign: Campaign, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
+    """Evaluate the points that the ledger does not hold; yield every row once it is kept.
+
+    They are taken in a shuffled order, so that what is done tells how long the rest takes.
+
+    Args:
+        campaign: What to evaluate.
+        ledger: Its ledger, opened; rows are appended to it.
+        executor: Where (see `workers`); None for this process.
+
+    Raises:
+        CampaignError: A worker died, or a point could not be evaluated, which its own error
+            follows as the cause. What was done before is kept.
+    """
+    order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(len(campaign.points))
+    todo = [int(point) for point in order if int(point) not in ledger.rows]
+    for row in _here(campaign, todo) if executor is None else _there(campaign, todo, executor):
+        ledger.append(row)
+        yield row
+
+
+def _here(campaign: Campaign, todo: Iterable[int]) -> Iterator[Row]:
+    for point in todo:
+        try:
+            yield campaign.evaluate_point(point)
+        except Exception as error:
+            raise _failed(campaign, point, error) from error
+
+
+def _there(campaign: Campaign, todo: Iterable[int], executor: Executor) -> Iterator[Row]:
+    points = {
+        executor.submit(
+            evaluate_one, campaign.evaluate, campaign.common, campaign.points[point], point,
+            campaign.seed_of(point),
+        ): point
+        for point in todo
+    }  # fmt: skip
+    try:
+        for future in as_completed(points):
+            try:
+                yield future.result()
+            except BrokenExecutor as error:
+                raise CampaignError(
+                    'a worker process died, out of memory perhaps; what was done is kept: give '
+                    'the same command again, with fewer jobs'
+                ) from error
+            except Exception as error:
+                raise _failed(campaign, points[future], error) from error
+    finally:
+        for future in points:
+            future.cancel()
+
+
+def _failed(campaign: Campaign, point: int, error: Exception) -> CampaignError:
+    return CampaignError(
+        f'point {point} of {campaign.name}, {dict(campaign.points[point])}, could not be '
+        f'evaluated: {error!r}; what was done before is kept'
+    )

@@ -1,0 +1,174 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Putting an element on trial: every level written and read back, beside the true wall."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from ..device import (
+    Calibration,
+    MemoryElement,
+    Outcome,
+    Settings,
+    Write,
+    factory_calibration,
+)
+from ..device.settings import WriteSettings
+from ..physics import Design
+from .trace import level_of, wall_position
+
+
+@dataclass(frozen=True)
+class Step:
+    """One write, verified by its echo, and what is true.
+
+    Attributes:
+        asked: Level that was to be written.
+        outcome: How the write ended, with its reading.
+        level: Level at whose defect the wall really is; -1 blank; -2 none of them.
+        wall: Its position in sites, NaN for none or several.
+    """
+
+    asked: int
+    outcome: Outcome
+    level: int
+    wall: float
+
+    @property
+    def failure(self) -> str:
+        """Why it failed.
+
+        Returns:
+            '' where the level was written and read back; 'wall' where the wall is elsewhere and
+            the device knows that its write failed; 'silent' where it does not know; 'echo'
+            where the wall is right and the reading is not.
+        """
+        if self.level != self.asked:
+            return 'silent' if self.outcome.success else 'wall'
+        return '' if self.outcome.success else 'echo'
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Levels written one after another, up to the first that failed.
+
+    Attributes:
+        steps: The writes.
+        levels: How many were to be written.
+    """
+
+    steps: tuple[Step, ...]
+    levels: int
+
+    @property
+    def reached(self) -> int:
+        """How many levels were written and read back."""
+        return sum(not step.failure for step in self.steps)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all of them were."""
+        return self.reached == self.levels
+
+    @property
+    def failure(self) -> str:
+        """Why the last write failed, '' where all passed (see `Step.failure`)."""
+        return self.steps[-1].failure
+
+    @property
+    def least_margins(self) -> tuple[float, float]:
+        """Least level margin and least threshold margin of the readings; NaN without one."""
+        readings = [step.outcome.reading for step in self.steps if step.outcome.reading]
+        margins = [(reading.level_margin, reading.threshold_margin) for reading in readings]
+        level, threshold = np.min(margins, axis=0) if margins else (math.nan, math.nan)
+        return float(level), float(threshold)
+
+
+class Heat:
+    """A bath of some temperature around the metamaterial, applied between ticks.
+
+    The damping takes exp(-eta t) of the energy of small waves in a tick t; random kicks to the
+    velocities with variance 2 T (1 - exp(-eta t)) / m give back what keeps it at T per mode
+    (fluctuation and dissipation), 2 eta T t / m^2 for short ticks.
+
+    Attributes:
+        temperature: k_B T in k_r cells^2.
+    """
+
+    def __init__(self, element: MemoryElement, temperature: float, seed: int) -> None:
+        """Lay a bath around a device.
+
+        Args:
+            element: The device; its specimen's damping and masses are those that count.
+            temperature: k_B T in k_r cells^2, at least 0.
+            seed: Of the kicks.
+        """
+        specimen = element.chain.specimen
+        self.temperature = temperature
+        self._velocity = element.chain.velocity
+        masses = specimen.masses
+        lost = 1.0 - np.exp(-specimen.eta / masses * element.tick)
+        self._kick = np.sqrt(2.0 * temperature * lost / masses)
+        self._random = np.random.Generator(np.random.PCG64(seed))
+
+    def kick(self) -> None:
+        """Give every cell the kicks of one tick."""
+        self._velocity += self._kick * self._random.standard_normal(len(self._kick))
+
+
+def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:
+    """Write every level from 0 up with one attempt each, and stop at the first that fails.
+
+    Every write is what the node runs: it launches or drives the wall, probes it and decodes the
+    echo. A level counts where the echo is decoded as that level and the wall is really there.
+
+    Args:
+        element: A device at rest; it is advanced.
+        heat: A bath around it.
+    """
+    assert element.settings.write.attempts == 1
+    steps = []
+    for level in range(element.design.levels):
+        outcome = _write(element, level, heat)
+        configuration = element.chain.configuration
+        steps.append(
+            Step(
+                level,
+                outcome,
+                level_of(element.design, configuration),
+                wall_position(element.design, configuration),
+            )
+        )
+        if steps[-1].failure:
+            break
+    return Trial(tuple(steps), element.design.levels)
+
+
+def _write(element: MemoryElement, level: int, heat: Heat | None) -> Outcome:
+    element.apply(Write(level))
+    while True:
+        for event in element.advance():
+            if isinstance(event, Outcome):
+                return event
+        if heat is not None:
+            heat.kick()
+
+
+def blank_element(design: Design, settings: Settings) -> MemoryElement:
+    """Return a blank device whose factory calibration is shared by equal instruments.
+
+    Raises:
+        SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+    """
+    heard = settings if design.substrate == 'elastic' else replace(settings, write=WriteSettings())
+    return MemoryElement(design, settings, _calibration(design, heard))
+
+
+@lru_cache(maxsize=64)
+def _calibration(design: Design, settings: Settings) -> Calibration:
+    return factory_calibration(design, settings)
