@@ -16,6 +16,7 @@ SUBCOMMANDS = (
     'erase',
     'watch',
     'figures',
+    'margins',
     'replay',
     'inspect',
     'bench',

@@ -53,13 +53,17 @@ class Campaign:
         Raises:
             CampaignError: There is no such point.
         """
+        self.check_point(point)
+        return evaluate_one(
+            self.evaluate, self.common, self.points[point], point, self.seed_of(point)
+        )
+
+    def check_point(self, point: int) -> None:
+        """Raise `CampaignError` unless there is this point."""
         if not 0 <= point < len(self.points):
             raise CampaignError(
                 f'point must be a whole number from 0 to {len(self.points) - 1}; got {point}'
             )
-        return evaluate_one(
-            self.evaluate, self.common, self.points[point], point, self.seed_of(point)
-        )
 
     def definition(self) -> dict[str, Any]:
         """Return all that the rows depend on beside the points, as JSON."""

@@ -1,0 +1,189 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem margins`: over which settings a memory works, and how far its own are from failure.
+
+Every point of the map is a device of its own that writes all levels, from 0 up, one attempt each,
+every one verified by its echo and compared with the true wall. The map is drawn as PNG and SVG;
+beside it are the table of all points, margins.json and the ledger. A map that was interrupted or
+killed goes on when the same command is given again. No ROS is needed.
+
+An axis is any setting that is a number (write.hold, probe.v_th, ...); ramps, which sets
+write.ramp and write.release alike; or noise, the temperature k_B T of the cells in k_r cells^2.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..studies.campaign import Row
+    from ..studies.margins import Margins, Shmoo
+
+SUMMARY = 'map over which settings the memory works, and measure its margins'
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this sub-command."""
+    from ..physics.presets import PRESETS
+    from ..studies.run import cores
+
+    parser.add_argument('--x', default='write.compression', help='axis to the right')
+    parser.add_argument('--y', default='write.tension', help='axis upward')
+    for axis in ('x', 'y'):
+        parser.add_argument(
+            f'--{axis}-range', type=float, nargs=2, metavar=('FROM', 'TO'),
+            help=f'where the map begins and ends along {axis}; wide by default',
+        )  # fmt: skip
+    parser.add_argument('--size', type=int, default=64, help='points along either axis')
+    parser.add_argument('--design', default='case_2', choices=PRESETS, help='preset')
+    parser.add_argument('--seed', type=int, default=0, help='of the noise')
+    parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
+    parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')
+    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
+    parser.add_argument(
+        '--cluster', default='', metavar='ADDRESS',
+        help='scheduler of a Dask cluster that is used instead, as tcp://host:8786',
+    )  # fmt: skip
+    parser.add_argument(
+        '--point', type=int, metavar='N', help='run point N of the table alone, step by step'
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
+    from rich.console import Console
+
+    from ..device import Settings
+    from ..physics.presets import preset
+    from ..studies.campaign import CampaignError
+    from ..studies.margins import Shmoo, make_axis
+
+    console, settings = Console(), Settings()
+    try:
+        x, y = (
+            make_axis(name, settings, span)
+            for name, span in (
+                (arguments.x, arguments.x_range),
+                (arguments.y, arguments.y_range),
+            )
+        )
+        shmoo = Shmoo(preset(arguments.design), settings, x, y, arguments.size, arguments.seed)
+        if arguments.point is not None:
+            return _run_point(console, shmoo, arguments.point)
+        folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
+        folder.mkdir(parents=True, exist_ok=True)
+        rows = _evaluate(console, shmoo, folder, arguments)
+        _report(console, shmoo, rows, folder, arguments.format)
+    except ValueError as error:
+        print(f'mlmem margins: {error}', file=sys.stderr)
+        return 2
+    except (CampaignError, OSError) as error:
+        print(f'mlmem margins: {error}', file=sys.stderr)
+        return 1
+    return 0
+
+
+def _evaluate(
+    console: Console, shmoo: Shmoo, folder: Path, arguments: argparse.Namespace
+) -> list[Row]:
+    """Evaluate what the ledger does not hold yet; return the complete table."""
+    from ..studies import campaign
+    from ..studies.campaign.progress import with_progress
+
+    study = shmoo.campaign()
+    with campaign.Ledger(folder / 'ledger.jsonl', study) as ledger:
+        total, done = len(study.points), len(ledger.rows)
+        if done == total:
+            return ledger.table()
+        if done:
+            console.print(f'{done} of {total} points were done before', highlight=False)
+        try:
+            with campaign.workers(arguments.jobs, arguments.cluster) as executor:
+                rows = campaign.run(study, ledger, executor)
+                for _ in with_progress(console, rows, done, total):
+                    pass
+        except KeyboardInterrupt:
+            console.print(
+                f'{len(ledger.rows)} of {total} points are kept in {ledger.path}; give the same '
+                'command to go on', highlight=False,
+            )  # fmt: skip
+            raise
+        return ledger.table()
+
+
+def _report(console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, kind: str) -> None:
+    """Save table, margins and map, and print what they say."""
+    from ..durable import write_atomically
+    from ..studies.campaign import save_table
+    from ..studies.margins import draw, measure
+    from ..studies.style import save_figure, styled
+
+    margins = measure(shmoo, rows)
+    files = [save_table(rows, folder / 'points', kind), folder / 'margins.json']
+    write_atomically(files[-1], json.dumps(margins.as_dict(), indent=2) + '\n')
+    with styled():
+        files += save_figure(draw(shmoo, rows, margins), folder / 'map')
+    for line in _words(margins):
+        console.print(line, highlight=False, soft_wrap=True)
+    console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+
+
+def _words(margins: Margins) -> list[str]:
+    """Return what a person wants to know of a map."""
+    lines = [f'{margins.share:.1%} of the points pass']
+    if not margins.passed:
+        return [*lines, 'the operating point itself FAILS']
+    for reach in margins.reaches:
+        axis, ends = reach.axis, []
+        for value, is_open in ((reach.low, reach.low_open), (reach.high, reach.high_open)):
+            change = f' ({value / axis.operating - 1.0:+.0%})' if axis.operating else ''
+            ends.append(f'{value:.4g}{change}{", the end of the map" if is_open else ""}')
+        lines.append(f'{axis.name} {axis.operating:g}: passes from {ends[0]} to {ends[1]}')
+    if margins.nearest is not None:
+        near, names = margins.nearest, [reach.axis.name for reach in margins.reaches]
+        where = ', '.join(f'{name} {near[name]:.4g}' for name in names)
+        lines.append(
+            f'nearest failure: {where} (point {near["point"]}), {margins.distance:.1%} away: '
+            f'{near["failure"]} at level {near["reached"]}'
+        )
+    return lines
+
+
+def _run_point(console: Console, shmoo: Shmoo, point: int) -> int:
+    """Run one point of the table alone and print its steps."""
+    from rich.table import Table
+
+    from ..device import SettingsError
+    from ..studies.margins import rerun
+
+    study = shmoo.campaign()
+    study.check_point(point)
+    values, seed = study.points[point], study.seed_of(point)
+    names = ', '.join(f'{name} {value:g}' for name, value in values.items())
+    console.print(f'point {point}: {names}; seed {seed}', highlight=False)
+    try:
+        trial = rerun(study.common, values, seed)
+    except SettingsError as error:
+        console.print(f'no device can be made: {error}', highlight=False)
+        return 0
+    table = Table()
+    for heading in ('asked', 'decoded', 'delay', 'level margin', 'threshold margin', 'true wall'):
+        table.add_column(heading, justify='right')
+    table.add_column('outcome')
+    for step in trial.steps:
+        reading = step.outcome.reading
+        heard = ['', '', '', ''] if reading is None else [
+            str(reading.level), '' if reading.delay is None else f'{reading.delay:.2f}',
+            f'{reading.level_margin:.3f}', f'{reading.threshold_margin:.2f}',
+        ]  # fmt: skip
+        words = f'{step.failure}: {step.outcome.error}' if step.failure else 'as asked'
+        table.add_row(str(step.asked), *heard, f'{step.wall:.2f}', words)
+    console.print(table)
+    console.print('passes' if trial.passed else f'fails at level {trial.reached}')
+    return 0

@@ -1,0 +1,11 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Shmoo maps: over which settings a memory works, and how far its own are from failure."""
+
+from .axes import AXES, Axis, make_axis
+from .distance import Margins, measure
+from .draw import draw
+from .point import rerun
+from .shmoo import Shmoo
+
+__all__ = ['AXES', 'Axis', 'Margins', 'Shmoo', 'draw', 'make_axis', 'measure', 'rerun']

@@ -1,0 +1,160 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a map can be drawn over: any number of the settings, and the heat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...described import descriptions
+from ...device import Settings
+from ...physics.potential import Array
+
+NOISE = 'noise'
+"""The axis that is no setting: temperature k_B T of the metamaterial, in k_r cells^2."""
+
+RAMPS = 'ramps'
+"""The axis that sets `write.ramp` and `write.release` alike."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """How far a map goes by default, as factors on the operating value; and its spacing."""
+
+    low: float
+    high: float
+    log: bool = False
+
+
+AXES: dict[str, Span] = {
+    'write.compression': Span(0.3, 2.3),
+    'write.tension': Span(0.3, 1.7),
+    'write.start_strain': Span(0.0, 2.0),
+    'write.launch_speed': Span(0.1, 20.0, log=True),
+    RAMPS: Span(0.01, 2.0),
+    'write.ramp': Span(0.01, 2.0),
+    'write.release': Span(0.01, 2.0),
+    'write.hold': Span(0.0, 2.0),
+    'write.settle': Span(0.0, 2.0),
+    'probe.v_th': Span(0.01, 100.0, log=True),
+    'probe.omega_c': Span(0.8, 1.1),
+    NOISE: Span(0.0, 0.0, log=True),
+}
+"""The axes with a default range; a noise has none to multiply, see `NOISE_RANGE`."""
+
+NOISE_RANGE = (1e-13, 1e-1)
+OTHER = Span(0.5, 1.5)
+"""The range of any other setting."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One direction of a map.
+
+    Attributes:
+        name: Name of a setting as 'write.hold', or `RAMPS`, or `NOISE`.
+        text: One phrase for a person.
+        unit: Unit; empty for ratios.
+        operating: Value of the settings that are looked at.
+        low: Where the map begins.
+        high: Where it ends.
+        log: Whether its values are spaced evenly in their logarithm.
+    """
+
+    name: str
+    text: str
+    unit: str
+    operating: float
+    low: float
+    high: float
+    log: bool
+
+    def values(self, size: int) -> Array:
+        """Return the values of a map, shape (size,), rising.
+
+        The one nearest to the operating value gives way to it, so that a line of the map goes
+        right through the operating point.
+        """
+        spaced = (np.geomspace if self.log else np.linspace)(self.low, self.high, size)
+        values = np.array([float(f'{value:.6g}') for value in spaced])
+        values[np.abs(values - self.operating).argmin()] = self.operating
+        return values
+
+
+def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = None) -> Axis:
+    """Return an axis about the operating value of some settings.
+
+    Args:
+        name: Name of a setting that is a number, or `RAMPS`, or `NOISE`.
+        settings: Those that are looked at.
+        span: Where the map begins and ends; by default as in `AXES`.
+
+    Raises:
+        ValueError: There is no such number, or the range does not hold the operating value.
+    """
+    text, unit, operating = _describe(name, settings)
+    default = AXES.get(name, OTHER)
+    if span is None:
+        span = NOISE_RANGE if name == NOISE else _default_span(name, default, operating, settings)
+    low, high = sorted(span)
+    inside = low <= operating <= high or name == NOISE
+    if not (math.isfinite(low) and math.isfinite(high) and low < high and inside):
+        raise ValueError(
+            f'the range of {name} must be two numbers with the operating value '
+            f'{operating:g} between them; got {span[0]:g} and {span[1]:g}'
+        )
+    if default.log and low <= 0.0:
+        raise ValueError(f'the range of {name} must be above 0; got {low:g}')
+    return Axis(name, text, unit, operating, low, high, default.log)
+
+
+def _default_span(
+    name: str, span: Span, operating: float, settings: Settings
+) -> tuple[float, float]:
+    low, high = sorted((span.low * operating, span.high * operating))
+    if name in ('write.compression', 'write.tension', 'write.start_strain'):
+        limit = settings.actuator.max_strain
+        return max(low, -limit), min(high, limit)
+    if name in (RAMPS, 'write.ramp', 'write.release'):
+        return max(low, 1.0), high
+    return low, high
+
+
+def _describe(name: str, settings: Settings) -> tuple[str, str, float]:
+    """Return text, unit and operating value of an axis."""
+    if name == NOISE:
+        return 'temperature of the cells, k_B T', 'k_r cells^2', 0.0
+    if name == RAMPS:
+        return 'ramp to the peak strain, and back', 'time', settings.write.ramp
+    group, _, key = name.partition('.')
+    for field, description in descriptions(settings.groups().get(group, settings)):
+        value = getattr(settings.groups()[group], field.name)
+        if field.name == key and isinstance(value, float):
+            return description.text, description.unit, value
+    raise ValueError(
+        f'an axis must be a setting that is a number, as {", ".join(AXES)}; got {name!r}'
+    )
+
+
+def with_values(settings: Settings, values: Mapping[str, Any]) -> tuple[Settings, float]:
+    """Return settings changed to the values of a point, and the temperature there.
+
+    Raises:
+        SettingsError: A value is out of range.
+    """
+    groups: dict[str, dict[str, float]] = {}
+    temperature = 0.0
+    for name, value in values.items():
+        if name == NOISE:
+            temperature = value
+            continue
+        for setting in ('write.ramp', 'write.release') if name == RAMPS else (name,):
+            group, _, key = setting.partition('.')
+            groups.setdefault(group, {})[key] = value
+    changed = {name: replace(settings.groups()[name], **new) for name, new in groups.items()}
+    return replace(settings, **changed), temperature  # type: ignore[arg-type]

@@ -1,0 +1,78 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One point of a map: every level written in turn with its settings."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from ...device import Settings, SettingsError
+from ...physics import Design
+from ..campaign import Row
+from ..campaign.campaign import Values
+from ..trial import Heat, Trial, blank_element, write_upward
+from .axes import with_values
+
+UNFIT = 'unfit'
+"""Failure of settings with which no device can be made: no echo, or out of range."""
+
+
+def common(design: Design, settings: Settings) -> dict[str, Any]:
+    """Return what all points of a map share: design and settings, with one attempt a write."""
+    once = dataclasses.replace(settings, write=dataclasses.replace(settings.write, attempts=1))
+    return {'design': dataclasses.asdict(design), 'settings': once.as_dict()}
+
+
+def rerun(shared: Values, values: Values, seed: int) -> Trial:
+    """Return the trial of one point.
+
+    Args:
+        shared: What `common` returned.
+        values: The point: values by axis.
+        seed: Of its noise.
+
+    Raises:
+        SettingsError: With these settings no device can be made.
+    """
+    settings, temperature = with_values(Settings.from_dict(shared['settings']), values)
+    element = blank_element(Design(**shared['design']), settings)
+    return write_upward(element, Heat(element, temperature, seed) if temperature else None)
+
+
+def evaluate(shared: Values, values: Values, seed: int) -> Row:
+    """Return what came out at one point, as numbers and words.
+
+    Returns:
+        passed: Whether every level was written and read back.
+        reached: How many were, from level 0 up.
+        failure: '' or why not: see `Step.failure`, and `UNFIT`.
+        error: What the device said.
+        wall: True position of the wall at the end, None for none or several.
+        level_margin, threshold_margin: The least of all readings, None without one.
+        time: Time units from the first write to the end of the last.
+    """
+    try:
+        trial = rerun(shared, values, seed)
+    except SettingsError as error:
+        return {
+            'passed': False, 'reached': 0, 'failure': UNFIT, 'error': str(error), 'wall': None,
+            'level_margin': None, 'threshold_margin': None, 'time': 0.0,
+        }  # fmt: skip
+    last = trial.steps[-1]
+    level_margin, threshold_margin = trial.least_margins
+    return {
+        'passed': trial.passed,
+        'reached': trial.reached,
+        'failure': trial.failure,
+        'error': last.outcome.error,
+        'wall': _finite(last.wall),
+        'level_margin': _finite(level_margin),
+        'threshold_margin': _finite(threshold_margin),
+        'time': last.outcome.end_tick * shared['settings']['time']['tick'],
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,77 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A map: the points of a grid over two axes, and what came out at each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ...device import Settings
+from ...physics import Design
+from ...physics.potential import Array
+from ..campaign import Campaign, Row
+from .axes import Axis
+from .point import common, evaluate
+
+
+@dataclass(frozen=True)
+class Shmoo:
+    """A pass/fail map of a design and its settings over two axes.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings: the operating point.
+        x: Axis to the right.
+        y: Axis upward.
+        size: Points along either axis.
+        seed: Of the noise.
+    """
+
+    design: Design
+    settings: Settings
+    x: Axis
+    y: Axis
+    size: int = 64
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.x.name == self.y.name:
+            raise ValueError(f'the axes must be two different ones; got {self.x.name} twice')
+        if self.size < 2:
+            raise ValueError(f'size must be at least 2; got {self.size}')
+
+    @cached_property
+    def x_values(self) -> Array:
+        """Values along x, shape (size,)."""
+        return self.x.values(self.size)
+
+    @cached_property
+    def y_values(self) -> Array:
+        """Values along y, shape (size,)."""
+        return self.y.values(self.size)
+
+    @property
+    def operating(self) -> tuple[int, int]:
+        """Row and column of the operating point."""
+        return (
+            int(np.flatnonzero(self.y_values == self.y.operating)[0]),
+            int(np.flatnonzero(self.x_values == self.x.operating)[0]),
+        )
+
+    def campaign(self) -> Campaign:
+        """Return the points row by row, the first row at the least y."""
+        points = [
+            {self.x.name: float(x), self.y.name: float(y)}
+            for y in self.y_values
+            for x in self.x_values
+        ]
+        shared = common(self.design, self.settings)
+        return Campaign('margins', evaluate, shared, points, self.seed)
+
+    def grid(self, rows: Sequence[Row], name: str) -> Array:
+        """Return a column of the complete table as a grid, shape (size, size), y by x."""
+        return np.array([row[name] for row in rows]).reshape(self.size, self.size)
