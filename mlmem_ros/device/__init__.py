@@ -3,13 +3,13 @@
 """The memory element as an instrument. It knows the material and no ROS."""
 
 from .calibration import Calibration, DelayTable
-from .commands import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .commands import Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
 from .element import MemoryElement
 from .errors import ProcedureFailed, Refused, SettingsError
-from .events import Event, Heard, Outcome, describe_level
+from .events import Check, Event, Heard, Outcome
 from .factory import factory_calibration, new_element
 from .loop import Loop
-from .reading import BLANK, UNDECODABLE, Reading
+from .reading import BLANK, UNDECODABLE, Reading, describe_level
 from .settings import Settings
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     'Abort',
     'Calibrate',
     'Calibration',
+    'Check',
     'Command',
     'DelayTable',
     'Erase',
@@ -30,6 +31,7 @@ __all__ = [
     'Read',
     'Reading',
     'Refused',
+    'SelfTest',
     'SetStrain',
     'Settings',
     'SettingsError',

@@ -66,14 +66,8 @@ class Actuator:
             )
 
     def slew_to(self, strain: float) -> None:
-        """Move to a strain at the greatest rate.
-
-        Raises:
-            Refused: The strain is not finite or beyond the limit.
-        """
-        self.check(strain)
-        duration = abs(strain - self.strain) / self.settings.max_rate
-        self._begin(Motion(self.strain, strain, duration, smooth=False))
+        """Move to a strain as fast as the rate limit lets a smooth ramp; see `ramp_to`."""
+        self.ramp_to(strain, 0.0)  # an abrupt start or stop was seen to push the wall on
 
     def ramp_to(self, strain: float, duration: float) -> None:
         """Move to a strain smoothly in a time, or longer if the rate limit asks for it.

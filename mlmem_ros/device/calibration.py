@@ -4,13 +4,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import hashlib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ..physics import Design
 from .errors import SettingsError
+from .settings import Settings
 
 
 @dataclass(frozen=True)
@@ -115,3 +120,35 @@ class Calibration:
     def table(self, end: str) -> DelayTable:
         """Return the table of an end, 'left' or 'right'."""
         return self.left if end == 'left' else self.right
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return both tables for a file."""
+        return {'left': self.left.as_dict(), 'right': self.right.as_dict()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
+        """Return the calibration that `as_dict` gave.
+
+        Raises:
+            SettingsError: The data are not those of two tables.
+        """
+        try:
+            tables = data['left'], data['right']
+        except (KeyError, TypeError) as error:
+            raise SettingsError(f'a calibration needs left and right; {error!r}') from error
+        return cls(*(DelayTable.from_dict(table) for table in tables))
+
+
+def calibration_key(design: Design, settings: Settings) -> str:
+    """Return a hash of all that echo delays depend on: the design, the pulses and the detectors.
+
+    Delays under one key mean nothing under another.
+    """
+    values = [
+        dataclasses.asdict(design),
+        dataclasses.asdict(settings.probe),
+        dataclasses.asdict(settings.probe_right),
+        settings.time.tick,
+    ]
+    text = json.dumps(values, sort_keys=True)  # which writes every bit of a float
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -28,7 +28,7 @@ class Write:
 
 @dataclass(frozen=True)
 class Read:
-    """Fire a probe pulse and decode the echo; an empty end is the one in the settings."""
+    """Probe from an end, or from both, and decode; an empty end is the one in the settings."""
 
     end: str = ''
 
@@ -44,16 +44,24 @@ class Calibrate:
 
 
 @dataclass(frozen=True)
+class SelfTest:
+    """Write and read every level, test actuator and transducers, then restore the content."""
+
+
+@dataclass(frozen=True)
 class Abort:
     """Stop the running procedure and bring the strain to zero."""
 
     why: str = ''
 
 
-Command = SetStrain | Write | Read | Erase | Calibrate | Abort
+Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
+"""Commands that take their time, and whose outcome is told when they end."""
+
+Command = SetStrain | Procedures
 
 KINDS: dict[str, type[Any]] = {
-    kind.__name__: kind for kind in (SetStrain, Write, Read, Erase, Calibrate, Abort)
+    kind.__name__: kind for kind in (SetStrain, Write, Read, Erase, Calibrate, SelfTest, Abort)
 }
 
 

@@ -15,8 +15,8 @@ from .settings import ProbeSettings
 
 
 def window(probe: ProbeSettings) -> float:
-    """Return the width T = 16 pi / omega_c of the averaging window (page 5)."""
-    return 16.0 * math.pi / probe.omega_c
+    """Return the width of the averaging window; T = 16 pi / omega_c on page 5: 8 periods."""
+    return 2.0 * math.pi * probe.window / probe.omega_c
 
 
 def pulse_duration(probe: ProbeSettings) -> float:
@@ -50,6 +50,7 @@ class Echo:
         v_c: v_m averaged over a centred window of width T, shape (n,).
         delay: Time of the first crossing of the threshold, or None where nothing came back.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
+        floor: Least threshold, which the noise measured before the pulse does not reach.
     """
 
     end: str
@@ -59,6 +60,15 @@ class Echo:
     v_c: Array
     delay: float | None
     threshold_margin: float
+    floor: float = 0.0
+
+    @property
+    def raised(self) -> float:
+        """How many times the noise raised the threshold at the delay, or at the end: from 1."""
+        if self.floor == 0.0:
+            return 1.0
+        t = self.delay if self.delay is not None else float(self.t[-1])
+        return max(1.0, self.floor / float(threshold(self.probe, np.array(t))))
 
 
 class EchoDetector:
@@ -71,13 +81,15 @@ class EchoDetector:
         time: Time up to which v_c is known.
     """
 
-    def __init__(self, probe: ProbeSettings, dt: float) -> None:
+    def __init__(self, probe: ProbeSettings, dt: float, floor: float = 0.0) -> None:
         """Wait for the samples of a pulse that begins now.
 
         Args:
             probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
+            floor: Least threshold: the decaying one of the settings does not fall below it.
         """
+        self._floor = floor
         self.probe = probe
         self.delay: float | None = None
         self.threshold_margin = 0.0
@@ -110,7 +122,7 @@ class EchoDetector:
         heard = t > blanking(self.probe)
         if not heard.any():
             return
-        ratio = (v_c / threshold(self.probe, t))[heard]
+        ratio = (v_c / np.maximum(threshold(self.probe, t), self._floor))[heard]
         self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
         if self.delay is None and (ratio > 1.0).any():
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])
@@ -120,5 +132,12 @@ class EchoDetector:
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
         return Echo(
-            end, self.probe, t, self._v_m[:n], self._v_c, self.delay, self.threshold_margin
+            end,
+            self.probe,
+            t,
+            self._v_m[:n],
+            self._v_c,
+            self.delay,
+            self.threshold_margin,
+            self._floor,
         )

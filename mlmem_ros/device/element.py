@@ -12,12 +12,13 @@ from ..physics.chain import ACCURATE_STEP
 from . import procedures
 from .actuator import Actuator
 from .calibration import Calibration
-from .commands import KINDS, Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from .commands import KINDS, Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
 from .echo import Echo
 from .errors import ProcedureFailed, Refused
 from .events import Event, Heard, Outcome
+from .memory_statistics import MemoryStatistics
 from .procedures import Procedure, Result
-from .reading import Reading, decode, phase_of
+from .reading import Reading, combine, decode, phase_of
 from .settings import Settings
 from .transducer import ENDS, Transducer
 
@@ -33,6 +34,7 @@ class MemoryElement:
         transducer: Drives and senses the ends.
         calibration: Echo delay of every level.
         reading: The last reading, None while the content is not known.
+        statistics: What the element has been through.
         ticks: Ticks since the device was made: its clock.
         tick: Length of a tick in time units.
         substrate_speed: Mean speed of the substrate's end in the last tick.
@@ -60,6 +62,7 @@ class MemoryElement:
         self.transducer = Transducer(self.chain, probes)
         self.calibration = calibration
         self.reading: Reading | None = None
+        self.statistics = MemoryStatistics.of(design.levels)
         self.ticks = 0
         self.substrate_speed = 0.0
         self._times = substep_times(self.steps_per_tick, self.chain.dt)
@@ -98,13 +101,15 @@ class MemoryElement:
                 self._check_level(level)
                 self._run('write', procedures.write(self, level))
             case Read(end):
-                if end not in ('', *ENDS):
-                    raise Refused(f'end must be left or right; got {end!r}')
+                if end not in ('', *ENDS, 'both'):
+                    raise Refused(f'end must be left, right or both; got {end!r}')
                 self._run('read', procedures.read(self, end))
             case Erase():
                 self._run('erase', procedures.erase(self))
             case Calibrate():
                 self._run('calibrate', procedures.calibrate(self))
+            case SelfTest():
+                self._run('self_test', procedures.self_test(self))
             case _:
                 raise Refused(f'command must be one of {", ".join(KINDS)}; got {command!r}')
 
@@ -116,7 +121,8 @@ class MemoryElement:
     def _abort(self, why: str) -> None:
         if self._running:
             self._running.steps.close()
-            self._end(False, f'aborted: {why}' if why else 'aborted', None, 1)
+            self._end(False, f'aborted: {why}' if why else 'aborted', Result(None))
+            self.statistics.aborted += 1
         self._run('abort', procedures.abort(self))
 
     def _run(self, name: str, steps: Procedure[Result]) -> None:
@@ -133,12 +139,21 @@ class MemoryElement:
         """Hold the content for unknown from now on: the wall may be about to move."""
         self.reading = None
 
-    def hear(self, echo: Echo) -> Reading:
-        """Decode an echo, remember the reading and tell it."""
+    def hear(self, echo: Echo, left: Reading | None = None) -> Reading:
+        """Decode an echo, remember the reading and tell it.
+
+        Args:
+            echo: What came back.
+            left: What the left end has said just before, to be combined with an echo at the
+                right end.
+        """
         phases = self.phase('left'), self.phase('right')
-        self.reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
-        self._events.append(Heard(echo, self.reading))
-        return self.reading
+        reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
+        if left is not None:
+            reading = combine(self.design, self.settings.read, left, reading)
+        self.reading = reading
+        self._events.append(Heard(echo, reading))
+        return reading
 
     # --- time ----------------------------------------------------------------------------
 
@@ -165,19 +180,31 @@ class MemoryElement:
             next(run.steps)
         except StopIteration as stop:
             result: Result = stop.value
-            self._end(True, '', result.reading, result.attempts)
+            failed = ', '.join(check.name for check in result.checks if not check.passed)
+            outcome = self._end(not failed, f'failed: {failed}' if failed else '', result)
+            self.statistics.count(outcome)
         except ProcedureFailed as failure:
             self.transducer.release()
             if run.name != 'read':  # which leaves a strain set by hand where it is
                 self.actuator.ramp_to(0.0, self.settings.write.release)
-            self._end(False, str(failure), self.reading, failure.attempts)
+            result = Result(self.reading, failure.attempts)
+            self.statistics.count(self._end(False, str(failure), result))
 
-    def _end(self, success: bool, error: str, reading: Reading | None, attempts: int) -> None:
+    def _end(self, success: bool, error: str, result: Result) -> Outcome:
         assert self._running is not None
         run, self._running = self._running, None
-        self._events.append(
-            Outcome(run.name, success, error, reading, attempts, run.start_tick, self.ticks)
+        outcome = Outcome(
+            run.name,
+            success,
+            error,
+            result.reading,
+            result.attempts,
+            run.start_tick,
+            self.ticks,
+            result.checks,
         )
+        self._events.append(outcome)
+        return outcome
 
 
 class _Run:

@@ -4,11 +4,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from .echo import Echo
-from .reading import BLANK, Reading
+from .reading import Reading
 
 
 @dataclass(frozen=True)
@@ -20,17 +20,35 @@ class Heard:
 
 
 @dataclass(frozen=True)
+class Check:
+    """One test of a self-test.
+
+    Attributes:
+        name: What was tested.
+        passed: Whether it is as it should be.
+        message: What was found.
+        values: What was measured, by name.
+    """
+
+    name: str
+    passed: bool
+    message: str
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Outcome:
     """How a procedure ended.
 
     Attributes:
-        procedure: Its name: write, read, erase, calibrate or abort.
+        procedure: Its name: write, read, erase, calibrate, self_test or abort.
         success: Whether it reached its aim.
         error: Why not; empty on success.
         reading: The last reading it made, or None.
         attempts: Tries it took.
         start_tick: The tick in which it began.
         end_tick: The tick in which it ended.
+        checks: What a self-test tested.
     """
 
     procedure: str
@@ -40,6 +58,7 @@ class Outcome:
     attempts: int
     start_tick: int
     end_tick: int
+    checks: tuple[Check, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as plain values: what the ROS services answer as JSON."""
@@ -53,19 +72,19 @@ class Outcome:
                 'delay': None if self.reading.delay is None else round(self.reading.delay, 4),
                 'level_margin': round(self.reading.level_margin, 4),
                 'threshold_margin': round(self.reading.threshold_margin, 4),
+                'confidence': round(self.reading.confidence, 4),
                 'end': self.reading.end,
             }
+            if self.reading.right_delay is not None:
+                values['right_delay'] = round(self.reading.right_delay, 4)
+            if self.reading.walls is not None:
+                values['walls'] = self.reading.walls
             if self.reading.reason:
                 values['reason'] = self.reading.reason
+        if self.checks:
+            values['checks'] = {check.name: check.message for check in self.checks}
         ticks = self.end_tick - self.start_tick
         return values | {'attempts': self.attempts, 'ticks': ticks}
-
-
-def describe_level(level: int) -> str:
-    """Return a level as a person says it."""
-    if level >= 0:
-        return f'level {level}'
-    return 'blank' if level == BLANK else 'undecodable'
 
 
 Event = Heard | Outcome

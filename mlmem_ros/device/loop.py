@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any, TypeVar
 
-from .commands import Abort, Calibrate, Command, Erase, Read, Write
+from .commands import Abort, Command, Procedures
 from .element import MemoryElement
 from .errors import Refused
 from .events import Event, Outcome
@@ -260,7 +260,7 @@ class Loop:
                 answer.set_exception(failure)
                 raise
             taken.append((self.element.ticks, command))
-            if isinstance(command, Write | Read | Erase | Calibrate | Abort):
+            if isinstance(command, Procedures):
                 self._answers.append(answer)
             else:
                 answer.set_result(None)

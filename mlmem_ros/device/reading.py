@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..physics import Design
 from .calibration import Calibration
@@ -22,19 +22,31 @@ REST_TOLERANCE = 0.25
 """Largest departure of a rest displacement from a ground state, as a share of their distance."""
 
 
+MOST_RAISED = 1.25
+"""How far noise may raise the threshold: beyond, an echo's slow flank crosses it so late that
+its delay may be that of the next level."""
+
+
 @dataclass(frozen=True)
 class Reading:
-    """A decoded echo.
+    """A decoded echo, or the echoes from both ends.
 
     Attributes:
         level: 0 ... p - 1, `BLANK` or `UNDECODABLE`.
         code: Binary code of a level; empty otherwise.
-        end: The end that was probed.
-        delay: Echo delay in time units, or None where nothing came back.
-        level_margin: 1 on the calibrated delay, 0 half-way to the next level.
-        threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
+        end: The end that was probed: 'left', 'right' or 'both'.
+        delay: Echo delay in time units, or None where nothing came back; of both, the left's.
+        level_margin: 1 on the calibrated delay, 0 half-way to the next level. Of both ends the
+            lesser, and not more than 1 less the cells by which the two distances do not make up
+            the element, over half the spacing of levels.
+        threshold_margin: Greatest v_c over the threshold; above 1 for an echo. Of both ends the
+            lesser.
         distance: Distance from the end to the wall in cells; infinite where nothing came back.
+            Of both, from the left.
         reason: Why it could not be decoded; empty otherwise.
+        walls: How many walls the element has, as far as the ends tell: 0, 1, 2 or 3 (3: three
+            or more); None where one end alone cannot tell one wall from three.
+        right_delay: Echo delay at the right end where both were probed.
     """
 
     level: int
@@ -45,6 +57,20 @@ class Reading:
     threshold_margin: float
     distance: float
     reason: str = ''
+    walls: int | None = None
+    right_delay: float | None = None
+
+    @property
+    def confidence(self) -> float:
+        """How much may be lost before the answer changes, from 0 to 1.
+
+        The lesser of two shares: that of the way to the next level by which the delay may yet
+        shift (the level margin), and that of its height by which the echo may yet fade until
+        it is missed (1 - 1 / threshold margin). 0 where nothing was decoded.
+        """
+        if self.level == UNDECODABLE or self.threshold_margin <= 1.0:
+            return 0.0
+        return max(0.0, min(self.level_margin, 1.0 - 1.0 / self.threshold_margin))
 
 
 def phase_of(design: Design, rest: float) -> int | None:
@@ -70,7 +96,8 @@ def decode(
 
     The rest displacements of the ends tell their phases. A stored level has the active phase
     at the left and the inactive one at the right; a blank element has the inactive phase at
-    both and echoes, seen from the right, from its far end.
+    both and echoes, seen from the right, from its far end. Ends of the same phase with an echo
+    from within have two walls between them.
 
     Args:
         design: The element.
@@ -82,27 +109,122 @@ def decode(
     if None in phases:
         end = 'left' if phases[0] is None else 'right'
         return _undecodable(echo, f'the {end} end rests in neither phase')
-    if phases[1] == 1:
-        return _undecodable(echo, 'the right end is active: the wall has left the element')
     if echo.end == 'left' and phases[0] == 0:
         return _undecodable(echo, 'the left end is inactive and hears nothing: probe the right')
+    if echo.end == 'right' and phases[1] == 1:
+        return _undecodable(echo, 'the right end is active: the wall has left the element')
+    if echo.delay is None and echo.raised > 1.0:
+        return _undecodable(
+            echo,
+            f'no echo stands out of the noise: what it gives at the {echo.end} end keeps the '
+            f'threshold at {echo.floor:.2g}, {echo.raised:.2g} times what the last echo needs',
+        )
     if echo.delay is None:
         return _undecodable(echo, 'no echo came back')
+    if echo.raised > MOST_RAISED:
+        return _undecodable(
+            echo,
+            f'the noise at the {echo.end} end hides when the echo began: it raises the '
+            f'threshold {echo.raised:.2g} times, and {MOST_RAISED:g} times is the most that '
+            'leaves a delay its level',
+        )
     level, margin = calibration.table(echo.end).nearest(echo.delay)
+    if phases[1] == 1:
+        return _active(echo, level, margin >= settings.min_margin)
     if margin < settings.min_margin:
         return _undecodable(
             echo, f'the delay {echo.delay:.2f} lies between levels (margin {margin:.2f})'
         )
-    if (level == BLANK) != (phases[0] == 0):
+    if level != BLANK and phases[0] == 0:
         return _undecodable(
             echo,
-            f'the left end is {"active" if phases[0] else "inactive"}, but the delay '
-            f'{echo.delay:.2f} from the {echo.end} is that of a '
-            f'{"blank element" if level == BLANK else f"wall at level {level}"}',
+            f'the left end is inactive, but the delay {echo.delay:.2f} from the right is that '
+            f'of a wall at level {level}: there are two walls, or more',
+            walls=2,
+        )
+    if level == BLANK and phases[0] == 1:
+        return _undecodable(
+            echo,
+            f'the left end is active, but the delay {echo.delay:.2f} from the right is that of '
+            'a blank element',
         )
     code = design.code(level) if level >= 0 else ''
     distance = _distance(design, calibration, echo.end, echo.delay) if level >= 0 else math.inf
-    return Reading(level, code, echo.end, echo.delay, margin, echo.threshold_margin, distance)
+    return Reading(
+        level,
+        code,
+        echo.end,
+        echo.delay,
+        margin,
+        echo.threshold_margin,
+        distance,
+        walls=0 if level == BLANK else None,
+    )
+
+
+def combine(design: Design, settings: ReadSettings, left: Reading, right: Reading) -> Reading:
+    """Return what the readings from both ends say together.
+
+    One wall is at the same level from either end, and its two distances make up the element.
+    Of three walls the left end hears the first and the right end the last.
+
+    Args:
+        design: The element.
+        settings: Least margin of a decodable level.
+        left: Reading of an echo at the left end.
+        right: Reading of an echo at the right end.
+    """
+    both = replace(
+        left,
+        end='both',
+        right_delay=right.delay,
+        level_margin=min(left.level_margin, right.level_margin),
+        threshold_margin=min(left.threshold_margin, right.threshold_margin),
+    )
+    if UNDECODABLE in (left.level, right.level):
+        said = [
+            f'{each.end}: {each.reason or describe_level(each.level)}' for each in (left, right)
+        ]
+        walls = max(each.walls or 0 for each in (left, right)) or None
+        return _refused(both, '; '.join(said), walls)
+    length = design.N - 1.0
+    seen = left.distance + right.distance
+    if left.level < right.level:
+        return _refused(
+            both,
+            f'the left end hears a wall at level {left.level} and the right end one at level '
+            f'{right.level}: there are three walls, or more',
+            walls=3,
+        )
+    fit = 1.0 - abs(seen - length) / (0.5 * design.J)
+    if left.level > right.level or fit < settings.min_margin:
+        return _refused(
+            both,
+            f'the ends do not hear the same wall: level {left.level} is {left.distance:.1f} '
+            f'cells from the left and level {right.level} {right.distance:.1f} from the right, '
+            f'{seen:.1f} of {length:g} in all',
+        )
+    return replace(both, level_margin=min(both.level_margin, fit), walls=1)
+
+
+def describe_level(level: int) -> str:
+    """Return a level as a person says it."""
+    if level >= 0:
+        return f'level {level}'
+    return 'blank' if level == BLANK else 'undecodable'
+
+
+def _active(echo: Echo, level: int, clear: bool) -> Reading:
+    """Return what is heard from the left of an element that is active at both ends."""
+    reason = 'the right end is active: the wall has left the element'
+    if not clear:
+        return _undecodable(echo, reason)
+    return _undecodable(
+        echo,
+        f'the right end is active, but the left one hears a wall at level {level}: there are '
+        'two walls, or more',
+        walls=2,
+    )
 
 
 def _distance(design: Design, calibration: Calibration, end: str, delay: float) -> float:
@@ -111,7 +233,19 @@ def _distance(design: Design, calibration: Calibration, end: str, delay: float) 
     return calibration.table(end).distance(delay, distances)
 
 
-def _undecodable(echo: Echo, reason: str) -> Reading:
+def _undecodable(echo: Echo, reason: str, walls: int | None = None) -> Reading:
     return Reading(
-        UNDECODABLE, '', echo.end, echo.delay, 0.0, echo.threshold_margin, math.inf, reason
+        UNDECODABLE, '', echo.end, echo.delay, 0.0, echo.threshold_margin, math.inf, reason, walls
+    )
+
+
+def _refused(both: Reading, reason: str, walls: int | None = None) -> Reading:
+    return replace(
+        both,
+        level=UNDECODABLE,
+        code='',
+        level_margin=0.0,
+        distance=math.inf,
+        reason=reason,
+        walls=walls,
     )

@@ -65,6 +65,15 @@ class WriteSettings(CycleSettings):
         0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
     )
     attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
+    escalation: float = described(
+        1.1, 'factor on the peak strains with every further try of a write', low=1.0, high=2.0
+    )
+    escalation_limit: float = described(
+        1.35,
+        'bound on that factor in all: beyond, a peak may move the wall twice',
+        low=1.0,
+        high=4.0,
+    )
 
 
 @dataclass(frozen=True)
@@ -107,13 +116,22 @@ class ProbeSettings(Checked):
     gain_decay: float = described(
         0.002, 'decay that the gain makes up for: eta / 2', unit='1/time', low=0.0, high=1.0
     )
+    window: float = described(
+        8.0,
+        'width of the window that v_c averages over',
+        unit='carrier periods',
+        low=0.1,
+        high=100.0,
+    )
 
 
 @dataclass(frozen=True)
 class ReadSettings(Checked):
     """How an echo is waited for and judged."""
 
-    end: str = described('left', 'end that a read probes from', choices=('left', 'right'))
+    end: str = described(
+        'left', 'end that a read probes from, or both', choices=('left', 'right', 'both')
+    )
     quiet: float = described(
         0.1, 'share of the threshold below which the element counts as quiet', low=0.01, high=1.0
     )
@@ -125,6 +143,9 @@ class ReadSettings(Checked):
         'least level margin (1 on the calibrated delay, 0 half-way to the next)',
         low=0.0,
         high=0.99,
+    )
+    noise_factor: float = described(
+        1.5, 'least threshold of v_c, over what the measured noise gives', low=1.1, high=100.0
     )
 
 
@@ -154,7 +175,7 @@ class Settings:
     erase: EraseSettings = field(default_factory=EraseSettings)
     probe: ProbeSettings = field(default_factory=ProbeSettings)
     probe_right: ProbeSettings = field(
-        default_factory=lambda: ProbeSettings(omega_c=0.7, v_th=7e-4)
+        default_factory=lambda: ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
     )
     read: ReadSettings = field(default_factory=ReadSettings)
     time: TimeSettings = field(default_factory=TimeSettings)

@@ -17,9 +17,10 @@ import numpy as np
 from ..physics import StateError
 from ..physics.potential import Array
 from .actuator import Motion
-from .calibration import Calibration, DelayTable
+from .calibration import Calibration, calibration_key
 from .element import MemoryElement
 from .errors import Refused
+from .memory_statistics import MemoryStatistics
 from .reading import UNDECODABLE, Reading
 
 
@@ -47,15 +48,17 @@ def take(element: MemoryElement) -> dict[str, Any]:
             'elapsed': element.actuator.elapsed,
         },
         'reading': _reading_values(element.reading),
-        'calibration': {
-            'left': element.calibration.left.as_dict(),
-            'right': element.calibration.right.as_dict(),
-        },
+        'calibration': element.calibration.as_dict(),
+        'calibration_key': calibration_key(element.design, element.settings),
+        'statistics': dataclasses.asdict(element.statistics),
     }
 
 
 def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     """Set the state that `take` returned, on a device of the same design and settings.
+
+    A calibration for other pulses or detectors than the device's is not taken: the device
+    keeps its own.
 
     Raises:
         StateError: The snapshot is not one of such a device; nothing is changed.
@@ -67,16 +70,21 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         motion, strain, elapsed = _motion(snapshot['actuator'])
         for given in (motion.start, motion.target, strain):
             element.actuator.check(given)
-        tables = snapshot['calibration']
-        calibration = Calibration(
-            DelayTable.from_dict(tables['left']), DelayTable.from_dict(tables['right'])
-        )
+        calibration = Calibration.from_dict(snapshot['calibration'])
         calibration.check(element.design.levels)
+        key = calibration_key(element.design, element.settings)
+        same_pulses = snapshot.get('calibration_key', key) == key  # 0.1.0 had none
+        counts = snapshot.get('statistics')  # nor these
+        statistics = (
+            MemoryStatistics.of(element.design.levels)
+            if counts is None
+            else MemoryStatistics.from_dict(counts, element.design.levels)
+        )
         reading = _reading(snapshot['reading'], element.design.levels)
         ticks, steps = int(snapshot['ticks']), int(snapshot['steps'])
         recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
         V_N = float(snapshot['V_N'])
-    except (KeyError, TypeError, ValueError, OverflowError, Refused) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, Refused) as error:
         raise StateError(f'this is no snapshot of a device: {error!r}') from error
     design = dataclasses.asdict(element.design)
     agree = {
@@ -93,8 +101,10 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.transducer.release()
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
-    element.calibration = calibration
+    if same_pulses:
+        element.calibration = calibration
     element.reading = reading
+    element.statistics = statistics
     element.ticks = ticks
 
 

@@ -38,13 +38,16 @@ def rates(start, trace):
     return np.diff(np.concatenate(([start], trace))) / STEP
 
 
-def test_a_set_point_is_slewed_to_at_the_greatest_rate():
+def test_a_set_point_is_slewed_to_smoothly_and_as_fast_as_the_limit_allows():
+    """A smooth ramp's greatest rate is 1.5 of its mean: 1.5 x 0.05 / 1e-4 = 750 time units."""
     moved = actuator()
     moved.slew_to(0.05)
     trace = record(moved)
-    t = np.arange(1, len(trace) + 1) * STEP
-    np.testing.assert_allclose(trace, np.minimum(RATE * t, 0.05), atol=1e-16)
-    assert len(trace) * STEP == 500.0  # 0.05 / 1e-4, a whole number of ticks
+    rate = rates(0.0, trace)
+    assert rate.max() == pytest.approx(RATE, rel=1e-4)
+    assert moved.motion.duration == pytest.approx(750.0)
+    # the first step's mean rate, of order (rate of change of rate) x step / 2
+    assert rate[0] < 6.0 * 0.05 / 750.0**2 * STEP
     assert moved.strain == 0.05  # exactly
     assert not moved.moving
 
@@ -62,7 +65,8 @@ def test_a_new_set_point_on_the_way_starts_from_where_the_strain_is():
     there = record(moved, ticks=10)
     moved.slew_to(-0.01)
     back = record(moved)
-    assert there[-1] == pytest.approx(0.02, abs=1e-15)  # 200 time units at 1e-4
+    x = 200.0 / 750.0
+    assert there[-1] == pytest.approx(0.05 * x * x * (3.0 - 2.0 * x), abs=1e-15)
     assert np.abs(rates(there[-1], back)).max() <= RATE * (1 + 1e-9)  # rounding of differences
     assert moved.strain == -0.01
 
@@ -139,7 +143,7 @@ def test_a_move_to_where_the_strain_is_takes_no_time():
 def test_the_limit_itself_is_allowed(strain):
     moved = actuator()
     moved.slew_to(strain)
-    record(moved, ticks=41)
+    record(moved, ticks=61)  # 1.5 x 0.08 / 1e-4 are 60 ticks of 20
     assert moved.strain == strain
 
 
@@ -171,7 +175,7 @@ def test_the_device_strains_its_material_by_the_actuator():
         stretched = element.chain.V_N
         assert stretched == pytest.approx(element.actuator.strain * 225, rel=1e-15)
     assert stretched == pytest.approx(2.25, rel=1e-15)
-    assert speeds[:5] == pytest.approx([RATE * 225] * 5)
-    assert len(speeds) == 5  # 0.01 / 1e-4 is five ticks of 20
+    assert max(speeds) == pytest.approx(RATE * 225, rel=0.02)  # the mean of a tick
+    assert len(speeds) == 8  # 1.5 x 0.01 / 1e-4 is 7.5 ticks of 20
     element.advance()
     assert element.substrate_speed == 0.0

@@ -7,12 +7,12 @@ import json
 
 import pytest
 
-from mlmem_ros.device import Abort, Calibrate, Erase, Read, Refused, SetStrain, Write
+from mlmem_ros.device import Abort, Calibrate, Erase, Read, Refused, SelfTest, SetStrain, Write
 from mlmem_ros.device.commands import KINDS, as_dict, from_dict
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), Write(7), Read(), Read('right'),
-    Erase(), Calibrate(), Abort(), Abort('the device is shut down'),
+    Erase(), Calibrate(), SelfTest(), Abort(), Abort('the device is shut down'),
 ]  # fmt: skip
 
 

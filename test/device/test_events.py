@@ -13,7 +13,7 @@ def test_an_outcome_is_told_in_plain_values():
     outcome = Outcome('write', True, '', reading, 2, 100, 368)
     assert json.loads(json.dumps(outcome.as_dict())) == {
         'procedure': 'write', 'level': 5, 'code': '101', 'delay': 694.25,
-        'level_margin': 0.9384, 'threshold_margin': 2.1426, 'end': 'left',
+        'level_margin': 0.9384, 'threshold_margin': 2.1426, 'confidence': 0.5333, 'end': 'left',
         'attempts': 2, 'ticks': 268,
     }  # fmt: skip
 

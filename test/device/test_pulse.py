@@ -66,7 +66,7 @@ def test_a_move_to_where_the_cell_is_takes_no_time():
 @ENDS
 def test_the_pulse_is_enforced_at_the_end_of_the_real_chain(end, omega_c, rest):
     """After every step v is the printed one; at every tick's end so is its velocity."""
-    element = rig.device(level=3)
+    element = rig.device(level=3, probe_right=ProbeSettings(omega_c=0.7))
     row, cell = (0, 0) if end == 'left' else (1, -1)
     rest_here = element.transducer.rest(end)
     assert rest_here == pytest.approx(rest, abs=1e-3)
@@ -85,7 +85,7 @@ def test_the_pulse_is_enforced_at_the_end_of_the_real_chain(end, omega_c, rest):
 @ENDS
 def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
     """The pulse ends within the fifth tick; what the cell then does is its own ring-down."""
-    element = rig.device(level=3)
+    element = rig.device(level=3, probe_right=ProbeSettings(omega_c=0.7))
     row = 0 if end == 'left' else 1
     rest_here = element.transducer.rest(end)
     element.transducer.fire(end)

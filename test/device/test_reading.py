@@ -83,7 +83,8 @@ def test_blank_is_an_answer():
     [
         (None, 'left', STORED, 'no echo came back'),
         (None, 'right', EMPTY, 'no echo came back'),
-        (300.0, 'left', (1, 1), 'the right end is active: the wall has left the element'),
+        (1000.0, 'left', (1, 1), 'the right end is active: the wall has left the element'),
+        (300.0, 'left', (1, 1), 'the left one hears a wall at level 2: there are two walls'),
         (None, 'right', (0, 1), 'the right end is active: the wall has left the element'),
         (300.0, 'left', (None, 0), 'the left end rests in neither phase'),
         (300.0, 'left', (1, None), 'the right end rests in neither phase'),

@@ -112,7 +112,7 @@ def test_the_decay_of_the_gain_makes_up_for_the_papers_damping():
     assert Settings().probe.gain_decay == Settings().probe_right.gain_decay == 1 / 250 / 2
 
 
-def test_an_end_is_left_or_right():
+def test_an_end_is_left_or_right_or_both():
     assert ReadSettings(end='right').end == 'right'
-    with pytest.raises(SettingsError, match='end must be one of left, right'):
+    with pytest.raises(SettingsError, match='end must be one of left, right, both'):
         ReadSettings(end='both')

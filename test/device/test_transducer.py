@@ -75,11 +75,11 @@ def test_the_detector_hears_departures_from_rest_from_the_first_step_on():
     element = rig.device(level=5)
     rest = element.transducer.rest('right')
     detector = element.transducer.fire('right')
-    rig.ticks(element, 4)
-    t = np.arange(1, 321) * 0.25
-    pulse = 0.01 * np.exp(-0.5 * ((t - 48.0) / 8.0) ** 2) * np.sin(0.7 * t)
+    rig.ticks(element, 3)  # 60 time units: the pulse's 12 sigma
+    t = np.arange(1, 241) * 0.25
+    pulse = 0.01 * np.exp(-0.5 * ((t - 30.0) / 5.0) ** 2) * np.sin(0.7 * t)
     v_m = detector.echo('right').v_m
-    assert len(v_m) == 320 - round(8 * np.pi / 0.7 / 0.25)
+    assert len(v_m) == 240 - round(4 * np.pi / 0.7 / 0.25)  # half of four periods
     np.testing.assert_allclose(v_m, np.abs(pulse)[: len(v_m)], atol=1e-14)
     assert rest == pytest.approx(element.design.D_s1, abs=1e-3)
 
@@ -95,7 +95,7 @@ def test_rest_is_where_the_end_is_even_on_a_strained_element():
 
 
 def test_the_newest_samples_are_kept_and_judged():
-    """The right end's window is the longer one, 16 pi / 0.7 = 71.8, so 288 steps are kept."""
+    """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 288 steps are kept."""
     transducer = rig.device().transducer
     assert transducer.recent.shape == (2, 288)
     samples = np.random.default_rng(1).normal(size=(2, 700))

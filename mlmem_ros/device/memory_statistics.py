@@ -1,0 +1,107 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a memory has been through: how often, how well, and how long its writes took."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .events import Outcome
+
+
+@dataclass
+class MemoryStatistics:
+    """Counts over the life of an element; they are kept with its content.
+
+    Attributes:
+        level_writes: Successful writes by level.
+        level_ticks: Ticks they took in all, by level.
+        writes: Writes that ended by themselves.
+        first_try: Of these, those that succeeded at the first try.
+        retries: Tries beyond the first.
+        failures: Writes that did not reach their level.
+        erases: Erases that ended by themselves.
+        reads: Reads that ended by themselves.
+        undecodable: Of these, those that decoded nothing.
+        aborted: Procedures that an abort ended.
+        cycles: Strain cycles of all procedures, launches among them: what wears an element.
+    """
+
+    level_writes: list[int]
+    level_ticks: list[int]
+    writes: int = 0
+    first_try: int = 0
+    retries: int = 0
+    failures: int = 0
+    erases: int = 0
+    reads: int = 0
+    undecodable: int = 0
+    aborted: int = 0
+    cycles: int = 0
+
+    @classmethod
+    def of(cls, levels: int) -> MemoryStatistics:
+        """Return those of a new element."""
+        return cls([0] * levels, [0] * levels)
+
+    def count(self, outcome: Outcome) -> None:
+        """Take in how a procedure ended by itself."""
+        match outcome.procedure:
+            case 'write':
+                self._count_write(outcome)
+            case 'read':
+                self.reads += 1
+                self.undecodable += not outcome.success
+            case 'erase':
+                self.erases += 1
+
+    def _count_write(self, outcome: Outcome) -> None:
+        self.writes += 1
+        self.retries += outcome.attempts - 1
+        if not outcome.success or outcome.reading is None:
+            self.failures += 1
+            return
+        self.first_try += outcome.attempts == 1
+        level = outcome.reading.level
+        self.level_writes[level] += 1
+        self.level_ticks[level] += outcome.end_tick - outcome.start_tick
+
+    def as_dict(self) -> dict[str, float]:
+        """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.
+
+        A level that was never written has no mean.
+        """
+        values: dict[str, float] = {
+            name: count
+            for name, count in dataclasses.asdict(self).items()
+            if not name.startswith('level_')
+        }
+        for level, count in enumerate(self.level_writes):
+            if count:
+                values[f'mean_ticks_{level}'] = self.level_ticks[level] / count
+        return values
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], levels: int) -> MemoryStatistics:
+        """Return the statistics that `dataclasses.asdict` gave.
+
+        Raises:
+            TypeError: A count is not known or missing.
+            ValueError: A count is no whole number from 0, or there are other levels.
+        """
+        found = cls(**{name: _copied(value) for name, value in data.items()})
+        by_level = (found.level_writes, found.level_ticks)
+        if any(not isinstance(each, list) or len(each) != levels for each in by_level):
+            raise ValueError(f'the statistics must be those of {levels} levels')
+        single = [value for value in vars(found).values() if not isinstance(value, list)]
+        for count in (*found.level_writes, *found.level_ticks, *single):
+            if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+                raise ValueError(f'a count must be a whole number from 0; got {count!r}')
+        return found
+
+
+def _copied(value: Any) -> Any:
+    return list(value) if isinstance(value, list) else value

@@ -1,0 +1,30 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Aborting: let go of what is held, as softly as it was taken."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .blocks import Procedure, Result, ramp, wait
+
+if TYPE_CHECKING:
+    from ..element import MemoryElement
+
+
+def abort(element: MemoryElement) -> Procedure[Result]:
+    """Let a held cell go and bring the strain to zero, smoothly.
+
+    As slowly as a cycle does: let go at the greatest rate, one element in twenty was left with
+    cells in a third ground state, which no strain clears (see `bring_back`).
+    """
+    detector = element.transducer.detector
+    element.transducer.release()
+    if element.actuator.strain != 0.0 or element.actuator.moving:
+        element.forget()
+        yield from ramp(element, 0.0, element.settings.write.release)
+    elif detector is not None:  # the next read must not take this pulse's echo for its own
+        element.transducer.detector = detector  # and an abort of this abort has to wait as well
+        yield from wait(element, element.settings.write.settle)
+        element.transducer.release()
+    return Result(None)

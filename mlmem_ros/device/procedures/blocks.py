@@ -1,0 +1,90 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The blocks of which procedures are made: waits, strains, and moves of the boundary cells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+from ..events import Check
+from ..reading import Reading
+from ..settings import CycleSettings
+
+if TYPE_CHECKING:
+    from ..element import MemoryElement
+
+T = TypeVar('T')
+Procedure = Generator[None, None, T]
+
+BRING_BACK_SPEED = 0.2
+"""Speed at which an end in a third ground state is moved back; 0.1 to 0.4 was seen to work."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a procedure leaves: its last reading, how many tries it took, and what it tested."""
+
+    reading: Reading | None
+    attempts: int = 1
+    checks: tuple[Check, ...] = ()
+
+
+def wait(element: MemoryElement, duration: float) -> Procedure[None]:
+    """Let whole ticks pass, at least `duration` time units."""
+    for _ in range(math.ceil(duration / element.tick)):
+        yield
+
+
+def ramp(element: MemoryElement, strain: float, duration: float) -> Procedure[None]:
+    """Move the strain smoothly and wait until it is there."""
+    element.actuator.ramp_to(strain, duration)
+    while element.actuator.moving:
+        yield
+
+
+def cycle(element: MemoryElement, peak: float, times: CycleSettings) -> Procedure[None]:
+    """Strain the element to a peak and let go: ramp, hold, ramp back, settle."""
+    element.statistics.cycles += 1
+    yield from ramp(element, peak, times.ramp)
+    yield from wait(element, times.hold)
+    yield from ramp(element, 0.0, times.release)
+    yield from wait(element, times.settle)
+
+
+def launch(
+    element: MemoryElement, strain: float, target: float, speed: float, times: CycleSettings
+) -> Procedure[None]:
+    """Under a strain, move v_1 to another ground state at constant speed, and let it go."""
+    element.statistics.cycles += 1
+    yield from ramp(element, strain, times.ramp)
+    element.transducer.move('left', target, speed)
+    while element.transducer.driving:
+        yield
+    yield from wait(element, times.hold)
+    yield from ramp(element, 0.0, times.release)
+    yield from wait(element, times.settle)
+
+
+def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
+    """Move an end that strayed into a third ground state back to the active phase.
+
+    A wall that is driven over a free end comes back as one between the active phase and the
+    next. No strain moves it, but the wall that this launches does away with it where it is
+    within some 90 cells.
+    """
+    element.forget()
+    element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
+    while element.transducer.driving:
+        yield
+    yield from wait(element, element.settings.erase.settle)
+
+
+def slacken(element: MemoryElement) -> Procedure[None]:
+    """Bring a strain that was set by hand back to zero, and let the element settle."""
+    if element.actuator.strain != 0.0 or element.actuator.moving:
+        element.forget()
+        yield from ramp(element, 0.0, element.settings.write.release)
+        yield from wait(element, element.settings.write.settle)

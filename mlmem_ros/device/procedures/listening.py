@@ -1,0 +1,127 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading: wait for quiet, fire a pulse, listen, decode; from one end or from both."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from ...physics.dispersion import group_velocity
+from ..errors import ProcedureFailed
+from ..reading import UNDECODABLE, Reading
+from .blocks import Procedure, Result
+
+if TYPE_CHECKING:
+    from ..element import MemoryElement
+
+ECHO_TAIL = 150.0
+"""How long a read listens on after the first crossing, for the echo's peak, in time units."""
+
+SLOWEST = 0.15
+"""Least group velocity, in cells per time unit, for which the listening time is made."""
+
+NOISE_SHARE = 1.25
+"""Unrest over the sensor's noise up to which an end counts as resting under that noise."""
+
+
+def quiet(element: MemoryElement) -> Procedure[None]:
+    """Wait until the strain stands still and both ends are quiet enough for an echo detector.
+
+    Both, because a wave that still runs to and fro at one end is on its way to the other. The
+    noise of a sensor never falls silent, and is not waited for: it raises the threshold.
+
+    Raises:
+        ProcedureFailed: They did not become quiet within `read.patience`.
+    """
+    while element.actuator.moving:  # a strain set by hand: the wall may be under way
+        yield
+    transducer, share = element.transducer, element.settings.read.quiet
+    limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
+    patience = math.ceil(element.settings.read.patience / element.tick)
+    while loud := [end for end, limit in limits.items() if _restless(element, end, limit)]:
+        if patience == 0:
+            raise ProcedureFailed(
+                f'the {loud[0]} end does not come to rest: it moves by '
+                f'{transducer.unrest(loud[0]):.2g} and at most {limits[loud[0]]:.2g} lets an '
+                'echo be heard'
+            )
+        patience -= 1
+        yield
+
+
+def _restless(element: MemoryElement, end: str, limit: float) -> bool:
+    """Return whether an end moves more than a limit, and more than its sensor's noise."""
+    unrest = element.transducer.unrest(end)
+    return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
+
+
+def listening_time(element: MemoryElement, end: str) -> float:
+    """Return how long an echo can take: there and back over the whole element, and its tail."""
+    probe = element.transducer.probes[end]
+    k_s = element.design.k_s2 if end == 'left' else element.design.k_s1
+    speed = max(SLOWEST, float(group_velocity(probe.omega_c, k_s)))
+    return 12.0 * probe.sigma + 2.0 * element.design.N / speed + ECHO_TAIL
+
+
+def probe(element: MemoryElement, end: str) -> Procedure[Reading]:
+    """Fire one pulse, listen, decode, and tell what was heard."""
+    return (yield from _listen(element, end))
+
+
+def probe_both(element: MemoryElement) -> Procedure[Reading]:
+    """Probe from the left, then from the right, and tell what both say together."""
+    left = yield from _listen(element, 'left')
+    return (yield from _listen(element, 'right', left))
+
+
+def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
+    yield from quiet(element)
+    transducer = element.transducer
+    floor = element.settings.read.noise_factor * transducer.noise(end)
+    detector = transducer.fire(end, floor)
+    last = listening_time(element, end)
+    while detector.time < last:
+        yield
+        if detector.delay is not None:
+            last = min(last, detector.delay + ECHO_TAIL)
+    element.transducer.release()
+    return element.hear(detector.echo(end), left)
+
+
+def look(element: MemoryElement) -> Procedure[Reading]:
+    """Probe from the end in the settings, or from the one that hears anything.
+
+    The carrier of the left end lies above the band of the inactive phase, so that a blank
+    element can only be told from the right; and so the other way round.
+    """
+    return (yield from probe_from(element, element.settings.read.end))
+
+
+def probe_from(element: MemoryElement, end: str) -> Procedure[Reading]:
+    """Probe from an end, or from both, as far as they hear; see `look`."""
+    yield from quiet(element)
+    if element.phase('left') == 0:
+        end = 'right'
+    elif end == 'both' and element.phase('right') == 1:
+        end = 'left'
+    return (yield from (probe_both(element) if end == 'both' else probe(element, end)))
+
+
+def read(element: MemoryElement, end: str = '') -> Procedure[Result]:
+    """Fire a probe pulse from an end, or from both in turn, and decode what comes back.
+
+    Args:
+        element: The device.
+        end: 'left', 'right' or 'both'; empty for the one in the settings.
+
+    Raises:
+        ProcedureFailed: The echo cannot be decoded, or the element does not come to rest.
+    """
+    if end in ('left', 'right'):
+        reading = yield from probe(element, end)
+    else:
+        reading = yield from probe_from(element, end or element.settings.read.end)
+    if reading.level == UNDECODABLE:
+        raise ProcedureFailed(reading.reason)
+    return Result(reading)

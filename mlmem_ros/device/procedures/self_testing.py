@@ -1,0 +1,130 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The self-test: actuator, transducers, erase and every level, and the content as it was."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..echo import threshold
+from ..errors import ProcedureFailed
+from ..events import Check
+from ..reading import UNDECODABLE, describe_level
+from ..transducer import ENDS
+from .blocks import Procedure, Result, ramp, slacken, wait
+from .erasing import erase
+from .listening import look, probe_both, quiet
+from .writing import restore, write
+
+if TYPE_CHECKING:
+    from ..element import MemoryElement
+
+TEST_STRAIN = 0.01
+"""Strain by which the actuator is tested: a third of what moves a wall."""
+
+STRAIN_TOLERANCE = 0.05
+"""Largest error of the strain as the right end feels it, as a share of the test strain."""
+
+
+def self_test(element: MemoryElement) -> Procedure[Result]:
+    """Test all that can be tested, one check for each, and restore the content.
+
+    A check that fails does not keep the others from being made.
+
+    Raises:
+        ProcedureFailed: The content cannot be read, so that it could not be restored; nothing
+            is written then.
+    """
+    yield from slacken(element)
+    content = yield from look(element)
+    if content.level == UNDECODABLE:
+        raise ProcedureFailed(
+            'not tested, for the content could not be restored: it cannot be read now '
+            f'({content.reason}); write a level or erase first'
+        )
+    checks = []
+    for end in ENDS:
+        checks.append((yield from _hear(element, end)))
+    checks.append((yield from _erase(element)))
+    checks.append((yield from _strain(element)))
+    for level in range(element.design.levels):
+        checks.append((yield from _level(element, level)))
+    try:
+        restored = yield from restore(element, content)
+        checks.append(Check('restore', True, describe_level(content.level)))
+    except ProcedureFailed as failure:
+        restored = Result(element.reading)
+        checks.append(Check('restore', False, str(failure)))
+    return Result(restored.reading, checks=tuple(checks))
+
+
+def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
+    """Measure the noise of an end's sensor: it must leave the threshold at the last echo alone.
+
+    The last echo is that of the level that is farthest from the end, or of the blank element.
+    """
+    name = f'transducer {end}'
+    try:
+        yield from quiet(element)
+    except ProcedureFailed as failure:
+        return Check(name, False, str(failure))
+    noise = element.transducer.noise(end)
+    floor = element.settings.read.noise_factor * noise
+    table, probe = element.calibration.table(end), element.transducer.probes[end]
+    last = max(table.delays if table.blank is None else (*table.delays, table.blank))
+    faintest = float(threshold(probe, np.array(last)))
+    return Check(
+        name,
+        floor <= faintest,
+        f'noise lifts the threshold to {floor:.2g}; the last echo needs {faintest:.2g}',
+        {'noise': noise, 'floor': floor, 'threshold': faintest},
+    )
+
+
+def _erase(element: MemoryElement) -> Procedure[Check]:
+    try:
+        yield from erase(element)
+    except ProcedureFailed as failure:
+        return Check('erase', False, str(failure))
+    return Check('erase', True, 'blank')
+
+
+def _strain(element: MemoryElement) -> Procedure[Check]:
+    """Strain the element a little and see whether its right end goes with it."""
+    settings = element.settings.write
+    before = element.transducer.rest('right')
+    element.forget()
+    yield from ramp(element, TEST_STRAIN, settings.ramp)
+    yield from wait(element, settings.settle)
+    felt = (element.transducer.rest('right') - before) / element.design.end_displacement(1.0)
+    yield from ramp(element, 0.0, settings.release)
+    yield from wait(element, settings.settle)
+    passed = abs(felt - TEST_STRAIN) <= STRAIN_TOLERANCE * TEST_STRAIN
+    values = {'asked': TEST_STRAIN, 'felt': felt}
+    return Check('actuator', passed, f'strain {felt:.4g} where {TEST_STRAIN:g} was asked', values)
+
+
+def _level(element: MemoryElement, level: int) -> Procedure[Check]:
+    """Write a level and read it from both ends."""
+    name = f'level {level}'
+    try:
+        written = yield from write(element, level)
+        reading = yield from probe_both(element)
+    except ProcedureFailed as failure:
+        return Check(name, False, str(failure))
+    values = {
+        'attempts': float(written.attempts),
+        'left_delay': reading.delay if reading.delay is not None else math.nan,
+        'right_delay': reading.right_delay if reading.right_delay is not None else math.nan,
+        'level_margin': reading.level_margin,
+        'threshold_margin': reading.threshold_margin,
+        'confidence': reading.confidence,
+    }
+    if reading.level != level:
+        found = reading.reason or describe_level(reading.level)
+        return Check(name, False, f'read from both ends: {found}', values)
+    tries = '' if written.attempts == 1 else f' after {written.attempts} tries'
+    return Check(name, True, f'read from both ends{tries}', values)

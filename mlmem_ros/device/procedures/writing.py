@@ -1,0 +1,90 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Writing: step the wall up to a level, or erase and start again; verify, and try harder."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..errors import ProcedureFailed
+from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from .blocks import Procedure, Result, cycle, launch, slacken
+from .erasing import erase
+from .listening import look
+
+if TYPE_CHECKING:
+    from ..element import MemoryElement
+
+
+def write(element: MemoryElement, level: int) -> Procedure[Result]:
+    """Write a level: step up to it, or erase and start again; then verify by reading.
+
+    What the reading says is where the next try goes on from, with peak strains that are
+    `write.escalation` times greater: a wall that did not follow was not pulled hard enough.
+
+    Raises:
+        ProcedureFailed: The level was not reached within `write.attempts`.
+    """
+    attempts = element.settings.write.attempts
+    yield from slacken(element)
+    reading = element.reading
+    if reading is None or reading.level == UNDECODABLE:
+        reading = yield from look(element)
+    seen = []
+    for attempt in range(1, attempts + 1):
+        try:
+            yield from drive(element, reading.level, level, _force(element, attempt))
+            reading = yield from look(element)
+        except ProcedureFailed as failure:
+            raise ProcedureFailed(str(failure), attempt) from failure
+        if reading.level == level:
+            return Result(reading, attempt)
+        seen.append(describe_level(reading.level))
+    raise ProcedureFailed(
+        f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}',
+        attempts,
+    )
+
+
+def restore(element: MemoryElement, content: Reading) -> Procedure[Result]:
+    """Write what a reading said, or erase where it said blank.
+
+    Raises:
+        ProcedureFailed: It cannot be brought back.
+    """
+    if content.level >= 0:
+        return (yield from write(element, content.level))
+    return (yield from erase(element))
+
+
+def _force(element: MemoryElement, attempt: int) -> float:
+    """Return the factor on the peak strains of a try, the first being 1."""
+    settings = element.settings.write
+    return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
+
+
+def drive(element: MemoryElement, present: int, level: int, force: float = 1.0) -> Procedure[None]:
+    """Drive the wall from the level that was read to another, without looking.
+
+    Args:
+        element: The device.
+        present: The level that was read, `BLANK` or `UNDECODABLE`.
+        level: Where to.
+        force: Factor on the peak strains, as far as the actuator goes.
+    """
+    settings = element.settings.write
+    limit = element.settings.actuator.max_strain
+    if present == UNDECODABLE or present > level:
+        yield from erase(element)
+        present = BLANK
+    if present == BLANK:
+        element.forget()
+        yield from launch(
+            element, settings.start_strain, element.design.D_s2, settings.launch_speed, settings
+        )
+        present = 0
+    for step in range(present, level):
+        element.forget()
+        compress = element.design.freed_by_compression(step)
+        peak = force * (settings.compression if compress else settings.tension)
+        yield from cycle(element, max(-limit, min(peak, limit)), settings)
