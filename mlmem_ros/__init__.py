@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .ros.answers import Calibrated, Decoded, Done
+    from .ros.answers import Calibrated, Decoded, Done, SelfTested
     from .ros.bank import BankFailed, MemoryBank, Word
     from .ros.client import MemoryClient
     from .ros.errors import NoAnswer, RequestError, RequestFailed, RequestRefused
@@ -33,12 +33,13 @@ __all__ = [
     'RequestError',
     'RequestFailed',
     'RequestRefused',
+    'SelfTested',
     'Word',
     'standalone',
 ]
 
 _HOMES = {
-    'answers': ('Calibrated', 'Decoded', 'Done'),
+    'answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
     'bank': ('BankFailed', 'MemoryBank', 'Word'),
     'client': ('MemoryClient',),
     'errors': ('NoAnswer', 'RequestError', 'RequestFailed', 'RequestRefused'),

@@ -158,7 +158,7 @@ def _outcome(outcome: Status | None) -> Text:
     parts = [outcome.text]
     if 'level' in outcome.values:
         parts.append(describe_level(int(outcome.values['level'])))
-    for key in ('delay', 'level_margin', 'attempts', 'ticks'):
+    for key in ('delay', 'confidence', 'attempts', 'ticks'):
         if key in outcome.values:
             parts.append(f'{key.replace("_", " ")} {outcome.values[key]}')
     return Text(', '.join(parts))

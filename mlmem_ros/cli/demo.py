@@ -150,7 +150,8 @@ def _print_table(console: Console, rows: list[Row]) -> None:
 
     table = Table(title='written through ROS 2 and read back by echo')
     for heading in (
-        'asked', 'decoded', 'code', 'echo delay', 'threshold margin', 'true wall', 'duration',
+        'asked', 'decoded', 'code', 'echo delay', 'threshold margin', 'confidence', 'true wall',
+        'duration',
     ):  # fmt: skip
         table.add_column(heading, justify='right')
     for row in rows:
@@ -161,6 +162,7 @@ def _print_table(console: Console, rows: list[Row]) -> None:
             answer.code,
             'none' if answer.delay is None else f'{answer.delay:.2f}',
             f'{answer.threshold_margin:.2f}',
+            f'{answer.confidence:.2f}',
             'none' if row.wall is None else f'{row.wall:.2f}',
             f'{row.duration:.2f} s',
         )

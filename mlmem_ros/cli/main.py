@@ -14,6 +14,7 @@ SUBCOMMANDS = (
     'write',
     'read',
     'erase',
+    'self_test',
     'watch',
     'figures',
     'margins',

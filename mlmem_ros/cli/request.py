@@ -53,5 +53,5 @@ def describe(answer: Decoded) -> str:
         text += f', echo delay {answer.delay:.2f}'
     return (
         f'{text}, level margin {answer.level_margin:.2f}, '
-        f'threshold margin {answer.threshold_margin:.2f}'
+        f'threshold margin {answer.threshold_margin:.2f}, confidence {answer.confidence:.2f}'
     )

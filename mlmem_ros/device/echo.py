@@ -29,13 +29,21 @@ def blanking(probe: ProbeSettings) -> float:
     return pulse_duration(probe) + 0.5 * window(probe)
 
 
-def threshold(probe: ProbeSettings, t: Array) -> Array:
+def threshold(probe: ProbeSettings, t: Array, floor: float = 0.0) -> Array:
     """Return the threshold of v_c at times t since the pulse began.
 
-    Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, the
-    ring-down of the pulse and the noise before it. The threshold falls with them.
+    Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, and
+    the ring-down of the pulse. The threshold falls with them. What a sensor's noise adds to
+    v_c does not fall; it adds in quadrature, and so it does here, so that an echo crosses
+    about when it would without noise.
+
+    Args:
+        probe: The detector's settings.
+        t: Times.
+        floor: What noise alone may make of v_c.
     """
-    return probe.v_th * exponential(-probe.gain_decay * t)
+    falling = probe.v_th * exponential(-probe.gain_decay * t)
+    return np.sqrt(falling * falling + floor * floor) if floor else falling
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ class Echo:
         v_c: v_m averaged over a centred window of width T, shape (n,).
         delay: Time of the first crossing of the threshold, or None where nothing came back.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
-        floor: Least threshold, which the noise measured before the pulse does not reach.
+        floor: What noise alone may make of v_c, as measured before the pulse.
     """
 
     end: str
@@ -63,12 +71,21 @@ class Echo:
     floor: float = 0.0
 
     @property
+    def early(self) -> bool:
+        """Whether the threshold was crossed when listening began: the echo, or whatever it is,
+        came before.
+        """
+        if self.delay is None or not len(self.t):
+            return False
+        return self.delay <= blanking(self.probe) + float(self.t[0])
+
+    @property
     def raised(self) -> float:
         """How many times the noise raised the threshold at the delay, or at the end: from 1."""
         if self.floor == 0.0:
             return 1.0
-        t = self.delay if self.delay is not None else float(self.t[-1])
-        return max(1.0, self.floor / float(threshold(self.probe, np.array(t))))
+        t = np.array(self.delay if self.delay is not None else self.t[-1])
+        return float(threshold(self.probe, t, self.floor) / threshold(self.probe, t))
 
 
 class EchoDetector:
@@ -87,7 +104,7 @@ class EchoDetector:
         Args:
             probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
-            floor: Least threshold: the decaying one of the settings does not fall below it.
+            floor: What noise alone may make of v_c: it raises the threshold.
         """
         self._floor = floor
         self.probe = probe
@@ -122,7 +139,7 @@ class EchoDetector:
         heard = t > blanking(self.probe)
         if not heard.any():
             return
-        ratio = (v_c / np.maximum(threshold(self.probe, t), self._floor))[heard]
+        ratio = (v_c / threshold(self.probe, t, self._floor))[heard]
         self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
         if self.delay is None and (ratio > 1.0).any():
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])

@@ -18,19 +18,23 @@ from .events import Heard
 from .settings import Settings
 
 
-def new_element(design: Design, settings: Settings | None = None) -> MemoryElement:
-    """Return a blank device with a factory calibration.
+def new_element(
+    design: Design, settings: Settings | None = None, calibration: Calibration | None = None
+) -> MemoryElement:
+    """Return a blank device, calibrated.
 
     Args:
         design: The element.
         settings: The instrument's settings, by default those for the paper's Case II.
+        calibration: One that is known for them; by default that of the factory.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
         DesignError: The step is beyond the stability limit.
     """
     settings = settings or Settings()
-    return MemoryElement(design, settings, factory_calibration(design, settings))
+    calibration = calibration or factory_calibration(design, settings)
+    return MemoryElement(design, settings, calibration)
 
 
 def factory_calibration(design: Design, settings: Settings) -> Calibration:

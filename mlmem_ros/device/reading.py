@@ -22,7 +22,7 @@ REST_TOLERANCE = 0.25
 """Largest departure of a rest displacement from a ground state, as a share of their distance."""
 
 
-MOST_RAISED = 1.25
+MOST_RAISED = 1.4
 """How far noise may raise the threshold: beyond, an echo's slow flank crosses it so late that
 its delay may be that of the next level."""
 
@@ -116,8 +116,8 @@ def decode(
     if echo.delay is None and echo.raised > 1.0:
         return _undecodable(
             echo,
-            f'no echo stands out of the noise: what it gives at the {echo.end} end keeps the '
-            f'threshold at {echo.floor:.2g}, {echo.raised:.2g} times what the last echo needs',
+            f'no echo stands out of the noise at the {echo.end} end, which alone may make v_c '
+            f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times',
         )
     if echo.delay is None:
         return _undecodable(echo, 'no echo came back')
@@ -128,7 +128,14 @@ def decode(
             f'threshold {echo.raised:.2g} times, and {MOST_RAISED:g} times is the most that '
             'leaves a delay its level',
         )
-    level, margin = calibration.table(echo.end).nearest(echo.delay)
+    table = calibration.table(echo.end)
+    level, margin = table.nearest(echo.delay)
+    if echo.early and margin < 1.0:  # where a level is so near, its calibrated delay is that
+        return _undecodable(
+            echo,
+            f'something is heard at the {echo.end} end when listening begins, at '
+            f'{echo.delay:.2f}, and no level is so near',
+        )
     if phases[1] == 1:
         return _active(echo, level, margin >= settings.min_margin)
     if margin < settings.min_margin:
@@ -218,7 +225,7 @@ def _active(echo: Echo, level: int, clear: bool) -> Reading:
     """Return what is heard from the left of an element that is active at both ends."""
     reason = 'the right end is active: the wall has left the element'
     if not clear:
-        return _undecodable(echo, reason)
+        return _undecodable(echo, reason, walls=0)
     return _undecodable(
         echo,
         f'the right end is active, but the left one hears a wall at level {level}: there are '

@@ -20,7 +20,7 @@ ENDS = ('left', 'right')
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest of an end is taken."""
 
-DIFFERENCE = 4
+DIFFERENCE = 6
 """Order of the difference of samples in which their noise is left and no motion."""
 
 DIFFERENCE_GAIN = math.sqrt(math.comb(2 * DIFFERENCE, DIFFERENCE))
@@ -85,7 +85,7 @@ class Transducer:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
         No cell moves faster than the upper edge of the pass bands, at omega = 2.2: of such a
-        motion, sampled every 0.25 time units, less than 1 % is left in the fourth difference
+        motion, sampled every 0.25 time units, less than 0.1 % is left in the sixth difference
         of the samples, while white noise is all there.
         """
         differences = np.diff(self.recent[ENDS.index(end)], DIFFERENCE)
@@ -98,7 +98,7 @@ class Transducer:
 
         Args:
             end: 'left' or 'right'.
-            floor: Least threshold of the detector, in cells.
+            floor: What noise alone may make of v_c, in cells.
         """
         probe = self.probes[end]
         self._rest = self.rest(end)

@@ -52,6 +52,8 @@ class Decoded(Done):
         delay: Echo delay in time units, or None where nothing came back.
         level_margin: 1 on the calibrated delay, 0 half-way to the next level.
         threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
+        confidence: How much may be lost before the answer changes, from 0 to 1: the lesser of
+            the level margin and 1 - 1 / threshold margin.
     """
 
     level: int
@@ -60,6 +62,7 @@ class Decoded(Done):
     delay: float | None
     level_margin: float
     threshold_margin: float
+    confidence: float
 
     @property
     def blank(self) -> bool:
@@ -76,6 +79,22 @@ class Calibrated(Decoded):
     """
 
     delays: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class SelfTested(Answer):
+    """A self-test that was made, whatever it found.
+
+    Attributes:
+        passed: Whether every check passed.
+        checks: What every check found, by its name: transducers, erase, actuator, levels,
+            restore.
+        failed: Names of the checks that did not pass.
+    """
+
+    passed: bool
+    checks: Mapping[str, str]
+    failed: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -127,6 +146,24 @@ def parse(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
     except TypeError:
         missing = ', '.join(name for name in _names(kind) if name not in said)
         raise RequestFailed({**said, 'error': f'the answer lacks {missing}: {said}'}) from None
+
+
+def parse_self_test(response: Any) -> SelfTested:
+    """Return what a diagnostic_msgs/SelfTest response says.
+
+    Raises:
+        RequestRefused: The test was not made.
+    """
+    found = {status.name.rpartition(': ')[2]: status for status in response.status}
+    if 'self_test' in found:
+        raise RequestRefused({'error': found['self_test'].message})
+    values = {name: {pair.key: pair.value for pair in found[name].values} for name in found}
+    return SelfTested(
+        MappingProxyType(values),
+        passed=response.passed != b'\0',
+        checks=MappingProxyType({name: status.message for name, status in found.items()}),
+        failed=tuple(name for name, status in found.items() if status.level != b'\0'),
+    )
 
 
 def _names(kind: type[Answer]) -> list[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any, TypeVar
 
+from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -14,7 +15,17 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
-from .answers import Answer, Calibrated, Decoded, Done, Paused, Stepped, parse
+from .answers import (
+    Answer,
+    Calibrated,
+    Decoded,
+    Done,
+    Paused,
+    SelfTested,
+    Stepped,
+    parse,
+    parse_self_test,
+)
 from .errors import RequestFailed, RequestRefused
 from .reply import Call, Line, Reply, Steps
 
@@ -101,6 +112,14 @@ class MemoryClient:
         """
         return self._converse('calibrate', self._trigger('calibrate', Calibrated), timeout)
 
+    def self_test(self, timeout: float = 120.0) -> Reply[SelfTested]:
+        """Write and read every level, test actuator and transducers, and restore the content.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('self_test', self._self_test(), timeout)
+
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
         """Stop the running procedure and bring the strain to zero.
 
@@ -161,6 +180,10 @@ class MemoryClient:
             other = {'error': f'level {written.level} was written instead of {level}: by whom?'}
             raise RequestFailed({**written.details, **other})
         return written
+
+    def _self_test(self) -> Steps[SelfTested]:
+        response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())
+        return parse_self_test(response)
 
     def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
         request = GetParameters.Request(names=list(names))

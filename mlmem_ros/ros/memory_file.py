@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The content of the memory between two runs of the node: restored, and saved at intervals."""
+"""Content and calibration between two runs of the node: restored, and saved at intervals."""
 
 from __future__ import annotations
 
@@ -11,14 +11,23 @@ from typing import Any
 
 from rclpy.node import Node
 
-from ..device import MemoryElement, snapshot, state_file
-from ..physics import StateError
+from ..device import (
+    Calibration,
+    MemoryElement,
+    Settings,
+    calibration_file,
+    new_element,
+    snapshot,
+    state_file,
+)
+from ..device.calibration import calibration_key
+from ..physics import Design, StateError
 from .gate import Gate
 from .settings import StateSettings
 
 
 class MemoryFile:
-    """Keeps the state of a device in a file; an empty path keeps none.
+    """Keeps the state of a device in a file, its calibrations beside it; an empty path: none.
 
     Saving happens in a thread of its own: neither the loop nor the executor waits for the disk.
     """
@@ -26,12 +35,35 @@ class MemoryFile:
     def __init__(self, node: Node, settings: StateSettings, gate: Gate) -> None:
         self._node = node
         self._path = Path(settings.path).expanduser() if settings.path else None
+        self._calibrations = calibration_file.beside(self._path) if self._path else None
+        self._calibrated: tuple[str, Calibration] | None = None
         self._gate = gate
         self._saving = threading.Lock()
         self._saved_ticks = 0
         self._timer = None
         if self._path is not None and settings.interval > 0.0:
             self._timer = node.create_timer(settings.interval, self._save_at_interval)
+
+    def new_element(self, design: Design, settings: Settings) -> MemoryElement:
+        """Return a blank device, calibrated as it was when it had this design and settings last.
+
+        A new combination of them is calibrated on an ideal element, which takes its time, and
+        is known from then on.
+
+        Raises:
+            StateError: The file of calibrations is damaged, or cannot be read or written.
+            SettingsError: It cannot be calibrated.
+            DesignError: The step is beyond the stability limit.
+        """
+        if self._calibrations is None:
+            return new_element(design, settings)
+        key = calibration_key(design, settings)
+        known = calibration_file.load(self._calibrations, key, design.levels)
+        element = new_element(design, settings, known)
+        if known is None:
+            calibration_file.save(self._calibrations, key, element.calibration)
+        self._calibrated = key, element.calibration
+        return element
 
     def restore(self, element: MemoryElement) -> None:
         """Give a new device the saved state, if there is one.
@@ -45,6 +77,7 @@ class MemoryFile:
         if saved is None:
             self._node.get_logger().info(f'no state in {self._path} yet: the element is blank')
             return
+        saved.setdefault('calibration_key', '')  # 0.1.0 told none, and had other pulses
         try:
             snapshot.restore(element, saved)
         except StateError as error:
@@ -78,5 +111,12 @@ class MemoryFile:
             try:
                 state_file.save(self._path, taken)
                 self._saved_ticks = taken['ticks']
+                self._save_calibration(taken)
             except StateError as error:
                 self._node.get_logger().error(str(error))
+
+    def _save_calibration(self, taken: dict[str, Any]) -> None:
+        present = taken['calibration_key'], Calibration.from_dict(taken['calibration'])
+        if self._calibrations is not None and present != self._calibrated:  # it was learnt anew
+            calibration_file.save(self._calibrations, *present)
+            self._calibrated = present

@@ -51,6 +51,32 @@ def status(outcome: Outcome, name: str) -> DiagnosticStatus:
     return DiagnosticStatus(level=level, name=name, message=text, values=values)
 
 
+def test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
+    """Return one status for every check of a self-test; one alone where none was made."""
+    if not outcome.checks:
+        return [refused_test(name, outcome.error)]
+    return [
+        DiagnosticStatus(
+            level=DiagnosticStatus.OK if check.passed else DiagnosticStatus.ERROR,
+            name=f'{name[1:]}: {check.name}',
+            message=check.message,
+            hardware_id=name,
+            values=key_values(check.values),
+        )
+        for check in outcome.checks
+    ]
+
+
+def refused_test(name: str, reason: str) -> DiagnosticStatus:
+    """Return the status of a self-test that was not made."""
+    return DiagnosticStatus(
+        level=DiagnosticStatus.ERROR,
+        name=f'{name[1:]}: self_test',
+        message=reason,
+        hardware_id=name,
+    )
+
+
 def _as_dict(outcome: Outcome) -> dict[str, Any]:
     """Return an outcome with the contract's one `margin`: how far from the next level."""
     values = outcome.as_dict()

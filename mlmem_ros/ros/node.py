@@ -11,7 +11,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from ..bag.errors import BagError
-from ..device import Event, Loop, MemoryElement, SettingsError, new_element
+from ..device import Event, Loop, MemoryElement, SettingsError
 from ..device.loop import Stamped
 from ..device.pacing import SteadyPacer
 from ..physics import DesignError, StateError
@@ -142,11 +142,11 @@ class MemoryNode(LifecycleNode):
     def _configure(self) -> None:
         given = self._given.values()
         self.get_logger().info('preparing the kernels (they are compiled at the first start)')
-        element = new_element(given.design, given.settings)
         memory_file = MemoryFile(self, given.state, self.gate)
         try:
+            element = memory_file.new_element(given.design, given.settings)
             memory_file.restore(element)
-        except StateError:
+        except REFUSALS:
             memory_file.close()
             raise
         self._given.lock(given.design.levels)

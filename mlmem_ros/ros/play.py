@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Empty, Float64, Int16, UInt8
 
 from ..bag.session_data import SessionData
-from ..device import Abort, Calibrate, Command, Erase, Read, SetStrain, Write
+from ..device import Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
 from .client import MemoryClient
 from .qos import LATCHED, RELIABLE
 from .reply import Reply
@@ -92,6 +92,7 @@ def _sender(client: MemoryClient) -> Callable[[Command], None]:
     requests: dict[type[Any], Callable[[], Any]] = {
         Erase: client.erase,
         Calibrate: client.calibrate,
+        SelfTest: client.self_test,
         Abort: client.abort,
     }
     wait_until(

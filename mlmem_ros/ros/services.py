@@ -9,13 +9,14 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any
 
+from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
 from ..bag.errors import BagError
-from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, Write
+from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, SelfTest, Write
 from . import messages
 from .gate import Gate
 from .sessions import Sessions
@@ -45,6 +46,7 @@ class Services:
         for name, command in procedures.items():
             serve = self._procedure(command)
             node.create_service(Trigger, name, serve, callback_group=group)
+        node.create_service(SelfTestService, '~/self_test', self._self_test, callback_group=group)
         node.create_service(SetBool, '~/pause', self._pause, callback_group=group)
         node.create_service(SetBool, '~/record', self._record, callback_group=group)
         node.create_service(Trigger, '~/step', self._step, callback_group=group)
@@ -61,6 +63,19 @@ class Services:
             return response
 
         return serve
+
+    async def _self_test(
+        self, _: SelfTestService.Request, response: SelfTestService.Response
+    ) -> SelfTestService.Response:
+        response.id = name = self._node.get_fully_qualified_name()
+        try:
+            outcome: Outcome = await self.result(self._gate.submit(SelfTest()))
+        except Exception as failure:  # as above
+            response.status = [messages.refused_test(name, str(failure))]
+        else:
+            response.passed = bytes([outcome.success])
+            response.status = messages.test_statuses(outcome, name)
+        return response
 
     async def _pause(
         self, request: SetBool.Request, response: SetBool.Response

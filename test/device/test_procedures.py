@@ -439,6 +439,23 @@ def test_a_calibration_can_be_used(written):
         assert rig.holds(element, level)
 
 
+def test_a_calibration_that_fails_restores_the_content(written):
+    """The table in use is one level off, so that the first delay is refused; then all is well."""
+    element = written(3, read=ReadSettings(end='right'))
+    known = element.calibration.left.delays
+    off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
+    element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
+    outcome = rig.run(element, Calibrate())
+    assert not outcome.success
+    assert outcome.error == (
+        'the calibration was not taken: on the way to level 0 the left end hears level 1, at '
+        f'{outcome.error.rpartition(" ")[2]}'
+    )
+    assert outcome.reading.level == 3
+    assert rig.holds(element, 3)
+    assert element.calibration is wrong
+
+
 @pytest.mark.parametrize(
     ('peaks', 'level'), [({'tension': 0.005}, 2), ({'compression': -0.005}, 1)]
 )

@@ -113,6 +113,7 @@ def test_the_decay_of_the_gain_makes_up_for_the_papers_damping():
 
 
 def test_an_end_is_left_or_right_or_both():
-    assert ReadSettings(end='right').end == 'right'
+    for end in ('left', 'right', 'both'):
+        assert ReadSettings(end=end).end == end
     with pytest.raises(SettingsError, match='end must be one of left, right, both'):
-        ReadSettings(end='both')
+        ReadSettings(end='middle')

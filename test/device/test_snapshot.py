@@ -157,6 +157,8 @@ DAMAGE = [
     ('reading', 7), ('reading', {'level': 3}), ('reading.level', 8), ('reading.level', -3),
     ('reading.level', 'x'), ('reading.colour', 'red'),
     ('design.gamma', -1e-4), ('design.N', 224), ('design', None),
+    ('statistics', 7), ('statistics.reads', -1), ('statistics.reads', 1.5), ('statistics.x', 1),
+    ('statistics.level_writes', [0] * 7), ('statistics.level_ticks', 3),
     ('ticks', ...), ('state', ...), ('recent', ...), ('reading', ...), ('calibration', ...),
 ]  # fmt: skip
 """Entries of a snapshot and what they are replaced by; ... takes them out."""

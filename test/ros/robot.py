@@ -10,6 +10,7 @@ from collections import defaultdict
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -42,6 +43,7 @@ SERVICES = {
     'read': Trigger,
     'erase': Trigger,
     'calibrate': Trigger,
+    'self_test': SelfTest,
     'abort': Trigger,
     'pause': SetBool,
     'record': SetBool,

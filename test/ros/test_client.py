@@ -55,7 +55,7 @@ def node(context, memory, client):
 
 LEVEL = {
     'level': 1, 'code': '001', 'end': 'left', 'delay': 244.25, 'level_margin': 1.0,
-    'threshold_margin': 5.0, 'attempts': 1, 'ticks': 60,
+    'threshold_margin': 5.0, 'confidence': 0.8, 'attempts': 1, 'ticks': 60,
 }  # fmt: skip
 
 

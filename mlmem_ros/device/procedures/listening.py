@@ -24,6 +24,9 @@ SLOWEST = 0.15
 NOISE_SHARE = 1.25
 """Unrest over the sensor's noise up to which an end counts as resting under that noise."""
 
+NEGLIGIBLE = 0.01
+"""Noise that does not matter, as a share of the threshold."""
+
 
 def quiet(element: MemoryElement) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
@@ -48,6 +51,17 @@ def quiet(element: MemoryElement) -> Procedure[None]:
             )
         patience -= 1
         yield
+
+
+def noise_floor(element: MemoryElement, end: str) -> float:
+    """Return what noise alone may make of v_c at an end that is quiet; 0 where it is negligible.
+
+    That is its mean size with what else still moves, times a factor for how it fluctuates.
+    """
+    transducer = element.transducer
+    if transducer.noise(end) < NEGLIGIBLE * transducer.probes[end].v_th:
+        return 0.0
+    return element.settings.read.noise_factor * transducer.unrest(end)
 
 
 def _restless(element: MemoryElement, end: str, limit: float) -> bool:
@@ -77,9 +91,7 @@ def probe_both(element: MemoryElement) -> Procedure[Reading]:
 
 def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
     yield from quiet(element)
-    transducer = element.transducer
-    floor = element.settings.read.noise_factor * transducer.noise(end)
-    detector = transducer.fire(end, floor)
+    detector = element.transducer.fire(end, noise_floor(element, end))
     last = listening_time(element, end)
     while detector.time < last:
         yield

@@ -12,11 +12,11 @@ import numpy as np
 from ..echo import threshold
 from ..errors import ProcedureFailed
 from ..events import Check
-from ..reading import UNDECODABLE, describe_level
+from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
 from ..transducer import ENDS
 from .blocks import Procedure, Result, ramp, slacken, wait
 from .erasing import erase
-from .listening import look, probe_both, quiet
+from .listening import look, noise_floor, probe_both, quiet
 from .writing import restore, write
 
 if TYPE_CHECKING:
@@ -32,7 +32,8 @@ STRAIN_TOLERANCE = 0.05
 def self_test(element: MemoryElement) -> Procedure[Result]:
     """Test all that can be tested, one check for each, and restore the content.
 
-    A check that fails does not keep the others from being made.
+    What cannot be heard or strained is not written: with a transducer or the actuator that
+    fails, the content is left as it is. A level that fails keeps no other from being tested.
 
     Raises:
         ProcedureFailed: The content cannot be read, so that it could not be restored; nothing
@@ -48,17 +49,18 @@ def self_test(element: MemoryElement) -> Procedure[Result]:
     checks = []
     for end in ENDS:
         checks.append((yield from _hear(element, end)))
-    checks.append((yield from _erase(element)))
-    checks.append((yield from _strain(element)))
-    for level in range(element.design.levels):
-        checks.append((yield from _level(element, level)))
-    try:
-        restored = yield from restore(element, content)
-        checks.append(Check('restore', True, describe_level(content.level)))
-    except ProcedureFailed as failure:
-        restored = Result(element.reading)
-        checks.append(Check('restore', False, str(failure)))
-    return Result(restored.reading, checks=tuple(checks))
+    if _passed(checks):
+        checks.append((yield from _strain(element)))
+    if _passed(checks):
+        checks.append((yield from _erase(element)))
+        for level in range(element.design.levels):
+            checks.append((yield from _level(element, level)))
+        checks.append((yield from _restore(element, content)))
+    return Result(element.reading, checks=tuple(checks))
+
+
+def _passed(checks: list[Check]) -> bool:
+    return all(check.passed for check in checks)
 
 
 def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
@@ -71,17 +73,14 @@ def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
         yield from quiet(element)
     except ProcedureFailed as failure:
         return Check(name, False, str(failure))
-    noise = element.transducer.noise(end)
-    floor = element.settings.read.noise_factor * noise
+    floor = noise_floor(element, end)
     table, probe = element.calibration.table(end), element.transducer.probes[end]
     last = max(table.delays if table.blank is None else (*table.delays, table.blank))
-    faintest = float(threshold(probe, np.array(last)))
-    return Check(
-        name,
-        floor <= faintest,
-        f'noise lifts the threshold to {floor:.2g}; the last echo needs {faintest:.2g}',
-        {'noise': noise, 'floor': floor, 'threshold': faintest},
-    )
+    needed = float(threshold(probe, np.array(last)))
+    raised = float(threshold(probe, np.array(last), floor)) / needed
+    heard = f'noise raises the threshold {raised:.3g} times, and up to {MOST_RAISED:g} is borne'
+    values = {'floor': floor, 'threshold': needed, 'raised': raised}
+    return Check(name, raised <= MOST_RAISED, heard, values)
 
 
 def _erase(element: MemoryElement) -> Procedure[Check]:
@@ -93,18 +92,27 @@ def _erase(element: MemoryElement) -> Procedure[Check]:
 
 
 def _strain(element: MemoryElement) -> Procedure[Check]:
-    """Strain the element a little and see whether its right end goes with it."""
+    """Strain the element a little and see whether its right end goes with it, from zero on."""
     settings = element.settings.write
-    before = element.transducer.rest('right')
-    element.forget()
+    offset = _felt(element)
     yield from ramp(element, TEST_STRAIN, settings.ramp)
     yield from wait(element, settings.settle)
-    felt = (element.transducer.rest('right') - before) / element.design.end_displacement(1.0)
+    felt = _felt(element)
     yield from ramp(element, 0.0, settings.release)
     yield from wait(element, settings.settle)
-    passed = abs(felt - TEST_STRAIN) <= STRAIN_TOLERANCE * TEST_STRAIN
-    values = {'asked': TEST_STRAIN, 'felt': felt}
-    return Check('actuator', passed, f'strain {felt:.4g} where {TEST_STRAIN:g} was asked', values)
+    error = max(abs(offset), abs(felt - TEST_STRAIN))
+    return Check(
+        'actuator',
+        error <= STRAIN_TOLERANCE * TEST_STRAIN,
+        f'strain {offset:.4f} where none was asked and {felt:.4f} where {TEST_STRAIN:g} was',
+        {'offset': offset, 'felt': felt, 'asked': TEST_STRAIN},
+    )
+
+
+def _felt(element: MemoryElement) -> float:
+    """Return the strain as the right end shows it, which is inactive."""
+    stretched = element.transducer.rest('right') - element.design.D_s1
+    return stretched / element.design.end_displacement(1.0)
 
 
 def _level(element: MemoryElement, level: int) -> Procedure[Check]:
@@ -128,3 +136,11 @@ def _level(element: MemoryElement, level: int) -> Procedure[Check]:
         return Check(name, False, f'read from both ends: {found}', values)
     tries = '' if written.attempts == 1 else f' after {written.attempts} tries'
     return Check(name, True, f'read from both ends{tries}', values)
+
+
+def _restore(element: MemoryElement, content: Reading) -> Procedure[Check]:
+    try:
+        yield from restore(element, content)
+    except ProcedureFailed as failure:
+        return Check('restore', False, str(failure))
+    return Check('restore', True, describe_level(content.level))

@@ -1,0 +1,182 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads through a noisy sensor: right or undecodable, never wrong, and never waited for."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import Read, SelfTest, Write
+from mlmem_ros.device.echo import EchoDetector, threshold
+from mlmem_ros.device.procedures import listening
+from mlmem_ros.device.settings import ProbeSettings
+
+from . import rig
+
+MEAN_SIZE = math.sqrt(2.0 / math.pi)
+"""Mean of |x| of a normal distribution, over its standard deviation."""
+
+
+def noisy(element, deviation, seed=1):
+    """Give the sensors of both ends white noise, and let them forget what was before."""
+    rng = np.random.default_rng(seed)
+    advance = element.chain.advance
+
+    def advance_and_add(*arguments):
+        ends = advance(*arguments)
+        return ends + rng.normal(0.0, deviation, ends.shape)
+
+    element.chain.advance = advance_and_add
+    rig.ticks(element, 5)
+    return element
+
+
+# --- telling noise from motion ----------------------------------------------------------------
+
+
+def test_white_noise_is_all_noise():
+    """Its mean size, from 288 samples: within 4 standard deviations of some 6 %."""
+    transducer = rig.device().transducer
+    for seed in range(20):
+        transducer.recent = np.random.default_rng(seed).normal(0.0, 1e-4, (2, 288))
+        for end in ('left', 'right'):
+            assert transducer.noise(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
+            assert transducer.unrest(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.2)
+
+
+@pytest.mark.parametrize('omega', [0.47, 0.7, 1.5, 2.1, 2.15])
+def test_no_motion_of_a_cell_is_noise(omega):
+    """Of a wave, |2 sin(omega dt / 2)|^6 / sqrt(924) is left: 0.0008 at the band's upper edge."""
+    transducer = rig.device().transducer
+    t = np.arange(288) * 0.25
+    transducer.recent = np.tile(np.exp(-t / 500.0) * np.sin(omega * t), (2, 1))
+    assert transducer.noise('left') < 1e-3 * transducer.unrest('left')
+
+
+def test_noise_is_heard_under_motion():
+    transducer = rig.device().transducer
+    t = np.arange(288) * 0.25
+    wave = 1e-3 * np.sin(2.1 * t)
+    transducer.recent = wave + np.random.default_rng(2).normal(0.0, 1e-4, (2, 288))
+    assert transducer.noise('left') == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
+
+
+def test_a_quiet_sensor_raises_no_threshold(written):
+    """So that without noise every read has the bits it would have without all this."""
+    element = written(3)
+    for end in ('left', 'right'):
+        assert listening.noise_floor(element, end) == 0.0
+
+
+# --- the threshold ----------------------------------------------------------------------------
+
+
+def test_noise_raises_the_threshold_in_quadrature():
+    probe, t = ProbeSettings(), np.array([0.0, 500.0, 1000.0])
+    plain = 1.6e-4 * np.exp(-0.002 * t)
+    np.testing.assert_allclose(threshold(probe, t, 5e-5), np.hypot(plain, 5e-5), rtol=1e-14)
+
+
+def test_a_detector_in_noise_hears_no_echo_where_there_is_none():
+    """v_c of white noise is 0.8 of its deviation, give or take 6 % in a box of 97 samples."""
+    for seed in range(30):
+        v = np.random.default_rng(seed).normal(0.0, 2e-4, 6000)
+        detector = EchoDetector(ProbeSettings(), 0.25, floor=1.5 * MEAN_SIZE * 2e-4)
+        detector.feed(v)
+        assert detector.delay is None
+        plain = EchoDetector(ProbeSettings(), 0.25)
+        plain.feed(v)
+        assert plain.delay is not None, 'the noise is loud enough to need the floor'
+
+
+# --- reads ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('end', 'deviation'), [('left', 1e-5), ('right', 1e-4), ('both', 1e-5)], ids=str
+)
+@pytest.mark.parametrize('level', range(8))
+def test_every_level_is_read_through_noise(level, end, deviation):
+    """The right end's echo is nine times louder; a sixteenth of v_th and a seventh are borne."""
+    element = noisy(rig.device(level), deviation, seed=level)
+    outcome = rig.run(element, Read(end))
+    assert outcome.success, outcome.error
+    assert outcome.reading.level == level
+    assert outcome.end_tick - outcome.start_tick < 200  # noise is not waited for
+
+
+@pytest.mark.parametrize('deviation', [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4])
+@pytest.mark.parametrize('end', ['left', 'right', 'both'])
+def test_no_noise_makes_a_wrong_level(end, deviation):
+    for level in (0, 2, 5, 7):
+        element = noisy(rig.device(level), deviation, seed=level)
+        outcome = rig.run(element, Read(end))
+        if outcome.success:
+            assert outcome.reading.level == level
+        else:
+            assert 'noise' in outcome.error or 'between levels' in outcome.error
+
+
+def test_what_noise_hides_is_told():
+    outcome = rig.run(noisy(rig.device(7), 1e-3), Read())
+    assert outcome.error.startswith('no echo stands out of the noise at the left end')
+    outcome = rig.run(noisy(rig.device(7), 3e-5), Read())
+    assert outcome.error.startswith('the noise at the left end hides when the echo began')
+
+
+def test_noise_costs_confidence():
+    confidence = [
+        rig.succeed(noisy(rig.device(4), deviation), Read('right')).confidence
+        for deviation in (0.0, 5e-5, 1e-4)
+    ]
+    assert confidence[0] > confidence[1] > confidence[2] > 0.3
+
+
+def test_a_hum_within_the_band_is_no_noise_and_is_told():
+    """The end seems to move, as if waves ran to and fro: that cannot be told from an echo."""
+    element = rig.device(3)
+    advance = element.chain.advance
+
+    def advance_and_hum(*arguments):
+        t = element.ticks * 20.0 + np.arange(1, 81) * 0.25
+        return advance(*arguments) + 1e-3 * np.sin(0.9 * t)
+
+    element.chain.advance = advance_and_hum
+    rig.ticks(element, 5)
+    outcome = rig.run(element, Read())
+    assert outcome.error.startswith('the left end does not come to rest')
+    assert outcome.end_tick - outcome.start_tick == 300  # read.patience: 6000 of 20
+
+
+def test_what_is_heard_when_listening_begins_is_no_echo():
+    """A hum that sets in with the pulse crosses the threshold at once, where no level is."""
+    element = rig.device(3)
+    advance = element.chain.advance
+    element.chain.advance = lambda *arguments: advance(*arguments) + 1e-3
+    outcome = rig.run(element, Read())
+    assert outcome.error == (
+        'something is heard at the left end when listening begins, at 108.00, and no level is '
+        'so near'
+    )
+
+
+def test_a_write_succeeds_through_noise():
+    element = noisy(rig.device(1), 8e-6)
+    assert rig.succeed(element, Write(3)).level == 3
+    assert rig.holds(element, 3)
+
+
+def test_a_self_test_tells_which_sensor_is_too_noisy():
+    """At 6e-5 the left end hears level 0 but no far one, the right end hears all.
+
+    Nothing is written then that could not be read.
+    """
+    element = noisy(rig.device(0), 6e-5)
+    outcome = rig.run(element, SelfTest())
+    assert outcome.error == 'failed: transducer left'
+    left, right = outcome.checks
+    assert left.values['raised'] > 1.4
+    assert right.passed
+    assert element.actuator.motion.target == 0.0
+    assert rig.holds(element, 0)

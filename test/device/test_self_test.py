@@ -1,0 +1,92 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The self-test: every part is tested, what fails is named, the content is as it was."""
+
+import dataclasses
+
+import pytest
+
+from mlmem_ros.device import Abort, DelayTable, Heard, Outcome, SelfTest, Write
+from mlmem_ros.device.settings import WriteSettings
+
+from . import rig
+
+NAMES = [
+    'transducer left', 'transducer right', 'actuator', 'erase',
+    *(f'level {level}' for level in range(8)), 'restore',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize('level', [None, 4])
+def test_a_sound_element_passes_and_keeps_its_content(written, level):
+    element = rig.device() if level is None else written(level)
+    told = rig.events(element, SelfTest())
+    outcome = told[-1]
+    assert outcome.success, outcome.error
+    assert [check.name for check in outcome.checks] == NAMES
+    assert all(check.passed for check in outcome.checks)
+    assert rig.holds(element, level)
+    assert outcome.reading.level == (-1 if level is None else level)
+    both = [event.reading for event in told if isinstance(event, Heard)]
+    assert {reading.level for reading in both if reading.end == 'both'} == set(range(8))
+    assert outcome.as_dict()['checks']['level 7'] == 'read from both ends'
+
+
+def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written):
+    """Tension frees from odd levels: without it the wall stays at level 1, with it at 0."""
+    weak = WriteSettings(tension=0.02, attempts=1)
+    element = written(1, write=weak)
+    outcome = rig.run(element, SelfTest())
+    failed = [check.name for check in outcome.checks if not check.passed]
+    assert failed == [f'level {level}' for level in range(2, 8)]
+    assert outcome.error == f'failed: {", ".join(failed)}'
+    assert 'level 2 was not reached in 1 attempts' in outcome.checks[6].message
+    assert outcome.checks[-1].passed
+    assert rig.holds(element, 1)
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'felt'),
+    [
+        (lambda strain: 0.0 * strain, (0.0, 0.0)),
+        (lambda strain: 0.9 * strain, (0.0, 0.009)),
+        (lambda strain: strain + 0.001, (0.001, 0.011)),
+    ],
+    ids=['stuck', 'weak', 'offset'],
+)
+def test_an_actuator_that_does_not_do_as_it_is_told_is_found(written, wrong, felt):
+    """And nothing is written with it. At a free end a strain is felt to a hundredth of it."""
+    element = written(3)
+    advance = element.chain.advance
+    element.chain.advance = lambda V_N, *more: advance(wrong(V_N / 225) * 225, *more)
+    rig.ticks(element, 100)
+    outcome = rig.run(element, SelfTest())
+    assert outcome.error == 'failed: actuator'
+    values = outcome.checks[-1].values
+    assert (values['offset'], values['felt']) == pytest.approx(felt, abs=2e-4)
+    element.chain.advance = advance
+    rig.ticks(element, 100)
+    assert rig.holds(element, 3)
+
+
+def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):
+    """The table of another element says nothing about where the wall is."""
+    element = written(3)
+    foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(8)))
+    element.calibration = dataclasses.replace(element.calibration, left=foreign)
+    outcome = rig.run(element, SelfTest())
+    assert outcome.error.startswith('not tested, for the content could not be restored')
+    assert outcome.checks == ()
+    assert rig.holds(element, 3)
+
+
+def test_a_self_test_can_be_aborted(written):
+    element = written(2)
+    element.apply(SelfTest())
+    rig.ticks(element, 2000)
+    told = rig.events(element, Abort())
+    assert [(end.procedure, end.success) for end in told if isinstance(end, Outcome)] == [
+        ('self_test', False),
+        ('abort', True),
+    ]
+    assert rig.succeed(element, Write(2)).level == 2

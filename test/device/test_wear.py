@@ -1,0 +1,158 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What reads and writes do to the element: no read moves the wall, and writes are counted."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import Abort, Erase, Read, SetStrain, Write, snapshot
+from mlmem_ros.device.memory_statistics import MemoryStatistics
+from mlmem_ros.device.settings import WriteSettings
+
+from . import rig
+
+# --- a read does not disturb ------------------------------------------------------------------
+
+
+def read_many(level, end, times):
+    """Read time and again; return by how much the wall and any cell have moved when at rest."""
+    element = rig.device(level)
+    position, v = rig.wall(element), element.chain.v.copy()
+    for _ in range(times):
+        assert rig.succeed(element, Read(end)).level == level
+    rig.ticks(element, 400)  # 8000 time units: what still rang has faded by exp(-16)
+    assert element.statistics.reads == times
+    return abs(rig.wall(element) - position), np.abs(element.chain.v - v).max()
+
+
+@pytest.mark.parametrize(('level', 'end'), [(0, 'left'), (3, 'both'), (7, 'right')])
+def test_reads_move_no_wall(level, end):
+    """The pulse is a hundredth of a cell; 1e-8 of a cell is left of it by damping alone."""
+    moved, changed = read_many(level, end, 60)
+    assert moved < 1e-8
+    assert changed < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('level', 'end'), [(3, 'left'), (7, 'both')])
+def test_10_000_reads_move_no_wall(level, end):
+    """Measured: 1e-12 of a cell after 10 000 from the left, 5e-10 after 2000 from both ends."""
+    moved, changed = read_many(level, end, 10_000)
+    assert moved < 1e-8
+    assert changed < 1e-8
+
+
+# --- a write that tries harder ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('level', 'weak'), [(1, {'tension': 0.034}), (2, {'compression': -0.0195})], ids=str
+)
+def test_a_peak_that_is_a_little_too_weak_is_made_up_for(level, weak):
+    """0.034 and -0.0195 do not free the wall; a tenth more does."""
+    element = rig.device(level, write=WriteSettings(**weak))
+    outcome = rig.run(element, Write(level + 1))
+    assert outcome.success, outcome.error
+    assert outcome.attempts == 2
+    assert rig.holds(element, level + 1)
+    patient = rig.device(level, write=WriteSettings(**weak, escalation=1.0))
+    assert not rig.run(patient, Write(level + 1)).success
+
+
+def peaks(element, command):
+    """Return the greatest strain of every try of a one-step write."""
+    element.apply(command)
+    seen = [0.0]
+    while element.procedure:
+        element.advance()
+        strain = element.actuator.strain
+        if strain == 0.0 and seen[-1]:
+            seen.append(0.0)
+        seen[-1] = max(seen[-1], strain, key=abs)
+    return seen[:-1]
+
+
+def test_the_force_is_bounded_and_the_next_write_begins_softly():
+    weak = WriteSettings(tension=0.01, attempts=6, escalation=1.2, escalation_limit=1.5)
+    element = rig.device(1, write=weak)
+    expected = 0.01 * np.minimum(1.2 ** np.arange(6), 1.5)
+    for _ in range(2):
+        assert peaks(element, Write(2)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_no_force_goes_beyond_the_actuator():
+    weak = WriteSettings(tension=0.01, attempts=3, escalation=1.5, escalation_limit=4.0)
+    feeble = {
+        'actuator': dataclasses.replace(rig.Settings().actuator, max_strain=0.0121),
+        'write': dataclasses.replace(weak, compression=-0.01, start_strain=0.01),
+        **rig.with_group('erase', compression=-0.01, tension=0.01, start_strain=-0.01),
+    }
+    assert peaks(rig.device(1, **feeble), Write(2)) == pytest.approx([0.01, 0.0121, 0.0121])
+
+
+# --- strains by hand --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('wait', [0, 3, 11])
+def test_a_strain_by_hand_that_frees_no_wall_leaves_it_where_it_is(wait):
+    """0.01 is a third of what frees it; the slew is smooth and as fast as the limit allows."""
+    for level, strain in ((7, 0.01), (4, -0.01), (0, 0.01)):
+        element = rig.device(level)
+        for target in (strain, 0.0):
+            element.apply(SetStrain(target))
+            rig.ticks(element, 8 + wait)
+        rig.ticks(element, 100)
+        assert rig.holds(element, level)
+
+
+# --- counted ----------------------------------------------------------------------------------
+
+
+def test_what_an_element_has_been_through_is_counted():
+    element = rig.device(1, write=WriteSettings(tension=0.034))
+    for command in (Write(2), Write(2), Read(), Read('left'), Write(1), Erase(), Read('left')):
+        rig.run(element, command)
+    element.apply(Write(5))
+    rig.ticks(element, 10)
+    rig.run(element, Abort())
+    counted = element.statistics
+    assert (counted.writes, counted.first_try, counted.retries, counted.failures) == (3, 2, 1, 0)
+    assert (counted.reads, counted.undecodable) == (3, 1)  # blank, the left end is deaf
+    assert (counted.erases, counted.aborted) == (1, 1)
+    assert counted.level_writes == [0, 1, 2, 0, 0, 0, 0, 0]
+    assert counted.cycles >= 2 + 2 + 1
+    told = counted.as_dict()
+    assert told['mean_ticks_2'] == counted.level_ticks[2] / 2
+    assert 'mean_ticks_0' not in told
+    assert told['retries'] == 1
+
+
+def test_a_write_that_fails_is_counted_as_such():
+    element = rig.device(1, write=WriteSettings(tension=0.005, attempts=2))
+    rig.run(element, Write(2))
+    counted = element.statistics
+    assert (counted.writes, counted.failures, counted.retries) == (1, 1, 1)
+    assert counted.level_writes == [0] * 8
+
+
+def test_the_counts_are_kept_with_the_content(written):
+    element = written(3)
+    assert element.statistics.level_writes == [1, 1, 1, 1, 0, 0, 0, 0]
+    kept = json.loads(json.dumps(snapshot.take(element)))
+    other = rig.device()
+    snapshot.restore(other, kept)
+    assert other.statistics == element.statistics
+    rig.run(other, Read())
+    assert element.statistics.reads == 0, 'it is a copy'
+
+
+def test_a_snapshot_from_before_they_were_counted_starts_at_zero(written):
+    values = snapshot.take(written(3))
+    del values['statistics'], values['calibration_key']
+    element = rig.device()
+    snapshot.restore(element, values)
+    assert element.statistics == MemoryStatistics.of(8)
+    assert snapshot.digest(element) == snapshot.digest(written(3))
