@@ -127,11 +127,22 @@ def test_write_read_and_erase(client):
     read = client.read().wait()
     assert read == dataclasses.replace(
         written, delay=read.delay, level_margin=read.level_margin, attempts=1,
-        threshold_margin=read.threshold_margin, ticks=read.ticks,
+        threshold_margin=read.threshold_margin, confidence=read.confidence, ticks=read.ticks,
     )  # fmt: skip
     assert read.delay == pytest.approx(written.delay, abs=10.0)
     assert client.erase().wait().blank
     assert client.read().wait().level == -1
+
+
+def test_a_self_test_tells_every_check_and_keeps_the_content(client):
+    client.write(1).wait()
+    tested = client.self_test().wait()
+    assert tested.passed, tested.failed
+    assert tested.failed == ()
+    assert list(tested.checks)[3:] == ['erase', *(f'level {n}' for n in range(8)), 'restore']
+    assert tested.checks['restore'] == 'level 1'
+    assert float(tested.details['level 7']['confidence']) > 0.5
+    assert client.read().wait().level == 1
 
 
 def test_results_are_values(client):

@@ -134,6 +134,19 @@ def test_calibrate_restores_the_content(robot):
 # What it says of itself
 
 
+def test_self_test_checks_every_level_and_restores_the_content(robot):
+    assert robot.write(2).success
+    response = robot.response(robot.send('self_test'), within=60)
+    assert response.id == robot.element
+    assert response.passed == b'\1'
+    assert {status.level for status in response.status} == {b'\0'}
+    names = [status.name.removeprefix(f'{robot.element[1:]}: ') for status in response.status]
+    assert {f'level {level}' for level in range(LEVELS)} < set(names)
+    assert {'transducer left', 'transducer right', 'actuator', 'erase', 'restore'} < set(names)
+    assert robot.trigger('read')['level'] == 2
+    assert robot.next('wall').data[0] == pytest.approx(site(2), abs=1.0)
+
+
 def test_level_reaches_a_late_joiner(robot):
     level = robot.write(2)['level']
     with Robot(robot.element, 'late') as late:
@@ -299,6 +312,15 @@ def test_a_second_request_is_refused_as_busy(writing):
     assert not answer.done()
     written = robot.answer(answer)
     assert (written.success, written['level']) == (True, 1)
+
+
+def test_a_self_test_is_refused_as_busy(writing):
+    robot, _ = writing
+    response = robot.response(robot.send('self_test'))
+    assert response.passed == b'\0'
+    (status,) = response.status
+    assert (status.level, status.name) == (b'\2', f'{robot.element[1:]}: self_test')
+    assert 'busy: write is running' in status.message
 
 
 def test_manual_driving_is_refused_during_a_write(writing):

@@ -105,6 +105,7 @@ def test_a_client_may_do_what_it_does(robot):
             client.read,
             client.erase,
             client.calibrate,
+            client.self_test,
             client.abort,
             lambda: client.pause(False),
             client.step,
