@@ -172,10 +172,9 @@ def time_of_flight(figure: Data) -> Finding:
     """Time of flight over distance is the group velocity of the carrier."""
     ratios = {}
     for name in ('paper', 'right'):
-        levels = figure['levels'][:-1] if name == 'right' else figure['levels']
-        n = len(levels)
-        slope = np.polyfit(levels, figure[f'delay_{name}'][:n], 1)[0]
-        ratios[name] = slope / np.polyfit(levels, figure[f'time_of_flight_{name}'][:n], 1)[0]
+        levels = figure['levels']
+        slope = np.polyfit(levels, figure[f'delay_{name}'], 1)[0]
+        ratios[name] = slope / np.polyfit(levels, figure[f'time_of_flight_{name}'], 1)[0]
     right = abs(ratios['right'] - 1.0) < 0.1
     left = abs(ratios['paper'] - 1.0) < 0.1
     return Finding(
