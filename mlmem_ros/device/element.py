@@ -23,6 +23,11 @@ from .settings import Settings
 from .transducer import ENDS, Transducer
 
 
+def steps_per_tick(design: Design, tick: float) -> int:
+    """Return the least number of steps of a tick that are accurate and stable."""
+    return math.ceil(tick / min(ACCURATE_STEP, stable_step(design)))
+
+
 class MemoryElement:
     """A device that advances by ticks and takes commands between them.
 
@@ -55,7 +60,7 @@ class MemoryElement:
         self.design = design
         self.settings = settings
         self.tick = settings.time.tick
-        self.steps_per_tick = math.ceil(self.tick / min(ACCURATE_STEP, stable_step(design)))
+        self.steps_per_tick = steps_per_tick(design, self.tick)
         self.chain = Chain(design, self.tick / self.steps_per_tick)
         self.actuator = Actuator(settings.actuator)
         probes = {'left': settings.probe, 'right': settings.probe_right}

@@ -141,9 +141,7 @@ class Design:
     @cached_property
     def s(self) -> Array:
         """Substrate stiffness s_{j+1/2} of Eq. (2), shape (N - 1,)."""
-        half = self.J_s / 2.0
-        distance = np.abs(np.mod(self.sites[:-1] - self.j_0 - half, self.J_s) - half)
-        return _frozen(self.s_min + (self.s_max - self.s_min) * distance / half)
+        return _frozen(stiffness_profile(self, self.sites[:-1]))
 
     @cached_property
     def strain_shape(self) -> Array:
@@ -185,6 +183,13 @@ class Design:
     def end_displacement(self, strain: float) -> float:
         """Return V_N for a strain Delta l / l of the element, l = N (tension positive)."""
         return strain * self.N
+
+
+def stiffness_profile(design: Design, j: Array) -> Array:
+    """Return the substrate stiffness s_{j+1/2} of Eq. (2) at any j, whole or not."""
+    half = design.J_s / 2.0
+    distance = np.abs(np.mod(j - design.j_0 - half, design.J_s) - half)
+    return np.asarray(design.s_min + (design.s_max - design.s_min) * distance / half)
 
 
 def strain_shape(s: Array) -> Array:

@@ -7,9 +7,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from ...physics import Design
 from ...physics.dispersion import group_velocity
 from ..errors import ProcedureFailed
 from ..reading import UNDECODABLE, Reading
+from ..settings import ProbeSettings
 from .blocks import Procedure, Result
 
 if TYPE_CHECKING:
@@ -70,12 +72,11 @@ def _restless(element: MemoryElement, end: str, limit: float) -> bool:
     return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
 
 
-def listening_time(element: MemoryElement, end: str) -> float:
+def listening_time(design: Design, probe: ProbeSettings, end: str) -> float:
     """Return how long an echo can take: there and back over the whole element, and its tail."""
-    probe = element.transducer.probes[end]
-    k_s = element.design.k_s2 if end == 'left' else element.design.k_s1
+    k_s = design.k_s2 if end == 'left' else design.k_s1
     speed = max(SLOWEST, float(group_velocity(probe.omega_c, k_s)))
-    return 12.0 * probe.sigma + 2.0 * element.design.N / speed + ECHO_TAIL
+    return 12.0 * probe.sigma + 2.0 * design.N / speed + ECHO_TAIL
 
 
 def probe(element: MemoryElement, end: str) -> Procedure[Reading]:
@@ -92,7 +93,7 @@ def probe_both(element: MemoryElement) -> Procedure[Reading]:
 def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
     yield from quiet(element)
     detector = element.transducer.fire(end, noise_floor(element, end))
-    last = listening_time(element, end)
+    last = listening_time(element.design, element.transducer.probes[end], end)
     while detector.time < last:
         yield
         if detector.delay is not None:

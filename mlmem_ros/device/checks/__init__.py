@@ -1,0 +1,28 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design checker: what closed forms and quick equilibria tell before any simulation."""
+
+from __future__ import annotations
+
+from ...physics import Design
+from ...verdict import Verdict
+from ..settings import Settings
+from . import drift, echoes, material, pinning, schedule, wall, waves
+from .finding import Finding, Report
+from .subject import Subject
+
+__all__ = ['Finding', 'Report', 'Verdict', 'check']
+
+CONCERNS = (material, waves, wall, pinning, drift, schedule, echoes)
+"""Modules with `check(subject)`, in the order of a report."""
+
+
+def check(design: Design, settings: Settings | None = None) -> Report:
+    """Judge a design and the settings of its instrument.
+
+    Args:
+        design: The element.
+        settings: The instrument's settings, by default those for the paper's Case II.
+    """
+    subject = Subject(design, settings or Settings())
+    return Report(tuple(finding for concern in CONCERNS for finding in concern.check(subject)))

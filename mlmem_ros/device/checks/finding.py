@@ -1,0 +1,80 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a design check found, and all of them together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...verdict import Verdict, worst
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One quantity of a design, judged.
+
+    Attributes:
+        name: Short name, unique in a report.
+        values: Numbers by what they are, all in one unit; NaN where there is none.
+        unit: Unit symbol; empty for counts and ratios.
+        verdict: Whether it is as a working memory needs it.
+        text: What it means; where it is not a pass, what goes wrong and what to change.
+        source: The sentence of the paper it rests on.
+    """
+
+    name: str
+    values: Mapping[str, float]
+    unit: str
+    verdict: Verdict
+    text: str
+    source: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the finding for JSON, which knows no NaN: such a value is None."""
+        values = {key: value if math.isfinite(value) else None for key, value in self.numbers}
+        return {
+            'name': self.name, 'values': values, 'unit': self.unit,
+            'verdict': self.verdict.value, 'text': self.text, 'source': self.source,
+        }  # fmt: skip
+
+    @property
+    def numbers(self) -> list[tuple[str, float]]:
+        """The values as plain numbers, in order."""
+        return [(key, float(value)) for key, value in self.values.items()]
+
+
+@dataclass(frozen=True)
+class Report:
+    """All findings about a design and its settings.
+
+    Attributes:
+        findings: In the order of the checks.
+    """
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """The gravest of all."""
+        return worst(finding.verdict for finding in self.findings)
+
+    def of(self, verdict: Verdict) -> list[Finding]:
+        """Return the findings with one verdict."""
+        return [finding for finding in self.findings if finding.verdict is verdict]
+
+    def __getitem__(self, name: str) -> Finding:
+        """Return a finding by its name; `KeyError` where there is none."""
+        for finding in self.findings:
+            if finding.name == name:
+                return finding
+        raise KeyError(name)
+
+
+def judged(value: float, fail_below: float, warn_below: float) -> Verdict:
+    """Return the verdict on a value that should be great; NaN fails."""
+    if not value >= fail_below:
+        return Verdict.FAIL
+    return Verdict.PASS if value >= warn_below else Verdict.WARN

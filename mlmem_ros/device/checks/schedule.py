@@ -1,0 +1,204 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The strain cycles: launches, peaks, ramps, and how long it all takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ...physics import StateError
+from ...physics.quasistatic import held_landscape
+from ...verdict import Verdict, worst
+from ..actuator import SMOOTH_PEAK_RATE
+from ..procedures import listening_time
+from ..settings import CycleSettings, EraseSettings, WriteSettings
+from .finding import Finding, judged
+from .subject import LAUNCH, Subject
+
+ENOUGH = 1.1
+"""Peak over de-pinning strain that leaves room for scatter."""
+
+SLOW = 3.0
+"""Ramp in damping times 1 / eta from which the wall follows the strain quietly."""
+
+TRAP = (1.0, 4.0)
+"""Depth of the trap over the kinetic energy of a launched wall: needed, and comfortable."""
+
+STEPS = (
+    'under a non-zero strain a change in the energy landscape releases and repels the domain '
+    'wall from its current pinned position (p. 5)'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on write and erase peaks, ramps, and durations."""
+    yield _launch(subject, 'write')
+    yield _launch(subject, 'erase')
+    frees = {level: forward(subject, level, kink=False) for level in subject.steps}
+    yield _peaks(subject, 'write', frees)
+    kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
+    yield _peaks(subject, 'erase', kinks)
+    yield _wall_stays(subject, frees)
+    yield _ramps(subject)
+    yield _settling(subject)
+    yield _durations(subject)
+
+
+def forward(subject: Subject, level: int, *, kink: bool) -> float:
+    """Return the strain that moves a wall on from a level."""
+    compression = subject.design.freed_by_compression(level) is not kink
+    return subject.freeing(level, -1.0 if compression else 1.0, kink=kink)
+
+
+def _launch(subject: Subject, name: str) -> Finding:
+    """Judge whether the strain of a launch traps the wall that comes in before level 0."""
+    design = subject.design
+    settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
+    place, kink = subject.released_at(LAUNCH), name == 'erase'
+    speed = settings.launch_speed * subject.wall_width / (design.D_s2 - design.D_s1)
+    incoming = 0.5 * subject.wall_energy * speed**2
+    low, high = max(place, 1.0), min(place + 0.5 * design.J_s, design.N - 1.0)
+    try:
+        hold = held_landscape(design, low, high, settings.start_strain, kink=kink).energy
+        depth = float(hold.max() - hold[: max(2, len(hold) // 4)].min())
+    except StateError:
+        depth = math.nan
+    verdict = judged(depth / incoming, *TRAP)
+    mover = 'kink' if kink else 'wall'
+    return Finding(
+        f'launch_{name}',
+        {'trap': depth, 'incoming wall': incoming},
+        'k_r cells^2',
+        verdict,
+        f'the strain of a launch traps the {mover} at the least stiffness before level 0'
+        if verdict is Verdict.PASS
+        else f'the {mover} comes in too fast for its trap and may run to any level: choose a '
+        f'greater {name}.start_strain or a smaller {name}.launch_speed',
+        'a (anti-)kink may be injected from the boundary with the aid of a solenoid actuator '
+        'coupled to the boundary site (p. 5)',
+    )
+
+
+def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
+    settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
+    values: dict[str, float] = {}
+    margins = []
+    for mode, peak in (('compression', settings.compression), ('tension', settings.tension)):
+        needed = [abs(e) for e in frees.values() if math.copysign(1.0, e) * peak > 0.0]
+        if needed:
+            hardest = max(needed)
+            values[f'{mode} needed'] = math.copysign(hardest, peak)
+            values[f'{mode} peak'] = peak
+            margins.append(abs(peak) / hardest)
+    held = [level for level, strain in frees.items() if math.isnan(strain)]
+    ratio = math.nan if held else min(margins, default=math.inf)
+    verdict = judged(ratio, 1.0, ENOUGH)
+    mover = 'wall' if name == 'write' else 'kink'
+    if held:
+        text = f'the {mover} is not freed from level {held[0]} by any strain: see `de-pinning`'
+    elif not margins:
+        text = 'a single level: there is no step to make'
+    elif verdict is Verdict.PASS:
+        text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
+    else:
+        text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
+    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS)
+
+
+def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
+    tension = subject.settings.erase.tension
+    limits = [strain for strain in frees.values() if strain > 0.0]
+    limit = min(limits, default=math.inf)
+    verdict = judged(limit / tension, 1.0, ENOUGH)
+    return Finding(
+        'erase_order',
+        {'erase tension': tension, 'frees the wall': limit},
+        'strain',
+        Verdict.WARN if verdict is Verdict.FAIL else verdict,
+        'the tension that moves the kink leaves the wall, so that the kink catches up'
+        if verdict is Verdict.PASS
+        else 'the tension that moves the kink moves the wall, too, which runs away from it: '
+        'choose a smaller erase.tension',
+        'a kink may be established and conveyed across the memory element by a similar cyclic '
+        'prescription of strain (p. 6)',
+    )
+
+
+def _ramps(subject: Subject) -> Finding:
+    eta = subject.design.eta
+    values, verdicts = {}, []
+    for name, times in _cycles(subject).items():
+        values[name] = min(times.ramp, times.release) * eta
+        verdicts.append(judged(values[name], 0.0, SLOW))
+    verdict = worst(verdicts)
+    return Finding(
+        'ramps',
+        values,
+        'damping times',
+        verdict,
+        'the strain changes slowly beside the damping, so that the wall follows it quietly'
+        if verdict is Verdict.PASS
+        else 'ramps this short beside the damping time 1 / eta leave the wall ringing, and where '
+        'it ends is for a simulation to say',
+        'deformation due to a prescribed, quasi-static boundary displacement (p. 5)',
+    )
+
+
+def _settling(subject: Subject) -> Finding:
+    design = subject.design
+    way = max(design.defect(n + 1) - subject.released_at(n) for n in [LAUNCH, *subject.steps])
+    needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
+    given = min(0.5 * times.release + times.settle for times in _cycles(subject).values())
+    verdict = judged(given / needed, 0.0, 1.0)
+    return Finding(
+        'settling',
+        {'needed': needed, 'given': given},
+        'time',
+        verdict,
+        'the wall has the time to roll to the next defect: the gradient moves it at '
+        '|gamma| / (2 eta)'
+        if verdict is Verdict.PASS
+        else 'the next cycle may begin before the wall has rolled to its defect: choose longer '
+        'release and settle, a greater gamma or less damping',
+        'a transition wave will propagate to the right with constant speed until entering a '
+        'defect (p. 3)',
+    )
+
+
+def _durations(subject: Subject) -> Finding:
+    """Tell how long a step, the longest write, a read and the longest erase take."""
+    design, settings = subject.design, subject.settings
+    unit = settings.scale.time
+    write, erase = settings.write, settings.erase
+    peaks = {
+        name: max(abs(group.compression), group.tension)
+        for name, group in (('write', write), ('erase', erase))
+    }
+    step = cycle_time(subject, write, peaks['write'])
+    read = listening_time(design, settings.probe, 'left')
+    look = listening_time(design, settings.probe_right, 'right')
+    top = design.levels - 1
+    kink = cycle_time(subject, erase, peaks['erase']) + look
+    values = {
+        'step': step,
+        'read': read,
+        'write 0 to top': top * step + read,
+        'erase at most': design.levels * kink,
+    }
+    seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
+    return Finding(
+        'durations', values, 'time', Verdict.PASS, f'in seconds of the robot: {seconds}',
+        'the elapsed time between injection and echo; the schedule of compressive, tensile and '
+        'zero strain (Fig. 4)',
+    )  # fmt: skip
+
+
+def cycle_time(subject: Subject, times: CycleSettings, peak: float) -> float:
+    """Return how long a strain cycle takes, with the actuator's rate limit."""
+    least = SMOOTH_PEAK_RATE * abs(peak) / subject.settings.actuator.max_rate
+    return max(times.ramp, least) + times.hold + max(times.release, least) + times.settle
+
+
+def _cycles(subject: Subject) -> dict[str, CycleSettings]:
+    return {'write': subject.settings.write, 'erase': subject.settings.erase}

@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The wall: its width and its energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...verdict import Verdict
+from .finding import Finding, judged
+from .subject import Subject
+
+NARROW = 2.0
+"""Width in cells below which the lattice itself pins a wall."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on width and energy."""
+    design = subject.design
+    width = subject.wall_width
+    fits = judged(design.J / width, 1.0, 1.25)
+    yield Finding(
+        'wall_width',
+        {'width': width, 'J': design.J},
+        'cells',
+        Verdict.FAIL if width < NARROW else fits,
+        'the wall spans several cells, and fits between two defects'
+        if fits is Verdict.PASS and width >= NARROW
+        else 'the wall is as narrow as the lattice, which pins it anywhere: choose a smaller d'
+        if width < NARROW
+        else 'the wall is as wide as a level, so that it feels two defects at once: choose a '
+        'greater J or d',
+        'transition wavefronts separating domains of opposing ground states (Fig. 1c)',
+    )
+    yield Finding(
+        'wall_energy',
+        {'energy': subject.wall_energy},
+        'k_r cells^2',
+        Verdict.PASS,
+        'energy of a wall at the start of the element, in the continuum: the integral of '
+        'sqrt(2 psi) over the configuration',
+        'the alpha_j locally lower the energy expenditure for switching between stable states '
+        '(p. 3)',
+    )

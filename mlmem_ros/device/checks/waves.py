@@ -1,0 +1,92 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Small waves: the bands of both phases, and which carriers a wall reflects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ...physics.dispersion import band
+from ...verdict import Verdict
+from .finding import Finding
+from .subject import Subject
+
+DEAF = 0.02
+"""Share of a pulse's energy in the band below which nothing of it travels."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the bands and on the carrier of either end."""
+    design, settings = subject.design, subject.settings
+    low, high = float(design.alpha.min()), float(design.alpha.max())
+    edges = {}
+    for name, k_s in (('s1', design.k_s1), ('s2', design.k_s2)):
+        edges[f'{name} from'], edges[f'{name} to'] = band(k_s)
+    edges['s2 to, far end'] = band(design.k_s2 * low)[1]
+    yield Finding(
+        'bands',
+        edges,
+        'rad/time',
+        Verdict.PASS,
+        'frequencies that travel in either phase, where alpha is 1 and where it is least',
+        'the propagating and attenuating frequency bands (Fig. 3a, Eq. 4)',
+    )
+    # Along the whole way a carrier must travel in its own phase, wherever the wall is.
+    own = band(design.k_s2 * high)[0], band(design.k_s2 * low)[1]
+    alone = max(own[0], band(design.k_s1 * high)[1]), own[1]
+    yield _carrier('left', settings.probe.omega_c, settings.probe.sigma, own, alone)
+    own = band(design.k_s1 * high)[0], band(design.k_s1 * low)[1]
+    alone = own[0], min(own[1], band(design.k_s2 * low)[0])
+    right = settings.probe_right
+    yield _carrier('right', right.omega_c, right.sigma, own, alone)
+
+
+def _carrier(
+    end: str,
+    omega: float,
+    sigma: float,
+    own: tuple[float, float],
+    alone: tuple[float, float],
+) -> Finding:
+    """Judge a carrier by the bands: `own` of its phase, `alone` less that of the other."""
+    share, clear = _share(omega, sigma, own), _share(omega, sigma, alone)
+    phase, other = ('s2', 's1') if end == 'left' else ('s1', 's2')
+    inside = own[0] < omega < own[1]
+    where = f'the band of {phase}, {own[0]:.4g} to {own[1]:.4g}'
+    if share < DEAF:
+        verdict = Verdict.FAIL
+        text = f'{omega:g} is in neither band and does not travel: choose one inside {where}'
+        if _inside(omega, own):  # a pulse so short that it is everywhere
+            text = f'hardly any of the pulse is within {where}: choose a greater sigma'
+    elif not inside:
+        verdict = Verdict.WARN
+        text = f'{omega:g} is outside {where}: only the edge of the pulse travels'
+    elif not _inside(omega, alone):
+        verdict = Verdict.WARN
+        text = f'{omega:g} travels in {other}, too, so that the wall reflects but a part of it'
+    else:
+        verdict = Verdict.PASS
+        text = f'{omega:g} travels in {phase} and not in {other}: the wall reflects it'
+    return Finding(
+        f'carrier_{end}',
+        {'carrier': omega, 'usable from': alone[0], 'to': alone[1],
+         'share in band': share, 'share usable': clear},
+        'rad/time',
+        verdict,
+        text,
+        'the carrier frequency is restricted to lie within the propagating band associated with '
+        'the designated active configuration (p. 5)',
+    )  # fmt: skip
+
+
+def _inside(omega: float, window: tuple[float, float]) -> bool:
+    return window[0] < omega < window[1]
+
+
+def _share(omega: float, sigma: float, window: tuple[float, float]) -> float:
+    """Return the share of a Gaussian pulse's energy within a window; 0 for an empty one."""
+    if window[0] >= window[1]:
+        return 0.0
+    low, high = (math.erf(sigma * (edge - omega)) for edge in window)
+    return 0.5 * (high - low)

@@ -1,0 +1,65 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A few cells of an element as an element by itself: what a wall there feels costs no more.
+
+A wall is a few cells wide and what it strains decays within as many, so that its equilibria
+need none of the thousands of cells of a large element.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+from .design import Design
+from .potential import Array
+
+DECAY = 12.0
+"""Natural logarithm of the share that is left of a static displacement at the edges."""
+
+
+@dataclass(frozen=True)
+class Excerpt:
+    """Consecutive cells of an element.
+
+    Attributes:
+        design: They as an element by themselves, with the same alpha and s.
+        before: Number of cells left out at the left: site j of the element is j - before here.
+        strain_shape: Substrate displacement of every cell for a unit strain of the whole
+            element, shape (n,), from that in the middle.
+    """
+
+    design: Design
+    before: int
+    strain_shape: Array
+
+
+def excerpt(design: Design, low: float, high: float) -> Excerpt:
+    """Return the cells from `low` to `high` and as many more as a wall there feels.
+
+    Args:
+        design: The element.
+        low: First site that a wall will visit.
+        high: Last one.
+    """
+    margin = reach(design)
+    # Whole levels are left out, so that the defects stay at the multiples of J.
+    before = max(0, math.floor((low - margin) / design.J) * design.J)
+    before = min(before, (design.N - 2) // design.J * design.J - design.J)
+    before = max(0, before)
+    last = min(design.N, max(math.ceil(high + margin), before + design.J + 1))
+    # (1 + gamma (j + before)) is (1 + gamma before) (1 + gamma' j).
+    scale = 1.0 + design.gamma * before
+    part = dataclasses.replace(
+        design, N=last - before, gamma=design.gamma / scale, d=design.d * scale,
+        j_0=design.j_0 - before,
+    )  # fmt: skip
+    shape = design.end_displacement(1.0) * design.strain_shape[before:last]
+    return Excerpt(part, before, shape - shape[len(shape) // 2])
+
+
+def reach(design: Design) -> int:
+    """Return within how many cells a static displacement decays by exp(-DECAY)."""
+    softest = min(design.k_s1, design.k_s2) * float(design.alpha.min())
+    return math.ceil(DECAY / math.acosh(1.0 + 0.5 * softest))
