@@ -1,19 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design checker: what closed forms and quick equilibria tell before any simulation."""
+"""The design checker: what can be told of a design in a second, before anything is written.
+
+Closed forms, equilibria and linear waves; only the launch, which is neither, is a short run of
+the first cells.
+"""
 
 from __future__ import annotations
 
 from ...physics import Design
 from ...verdict import Verdict
 from ..settings import Settings
-from . import drift, echoes, material, pinning, schedule, wall, waves
+from . import drift, echoes, launch, material, pinning, schedule, wall, waves
 from .finding import Finding, Report
 from .subject import Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
-CONCERNS = (material, waves, wall, pinning, drift, schedule, echoes)
+CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, echoes)
 """Modules with `check(subject)`, in the order of a report."""
 
 

@@ -1,29 +1,24 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The strain cycles: launches, peaks, ramps, and how long it all takes."""
+"""The strain cycles: peaks, ramps, and how long it all takes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from ...physics import StateError
-from ...physics.quasistatic import held_landscape
 from ...verdict import Verdict, worst
 from ..actuator import SMOOTH_PEAK_RATE
 from ..procedures import listening_time
 from ..settings import CycleSettings, EraseSettings, WriteSettings
 from .finding import Finding, judged
-from .subject import LAUNCH, Subject
+from .subject import Subject
 
 ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
 SLOW = 3.0
 """Ramp in damping times 1 / eta from which the wall follows the strain quietly."""
-
-TRAP = (1.0, 4.0)
-"""Depth of the trap over the kinetic energy of a launched wall: needed, and comfortable."""
 
 STEPS = (
     'under a non-zero strain a change in the energy landscape releases and repels the domain '
@@ -33,8 +28,6 @@ STEPS = (
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on write and erase peaks, ramps, and durations."""
-    yield _launch(subject, 'write')
-    yield _launch(subject, 'erase')
     frees = {level: forward(subject, level, kink=False) for level in subject.steps}
     yield _peaks(subject, 'write', frees)
     kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
@@ -49,35 +42,6 @@ def forward(subject: Subject, level: int, *, kink: bool) -> float:
     """Return the strain that moves a wall on from a level."""
     compression = subject.design.freed_by_compression(level) is not kink
     return subject.freeing(level, -1.0 if compression else 1.0, kink=kink)
-
-
-def _launch(subject: Subject, name: str) -> Finding:
-    """Judge whether the strain of a launch traps the wall that comes in before level 0."""
-    design = subject.design
-    settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
-    place, kink = subject.released_at(LAUNCH), name == 'erase'
-    speed = settings.launch_speed * subject.wall_width / (design.D_s2 - design.D_s1)
-    incoming = 0.5 * subject.wall_energy * speed**2
-    low, high = max(place, 1.0), min(place + 0.5 * design.J_s, design.N - 1.0)
-    try:
-        hold = held_landscape(design, low, high, settings.start_strain, kink=kink).energy
-        depth = float(hold.max() - hold[: max(2, len(hold) // 4)].min())
-    except StateError:
-        depth = math.nan
-    verdict = judged(depth / incoming, *TRAP)
-    mover = 'kink' if kink else 'wall'
-    return Finding(
-        f'launch_{name}',
-        {'trap': depth, 'incoming wall': incoming},
-        'k_r cells^2',
-        verdict,
-        f'the strain of a launch traps the {mover} at the least stiffness before level 0'
-        if verdict is Verdict.PASS
-        else f'the {mover} comes in too fast for its trap and may run to any level: choose a '
-        f'greater {name}.start_strain or a smaller {name}.launch_speed',
-        'a (anti-)kink may be injected from the boundary with the aid of a solenoid actuator '
-        'coupled to the boundary site (p. 5)',
-    )
 
 
 def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
@@ -147,7 +111,7 @@ def _ramps(subject: Subject) -> Finding:
 
 def _settling(subject: Subject) -> Finding:
     design = subject.design
-    way = max(design.defect(n + 1) - subject.released_at(n) for n in [LAUNCH, *subject.steps])
+    way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.left)
     needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
     given = min(0.5 * times.release + times.settle for times in _cycles(subject).values())
     verdict = judged(given / needed, 0.0, 1.0)

@@ -48,6 +48,11 @@ class Subject:
         """Levels that stand for all from which a wall has to step on."""
         return sample(self.design.levels - 1)
 
+    @property
+    def left(self) -> list[int]:
+        """Levels from which a wall rolls on; `LAUNCH` alone where there is a single level."""
+        return self.steps or [LAUNCH]
+
     @cached_property
     def wall_energy(self) -> float:
         """Continuum energy of a wall where alpha = 1: the integral of sqrt(2 psi) over D."""
@@ -96,7 +101,7 @@ class Subject:
             StateError: A wall cannot be held there.
         """
         found = {}
-        for level in [LAUNCH, *self.steps]:
+        for level in self.left:
             goal = self.design.defect(level + 1) - 1.0
             start = min(max(self.released_at(level), 2.0), goal - 1.0)
             found[level] = held_landscape(self.design, start, goal)
