@@ -16,6 +16,7 @@ SUBCOMMANDS = (
     'erase',
     'self_test',
     'watch',
+    'design',
     'figures',
     'margins',
     'replay',

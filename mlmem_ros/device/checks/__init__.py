@@ -11,13 +11,13 @@ from __future__ import annotations
 from ...physics import Design
 from ...verdict import Verdict
 from ..settings import Settings
-from . import drift, echoes, launch, material, pinning, schedule, wall, waves
+from . import drift, echo_range, echoes, launch, material, pinning, schedule, wall, waves
 from .finding import Finding, Report
 from .subject import Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
-CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, echoes)
+CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, echo_range, echoes)
 """Modules with `check(subject)`, in the order of a report."""
 
 

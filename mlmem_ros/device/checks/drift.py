@@ -81,13 +81,20 @@ def _rigidity(subject: Subject) -> Finding:
             + (', which the rigid model leaves out' if design.substrate == 'rigid' else '')
             + ': choose a greater s_min'
         )
+    ratio = design.s_min / max(1.0, design.k_s1, design.k_s2)
     values = {
-        's_min / k': design.s_min / max(1.0, design.k_s1, design.k_s2),
         'own pull': float(np.abs(slope).max()),
         'least pull': min(nets),
     }
     source = 'proper function requires min(s) >> max(k_r, k_si) (p. 2)'
-    return Finding('rigidity', values, 'k_r cells', verdict, text, source)
+    return Finding(
+        'rigidity',
+        values,
+        'k_r cells',
+        verdict,
+        f'{text}; s_min is {ratio:.0f} times max(k_r, k_s)',
+        source,
+    )
 
 
 def _judge(subject: Subject, pull: float) -> Verdict:

@@ -70,11 +70,9 @@ def _carrier(
         text = f'{omega:g} travels in {phase} and not in {other}: the wall reflects it'
     return Finding(
         f'carrier_{end}',
-        {'carrier': omega, 'usable from': alone[0], 'to': alone[1],
-         'share in band': share, 'share usable': clear},
         'rad/time',
         verdict,
-        text,
+        f'{text}; {share:.0%} of the pulse travels, {clear:.0%} in {phase} alone',
         'the carrier frequency is restricted to lie within the propagating band associated with '
         'the designated active configuration (p. 5)',
     )  # fmt: skip
