@@ -33,13 +33,17 @@ def check(subject: Subject) -> Iterator[Finding]:
         'the propagating and attenuating frequency bands (Fig. 3a, Eq. 4)',
     )
     # Along the whole way a carrier must travel in its own phase, wherever the wall is.
-    own = band(design.k_s2 * high)[0], band(design.k_s2 * low)[1]
+    whole = {
+        's1': (band(design.k_s1 * high)[0], band(design.k_s1 * low)[1]),
+        's2': (band(design.k_s2 * high)[0], band(design.k_s2 * low)[1]),
+    }
+    own = whole['s2']
     alone = max(own[0], band(design.k_s1 * high)[1]), own[1]
-    yield _carrier('left', settings.probe.omega_c, settings.probe.sigma, own, alone)
-    own = band(design.k_s1 * high)[0], band(design.k_s1 * low)[1]
+    left, right = settings.probe, settings.probe_right
+    yield _carrier('left', left.omega_c, left.sigma, own, alone, whole['s1'])
+    own = whole['s1']
     alone = own[0], min(own[1], band(design.k_s2 * low)[0])
-    right = settings.probe_right
-    yield _carrier('right', right.omega_c, right.sigma, own, alone)
+    yield _carrier('right', right.omega_c, right.sigma, own, alone, whole['s2'])
 
 
 def _carrier(
@@ -48,16 +52,18 @@ def _carrier(
     sigma: float,
     own: tuple[float, float],
     alone: tuple[float, float],
+    others: tuple[float, float],
 ) -> Finding:
-    """Judge a carrier by the bands: `own` of its phase, `alone` less that of the other."""
+    """Judge a carrier by three windows: `own` band, `alone` of it, and that of the other phase."""
     share, clear = _share(omega, sigma, own), _share(omega, sigma, alone)
     phase, other = ('s2', 's1') if end == 'left' else ('s1', 's2')
-    inside = own[0] < omega < own[1]
+    inside = _inside(omega, own)
     where = f'the band of {phase}, {own[0]:.4g} to {own[1]:.4g}'
     if share < DEAF:
         verdict = Verdict.FAIL
-        text = f'{omega:g} is in neither band and does not travel: choose one inside {where}'
-        if _inside(omega, own):  # a pulse so short that it is everywhere
+        place = f'in the band of {other} alone' if _inside(omega, others) else 'in neither band'
+        text = f'{omega:g} is {place} and does not travel: choose one inside {where}'
+        if inside:  # a pulse so short that it is everywhere
             text = f'hardly any of the pulse is within {where}: choose a greater sigma'
     elif not inside:
         verdict = Verdict.WARN
@@ -70,6 +76,7 @@ def _carrier(
         text = f'{omega:g} travels in {phase} and not in {other}: the wall reflects it'
     return Finding(
         f'carrier_{end}',
+        {'carrier': omega, 'usable from': alone[0], 'usable to': alone[1]},
         'rad/time',
         verdict,
         f'{text}; {share:.0%} of the pulse travels, {clear:.0%} in {phase} alone',
