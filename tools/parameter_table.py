@@ -28,6 +28,8 @@ def table() -> str:
         '| `time.speed` | 1 | | from 0 | factor on real time; 0: as fast as it can |',
         '| `autostart` | true | | | configure and activate at the start |',
         '| `design.preset` | case_2 | | case_1, case_2 | design that the others start from |',
+        '| `design.check` | refuse | | refuse, warn, off | what a design that fails its check '
+        'does at configure |',
     ]
     settings = Settings()
     groups: dict[str, Any] = {'design': CASE_II}

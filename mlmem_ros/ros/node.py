@@ -15,6 +15,7 @@ from ..device import Event, Loop, MemoryElement, SettingsError
 from ..device.loop import Stamped
 from ..device.pacing import SteadyPacer
 from ..physics import DesignError, StateError
+from .design_check import check_design
 from .diagnostics import Diagnostics
 from .gate import Gate
 from .inlets import Inlets
@@ -141,6 +142,7 @@ class MemoryNode(LifecycleNode):
 
     def _configure(self) -> None:
         given = self._given.values()
+        check_design(given.design, given.settings, given.check, self.get_logger())
         self.get_logger().info('preparing the kernels (they are compiled at the first start)')
         memory_file = MemoryFile(self, given.state, self.gate)
         try:

@@ -24,6 +24,7 @@ from ..described import Description, descriptions
 from ..device import SettingsError
 from ..device.settings import Settings
 from ..physics import PRESETS, Design, DesignError, preset
+from .design_check import CHOICES
 from .settings import PublishSettings, RecordSettings, StateSettings
 
 
@@ -36,6 +37,7 @@ class Parameters:
     """All the node was given."""
 
     design: Design
+    check: str
     settings: Settings
     publish: PublishSettings
     record: RecordSettings
@@ -53,6 +55,11 @@ LIVE = {
 all others only while the node is unconfigured."""
 
 PRESET = Description('shipped design that the others start from', choices=tuple(PRESETS))
+
+CHECK = Description('what a design that fails its check does at configure', choices=CHOICES)
+
+CHOSEN = {'design.preset': PRESET, 'design.check': CHECK}
+"""Parameters of the group `design` that are words and no fields of it."""
 
 
 class ParameterSet:
@@ -74,6 +81,7 @@ class ParameterSet:
             chosen = preset(name)
         except DesignError as error:
             raise ParameterError(f'parameter design.{error}') from error
+        _declare(node, 'design.check', 'refuse', CHECK)
         self._defaults: dict[str, Any] = {'design': chosen, **Settings().groups()}
         self._defaults |= {
             'publish': PublishSettings(), 'record': RecordSettings(), 'state': StateSettings(),
@@ -97,9 +105,14 @@ class ParameterSet:
             ParameterError: Several together make no memory.
             SettingsError: Settings of different groups contradict each other.
         """
+        check = self._node.get_parameter('design.check').value
+        if check not in CHOICES:
+            raise ParameterError(
+                f'parameter design.check must be one of {", ".join(CHOICES)}; got {check!r}'
+            )
         groups = {prefix: self._group(prefix) for prefix in self._defaults}
         parts = {name: groups.pop(name) for name in ('design', 'publish', 'record', 'state')}
-        return Parameters(settings=Settings(**groups), **parts)
+        return Parameters(check=check, settings=Settings(**groups), **parts)
 
     def lock(self, levels: int) -> None:
         """Let only live parameters be set from now on, and levels below `levels`."""
@@ -138,10 +151,11 @@ class ParameterSet:
                     successful=False,
                     reason=f'{parameter.name} may be set only while the node is unconfigured',
                 )
-            if parameter.name == 'design.preset' and parameter.value not in PRESETS:
+            choices = CHOSEN[parameter.name].choices if parameter.name in CHOSEN else ()
+            if choices and parameter.value not in choices:
                 return SetParametersResult(
                     successful=False,
-                    reason=f'design.preset must be one of {", ".join(PRESETS)}; '
+                    reason=f'{parameter.name} must be one of {", ".join(choices)}; '
                     f'got {parameter.value!r}',
                 )
         return SetParametersResult(successful=True)

@@ -1,0 +1,41 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design check of a node that is being configured: warnings in its log, or a refusal."""
+
+from __future__ import annotations
+
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
+from ..device import Settings
+from ..device.checks import Verdict, check
+from ..physics import Design, DesignError
+
+CHOICES = ('refuse', 'warn', 'off')
+"""What to do about a design that fails: not to configure, to say so, not to look."""
+
+
+def check_design(design: Design, settings: Settings, mode: str, log: RcutilsLogger) -> None:
+    """Check a design and log what is not a pass.
+
+    Args:
+        design: The element.
+        settings: The instrument's settings.
+        mode: One of `CHOICES`.
+        log: Where warnings go.
+
+    Raises:
+        DesignError: The design fails, and the mode is 'refuse'.
+    """
+    if mode == 'off':
+        return
+    report = check(design, settings)
+    failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]
+    if failed and mode == 'refuse':
+        raise DesignError(
+            f'the design fails its check ({"; ".join(failed)}). `mlmem design check` tells all; '
+            'with design.check: warn it starts all the same'
+        )
+    for text in failed:
+        log.error(f'design check: {text}')
+    for finding in report.of(Verdict.WARN):
+        log.warning(f'design check: {finding.name}: {finding.text}')
