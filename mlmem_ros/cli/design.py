@@ -66,17 +66,18 @@ def _print_report(source: str, report: Report, brief: bool) -> None:
 
     console = Console()
     table = Table(title=f'{source}: {report.verdict.value}', show_lines=True)
-    for heading in ('', 'quantity', 'unit', 'values', 'what it means', 'the paper')[
-        : 5 if brief else 6
-    ]:
-        table.add_column(heading)
+    table.add_column('')
+    table.add_column('quantity', no_wrap=True)
+    table.add_column('values', no_wrap=True)
+    table.add_column('what it means' if brief else 'what it means, and the paper')
     for finding in report.findings:
-        verdict = finding.verdict.value
         if brief and finding.verdict is Verdict.PASS:
             continue
+        verdict = finding.verdict.value
+        name = f'{finding.name}\n[dim]{finding.unit}[/]'
         numbers = '\n'.join(f'{key} {value:.4g}' for key, value in finding.numbers)
-        row = [f'[{COLOURS[verdict]}]{verdict}[/]', finding.name, finding.unit, numbers]
-        table.add_row(*row, finding.text, *([] if brief else [f'[dim]{finding.source}[/]']))
+        text = finding.text if brief else f'{finding.text}\n[dim]{finding.source}[/]'
+        table.add_row(f'[{COLOURS[verdict]}]{verdict}[/]', name, numbers, text)
     if table.row_count:
         console.print(table)
     counts = {verdict: len(report.of(verdict)) for verdict in Verdict}

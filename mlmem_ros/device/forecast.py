@@ -9,6 +9,7 @@ import math
 import numpy as np
 
 from ..physics import Design
+from ..physics.chain import ACCURATE_STEP
 from ..physics.potential import Array
 from ..physics.scattering import echo_response
 from .echo import Echo, EchoDetector
@@ -33,15 +34,16 @@ def forecast_echo(design: Design, v: Array, probe: ProbeSettings, end: str, dt: 
         dt: Step of the device, whose integrator damps the wave a little (see
             `squared_frequency`).
     """
-    samples = math.ceil(listening_time(design, probe, end) / dt)
+    sampling = max(dt, ACCURATE_STEP)
+    samples = math.ceil(listening_time(design, probe, end) / sampling)
     period = 2 * samples  # so that what comes later is not folded back
-    t = np.arange(1.0, period + 1.0) * dt
+    t = np.arange(1.0, period + 1.0) * sampling
     pulse = Pulse(0.0, probe)
     driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)
-    omega = 2.0 * math.pi / (period * dt) * np.arange(samples + 1)
+    omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
     used = (np.abs(omega - probe.omega_c) < BANDWIDTH / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
     spectrum[used] *= echo_response(design, v, omega[used], end, dt)
-    detector = EchoDetector(probe, dt)
+    detector = EchoDetector(probe, sampling)
     detector.feed(np.fft.irfft(spectrum, period)[:samples])
     return detector.echo(end)

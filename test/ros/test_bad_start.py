@@ -88,3 +88,14 @@ def test_an_existing_record_path(start, tmp_path):
     assert [(file.name, file.read_text()) for file in path.iterdir()] == [
         ('metadata.yaml', 'kept')
     ]
+
+
+def test_a_design_that_fails_its_check(start):
+    line = refusal(start(parameters={'probe.omega_c': 2.4}))
+    for word in ['carrier_left', '2.4 is in neither band', 'mlmem design check', 'design.check']:
+        assert word in line
+
+
+def test_a_check_of_another_name(start):
+    line = refusal(start(parameters={'design.check': 'perhaps'}))
+    assert 'design.check must be one of refuse, warn, off' in line

@@ -179,3 +179,16 @@ def test_sim_time_paces_pauses_and_jumps(start):
         assert ticks(robot) - held <= 1  # the clock stands still: so does the material
         run(50.0, 50.2, 20)  # the simulator was reset
         assert 90 <= ticks(robot) - held <= 106
+
+
+def test_a_design_that_fails_its_check_is_refused_or_named(start):
+    """A weak gradient, which the lattice may stop, but which the factory can calibrate."""
+    node = start(parameters=BY_HAND)
+    with Robot() as robot:
+        robot.set(design__gamma=-6e-5)
+        assert not change(robot, Transition.TRANSITION_CONFIGURE)
+        assert 'cannot configure: the design fails its check (peierls_nabarro' in node.output
+        assert not robot.try_set('design.check', 'perhaps').successful
+        robot.set(design__check='warn')
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        assert 'design check: peierls_nabarro' in node.output

@@ -15,8 +15,9 @@ from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
 from ...physics.held_wall import hold_walls
 from ...physics.landscape import fit_kink, uniform
+from ...physics.quasistatic import DEPARTURE, depinning_strain
 from .. import independent as other
-from ..figures.fig_2b import DEPARTURE, static_limit
+from ..figures.fig_2b import LARGEST
 from ..study import Quality
 from ..trace import wall_position
 from .row import Row
@@ -135,7 +136,7 @@ def static(quality: Quality) -> Iterator[Row]:
     signs = {'compression': -1.0, 'tension': 1.0}
     for name in quality.pick(['compression'], signs):
         sign = signs[name]
-        limit = static_limit(design, sign)
+        limit = abs(depinning_strain(design, 0, sign, LARGEST))
         yield Row(f'de-pinning {name} x 1e3, N = 150', 1e3 * limit,
                   1e3 * _leaves(design, sign, limit, quality.pick(6e-3, 3e-4)),
                   'SciPy L-BFGS-B, halving')  # fmt: skip

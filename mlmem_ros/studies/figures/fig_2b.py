@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...physics import CASE_I, Chain, Design, StateError, substep_times
-from ...physics.equilibrium import relax, resting_wall
+from ...physics import CASE_I, Chain, Design, substep_times
+from ...physics.equilibrium import resting_wall
+from ...physics.quasistatic import DEPARTURE, depinning_strain
 from ..study import Data, Quality
 from ..style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
 from ..trace import wall_position
@@ -20,9 +21,6 @@ SITES = (81.0, 100.0, 119.0)
 
 LARGEST = 0.06
 """Strain at the end of the growth, either sign."""
-
-DEPARTURE = 3.0
-"""A wall further than this from its defect, in cells, is de-pinned."""
 
 
 def compute(quality: Quality) -> Data:
@@ -39,7 +37,7 @@ def compute(quality: Quality) -> Data:
             data['strain'] = strain
             data[f'path_{name}_{number}'] = path
             data[f'depin_{name}_{number}'] = _departure(strain, path)
-            data[f'static_{name}_{number}'] = static_limit(design, sign)
+            data[f'static_{name}_{number}'] = abs(depinning_strain(design, 0, sign, LARGEST))
     return data
 
 
@@ -63,28 +61,6 @@ def _departure(strain: np.ndarray, path: np.ndarray) -> float:
     """Return the strain at which the wall leaves its defect, NaN if it stays."""
     left = ~(np.abs(path) < DEPARTURE)
     return float(strain[left.argmax()]) if left.any() else float('nan')
-
-
-def static_limit(design: Design, sign: float) -> float:
-    """Return the strain at which the pinned equilibrium ceases to exist, by continuation.
-
-    Newton's method follows it; where it fails or jumps, the step is halved, down to 1e-6.
-    """
-    shape = design.strain_shape * design.end_displacement(sign)
-    v, strain, step = resting_wall(design, 0), 0.0, 2e-3
-    while step > 1e-6:
-        if strain + step > LARGEST:
-            return float('nan')
-        try:
-            trial = relax(design, v + step * shape, (strain + step) * shape)
-            moved = wall_position(design, trial - (strain + step) * shape) - design.J
-        except StateError:
-            moved = float('nan')
-        if abs(moved) < DEPARTURE:
-            v, strain = trial, strain + step
-        else:
-            step /= 2.0
-    return strain
 
 
 def draw(data: Data) -> Any:

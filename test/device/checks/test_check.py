@@ -1,0 +1,241 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design checker: both shipped elements pass, and every spoiled one fails for its reason."""
+
+import dataclasses
+import json
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration
+from mlmem_ros.device.checks import Verdict, check
+from mlmem_ros.device.checks.echo_range import echo_strength
+from mlmem_ros.device.checks.launch import launched
+from mlmem_ros.device.checks.subject import Subject, sample
+from mlmem_ros.device.forecast import forecast_echo
+from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.held_wall import hold_walls
+
+CONFIG = Path(__file__).parents[3] / 'config'
+
+
+@pytest.fixture(scope='module')
+def case_ii():
+    return check(CASE_II)
+
+
+def spoiled(design=CASE_II, settings=None, **changes):
+    """Return the report on a design that was changed."""
+    return check(dataclasses.replace(design, **changes), settings)
+
+
+def failed(report):
+    return {finding.name for finding in report.of(Verdict.FAIL)}
+
+
+# --- the shipped elements --------------------------------------------------------------------
+
+
+def test_case_ii_passes_everything(case_ii):
+    assert case_ii.verdict is Verdict.PASS
+
+
+def test_case_i_passes_with_the_warning_that_its_carriers_travel_in_both_phases():
+    """Its potential is six times weaker and its bands nearly the same."""
+    report = check(*load(str(CONFIG / 'case_1.yaml')))
+    assert report.verdict is Verdict.WARN
+    assert {finding.name for finding in report.of(Verdict.WARN)} == {
+        'carrier_left', 'carrier_right',
+    }  # fmt: skip
+
+
+def test_every_finding_tells_its_source_and_fits_into_json(case_ii):
+    names = [finding.name for finding in case_ii.findings]
+    assert len(names) == len(set(names))
+    assert all('(p. ' in f.source or 'Fig.' in f.source for f in case_ii.findings)
+    text = json.dumps([finding.as_dict() for finding in case_ii.findings], allow_nan=False)
+    assert 'peierls_nabarro' in text
+
+
+def test_the_numbers_of_case_ii(case_ii):
+    """Against those measured on the device and against closed forms."""
+    energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
+                     CASE_II.D_s2)  # fmt: skip
+    assert case_ii['wall_energy'].values['energy'] == pytest.approx(energy, rel=1e-6)
+    flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
+    (held,) = hold_walls(flat, np.array([112.5]), np.zeros(225)).energy
+    assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
+    ours = case_ii['peierls_nabarro'].values
+    assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, docs/reproduction.md
+    assert ours['gradient force'] == pytest.approx(4e-4 / 3 * energy / 2, rel=1e-6)
+    bands = case_ii['bands'].values
+    assert bands['s1 to'] == pytest.approx(2.0542, abs=1e-4)
+    assert bands['s2 to'] == pytest.approx(2.1427, abs=1e-4)
+    even, odd = (case_ii[f'de-pinning_{kind}'].values for kind in ('compression', 'tension'))
+    assert even['wall forward'] == pytest.approx(-0.0204, abs=3e-4)
+    assert odd['wall forward'] == pytest.approx(0.0355, abs=3e-4)
+
+
+def test_the_check_is_quick(case_ii):
+    """What a node can afford when it is configured; measured 0.3 s on an idle core."""
+    begin = time.process_time()
+    check(CASE_II)
+    assert time.process_time() - begin < 2.0
+
+
+# --- spoiled elements ------------------------------------------------------------------------
+
+
+def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
+    report = spoiled(gamma=-6e-5)
+    assert failed(report) == {'peierls_nabarro'}
+    assert report['peierls_nabarro'].values['least pull'] < 0.0
+    assert 'gamma' in report['peierls_nabarro'].text
+
+
+def test_a_gradient_to_the_left():
+    assert 'gradient' in failed(spoiled(gamma=1e-4))
+
+
+def test_the_printed_carrier_is_in_neither_band():
+    report = check(CASE_II, Settings(probe=ProbeSettings(omega_c=2.4)))
+    assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}
+    assert '2.4 is in neither band' in report['carrier_left'].text
+
+
+@pytest.mark.parametrize(
+    ('s_min', 'substrate', 'verdict'),
+    [
+        (100.0, 'elastic', Verdict.FAIL),  # a cycle makes 4 of 7 steps (docs/reproduction.md)
+        (400.0, 'elastic', Verdict.FAIL),  # so does this
+        (100.0, 'rigid', Verdict.WARN),  # the model knows nothing of it, a built one would
+        (1000.0, 'elastic', Verdict.PASS),  # all steps
+    ],
+)
+def test_a_soft_substrate_traps_the_wall(s_min, substrate, verdict):
+    report = spoiled(s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
+    assert report['rigidity'].verdict is verdict
+    assert failed(report) == ({'rigidity'} if verdict is Verdict.FAIL else set())
+
+
+def test_phases_alike_return_no_echo():
+    """Without the cubic term both ground states have one stiffness."""
+    report = spoiled(a=1.2, b=0.0, c=2.0)
+    assert {'stiffnesses', 'echo_left', 'echo_right'} <= failed(report)
+
+
+def test_stiff_defects_hold_nothing():
+    report = spoiled(beta=0.05)
+    assert {'pin_depth', 'write_peaks', 'erase_peaks'} <= failed(report)
+    assert 'beta' in report['pin_depth'].text
+
+
+def test_deep_defects_let_nothing_go():
+    assert {'write_peaks', 'erase_peaks'} <= failed(spoiled(beta=-0.6))
+
+
+def test_weak_peaks_move_nothing():
+    settings = Settings.from_dict(
+        {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
+    )
+    report = check(CASE_II, settings)
+    assert failed(report) == {'write_peaks'}
+    assert report['write_peaks'].values['compression needed'] == pytest.approx(-0.0204, abs=3e-4)
+
+
+def test_a_short_ramp_is_a_warning():
+    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'ramp': 400.0}})
+    assert check(CASE_II, settings)['ramps'].verdict is Verdict.WARN
+
+
+def test_a_wide_wall_does_not_fit_a_level():
+    assert 'wall_width' in failed(spoiled(d=0.0061, J=10, J_s=20, j_0=6.8))
+
+
+def test_a_trap_too_near_the_end_loses_the_launched_wall():
+    """The device itself loses it, too: the wall swings back and out of the free end."""
+    near = dataclasses.replace(CASE_II, J=10, J_s=20, j_0=6.8)
+    report = check(near)
+    assert 'launch_write' in failed(report)
+    assert math.isnan(launched(Subject(near, Settings()), 'write'))
+
+
+@pytest.mark.parametrize('strain', [0.015, 0.035, 0.05])
+def test_a_launch_on_the_first_cells_is_that_of_the_element(strain):
+    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'start_strain': strain}})
+    assert launched(Subject(CASE_II, settings), 'write') == pytest.approx(25.0, abs=0.3)
+
+
+def test_the_actuator_s_rate_stretches_the_durations():
+    slow = dataclasses.replace(Settings(), actuator=ActuatorSettings(max_rate=1e-5))
+    plain, stretched = (check(CASE_II, s)['durations'].values['step'] for s in (None, slow))
+    assert plain == 4500.0
+    assert stretched == pytest.approx(2 * 1.5 * 0.048 / 1e-5 + 600.0 + 1500.0)
+
+
+# --- echoes ----------------------------------------------------------------------------------
+
+
+def test_the_echoes_of_the_device_are_forecast():
+    """Delays to 2 time units, which is less than a hundredth of a level's."""
+    settings = Settings()
+    known = factory_calibration(CASE_II, settings)
+    for end, probe in (('left', settings.probe), ('right', settings.probe_right)):
+        for level in (0, 3, 7):
+            echo = forecast_echo(CASE_II, resting_wall(CASE_II, level), probe, end, 0.25)
+            assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
+
+
+def test_a_forecast_margin_is_that_of_the_device():
+    element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
+    element.chain.place(resting_wall(CASE_II, 7))
+    element.transducer.settle()
+    detector = element.transducer.fire('left')
+    while detector.time < 1200.0:
+        element.advance()
+    echo = forecast_echo(CASE_II, resting_wall(CASE_II, 7), Settings().probe, 'left', 0.25)
+    assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
+
+
+def test_the_range_by_closed_forms_bounds_the_forecast():
+    """A perfect mirror returns more than a wall, and at the band's edge three times as much."""
+    settings = Settings()
+    for end, probe, k_s, most in (
+        ('left', settings.probe, CASE_II.k_s2, 3.5),
+        ('right', settings.probe_right, CASE_II.k_s1, 1.25),
+    ):
+        wall = forecast_echo(CASE_II, resting_wall(CASE_II, 3), probe, end, 0.25)
+        heard = wall.v_c[wall.t > 150.0].max()
+        distance = 100.0 if end == 'left' else 125.0
+        (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))
+        assert 0.95 * heard < bound < most * heard
+
+
+def test_too_much_damping_swallows_the_farthest_echo():
+    report = spoiled(eta=0.5)
+    assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
+
+
+# --- large elements --------------------------------------------------------------------------
+
+
+def test_levels_are_sampled_in_pairs():
+    assert sample(5) == [0, 1, 2, 3, 4]
+    assert sample(256) == [0, 1, 128, 129, 254, 255]
+    assert sample(0) == []
+
+
+@pytest.mark.slow
+def test_256_levels_are_checked_within_half_a_minute():
+    large = dataclasses.replace(CASE_II, N=2580, J=10, J_s=20, j_0=6.8, gamma=-1e-4)
+    begin = time.process_time()
+    check(large)
+    assert time.process_time() - begin < 30.0

@@ -1,0 +1,141 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node's parameter file, read without ROS, with the node's own strictness."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import Settings, SettingsError
+from mlmem_ros.parameter_file import ParameterFileError, load, parse, preset_file
+from mlmem_ros.physics import CASE_I, CASE_II, PRESETS, DesignError
+
+CONFIG = Path(__file__).parent.parent / 'config'
+
+MINE = """
+/**:
+  ros__parameters:
+    design: {preset: case_2, N: 150, gamma: -2e-4}   # an exponent with no point, as ROS reads it
+    write:
+      tension: 0.05
+    time.speed: 0.0
+    publish: {field_every: 5}
+/mlmem:
+  ros__parameters:
+    write.attempts: 5
+    write.tension: 0.06                                # a name is nearer than /**
+    use_sim_time: true
+"""
+
+
+def wrapped(text):
+    return f'/**:\n  ros__parameters:\n    {text}\n'
+
+
+def test_a_file_changes_what_it_names_and_leaves_the_rest():
+    design, settings = parse(MINE)
+    assert (design.N, design.gamma, design.J) == (150, -2e-4, CASE_II.J)
+    assert (settings.write.tension, settings.write.attempts) == (0.06, 5)
+    assert settings.erase == Settings().erase
+
+
+def test_the_presets_have_their_own_settings():
+    assert load('case_2') == (CASE_II, Settings())
+    design, settings = load('case_1')
+    assert design == CASE_I
+    assert settings.probe.omega_c == 1.95
+
+
+def test_every_preset_that_has_a_file_is_in_it():
+    for name, design in PRESETS.items():
+        file = preset_file(name)
+        assert file is not None
+        assert load(str(file))[0] == design
+
+
+@pytest.mark.parametrize(
+    ('text', 'words'),
+    [
+        (wrapped('write: {tention: 0.05}'), ['no parameter write.tention', 'write.tension?']),
+        (wrapped('color: red'), ['no parameter color']),
+        (wrapped('write: {tension: 1}'), ['write.tension', 'decimal point', "'1'"]),
+        (wrapped('write: {tension: strong}'), ['write.tension', 'a double', "'strong'"]),
+        (wrapped('write: {attempts: 2.5}'), ['write.attempts', 'an integer', "'2.5'"]),
+        (wrapped('write: [1, 2]'), ['write must be one value']),
+        (wrapped('design: {preset: case_9}'), ['design.preset', 'case_1, case_2', "'case_9'"]),
+        ('a: [', ['must be YAML']),
+        ('', ['/**', 'ros__parameters']),
+        ('write: {tension: 0.05}', ['ros__parameters']),
+        ('/a: {ros__parameters: {}}\n/b: {ros__parameters: {}}', ['one node', '/a, /b']),
+    ],
+)
+def test_a_bad_file_is_named_with_what_is_wrong(text, words):
+    with pytest.raises(ParameterFileError) as refused:
+        parse(text, 'my.yaml')
+    for word in ['my.yaml', *words]:
+        assert word in str(refused.value)
+    assert '\n' not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'error', 'words'),
+    [
+        (wrapped('write: {tension: 0.9}'), SettingsError, 'tension must be'),
+        (wrapped('write: {tension: .nan}'), SettingsError, 'tension must be .* got nan'),
+        (wrapped('write: {tension: 0.2}'), SettingsError, 'within actuator.max_strain'),
+        (wrapped('design: {N: 20}'), DesignError, 'J must be at most N - 1 = 19'),
+    ],
+)
+def test_a_value_out_of_range_is_refused_as_by_the_node(text, error, words):
+    with pytest.raises(error, match=words):
+        parse(text, 'my.yaml')
+
+
+# --- mlmem design check ----------------------------------------------------------------------
+
+
+def test_a_preset_is_checked_in_a_process_of_its_own():
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'design', 'check', 'case_2']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert 'peierls_nabarro' in done.stdout
+    assert '0 failed, 0 with a warning' in done.stdout
+
+
+def test_a_failing_file_has_the_status_1_and_json_has_everything(tmp_path, capsys):
+    file = tmp_path / 'my.yaml'
+    file.write_text(wrapped('probe: {omega_c: 2.4}'))
+    assert main(['design', 'check', str(file), '--json']) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report['verdict'] == 'fail'
+    failed = [finding['name'] for finding in report['findings'] if finding['verdict'] == 'fail']
+    assert 'carrier_left' in failed
+
+
+def test_a_brief_table_has_what_did_not_pass(capsys):
+    assert main(['design', 'check', str(CONFIG / 'case_1.yaml'), '--brief']) == 0
+    shown = capsys.readouterr().out
+    assert 'carrier_right' in shown
+    assert 'wall_width' not in shown
+
+
+@pytest.mark.parametrize(
+    ('text', 'status', 'words'),
+    [
+        (None, 2, 'must be a readable parameter file or one of case_1, case_2'),
+        ('nothing', 2, 'ros__parameters'),
+        (wrapped('design: {N: 20}'), 1, 'J must be at most N - 1'),
+    ],
+)
+def test_what_cannot_be_checked(tmp_path, capsys, text, status, words):
+    file = tmp_path / 'my.yaml'
+    if text is not None:
+        file.write_text(text)
+    assert main(['design', 'check', str(file)]) == status
+    message = capsys.readouterr().err
+    assert message.startswith('mlmem design: ')
+    assert words in message
