@@ -59,17 +59,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _print_report(source: str, report: Report, brief: bool) -> None:
+    from rich import box
     from rich.console import Console
     from rich.table import Table
 
     from ..device.checks import Verdict
 
     console = Console()
-    table = Table(title=f'{source}: {report.verdict.value}', show_lines=True)
+    table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
     table.add_column('')
     table.add_column('quantity', no_wrap=True)
-    table.add_column('values', no_wrap=True)
-    table.add_column('what it means' if brief else 'what it means, and the paper')
+    table.add_column('values')
+    table.add_column('what it means' + ('' if brief else ', and the paper'))
     for finding in report.findings:
         if brief and finding.verdict is Verdict.PASS:
             continue

@@ -24,6 +24,7 @@ STUDIES = (
     Study('peaks', 'peaks', 'Which peak strains move the wall by one level', 8),
     Study('launches', 'launches', 'Which launches start a wall, the printed one included', 11),
     Study('rigidity', 'rigidity', 'How stiff the substrate has to be', 10),
+    Study('design', 'design', 'How the pieces of a design act together', 1),
     Study('check', 'check', 'The independent check: SciPy, closed forms, Newton', 15),
 )
 

@@ -54,6 +54,8 @@ CAPTIONS = {
     'to tension; none goes back.',
     'launches': 'The printed kick makes no kink; a slowly moved cell starts level 0 every time.',
     'rigidity': 'The elastic substrate, Eq. (1b), against Eq. (1a) alone.',
+    'design': 'Case II: pins, strains, the way back to a defect, and the carriers; the design '
+    'guide explains them.',
     'check': 'Lower panel: relative differences of the table below.',
 }
 

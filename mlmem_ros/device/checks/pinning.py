@@ -76,7 +76,7 @@ def _de_pinning(subject: Subject) -> Iterator[Finding]:
         }
         held = math.isnan(values['wall forward']) or math.isnan(values['kink forward'])
         yield Finding(
-            f'de-pinning_{kind}',
+            f'freed_by_{kind}',
             values,
             'strain',
             Verdict.WARN if held and design.levels > 1 else Verdict.PASS,

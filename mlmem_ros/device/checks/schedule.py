@@ -60,7 +60,7 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
     verdict = judged(ratio, 1.0, ENOUGH)
     mover = 'wall' if name == 'write' else 'kink'
     if held:
-        text = f'the {mover} is not freed from level {held[0]} by any strain: see `de-pinning`'
+        text = f'the {mover} is not freed from level {held[0]} by any strain: see `freed_by_...`'
     elif not margins:
         text = 'a single level: there is no step to make'
     elif verdict is Verdict.PASS:

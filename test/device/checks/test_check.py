@@ -79,7 +79,7 @@ def test_the_numbers_of_case_ii(case_ii):
     bands = case_ii['bands'].values
     assert bands['s1 to'] == pytest.approx(2.0542, abs=1e-4)
     assert bands['s2 to'] == pytest.approx(2.1427, abs=1e-4)
-    even, odd = (case_ii[f'de-pinning_{kind}'].values for kind in ('compression', 'tension'))
+    even, odd = (case_ii[f'freed_by_{kind}'].values for kind in ('compression', 'tension'))
     assert even['wall forward'] == pytest.approx(-0.0204, abs=3e-4)
     assert odd['wall forward'] == pytest.approx(0.0355, abs=3e-4)
 
