@@ -11,7 +11,7 @@ from .aborting import abort
 from .blocks import Procedure, Result
 from .calibrating import calibrate
 from .erasing import erase
-from .listening import read
+from .listening import listening_time, read
 from .self_testing import self_test
 from .writing import write
 
@@ -21,6 +21,7 @@ __all__ = [
     'abort',
     'calibrate',
     'erase',
+    'listening_time',
     'read',
     'self_test',
     'write',
