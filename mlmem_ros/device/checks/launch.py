@@ -18,9 +18,9 @@ import numpy as np
 from ...physics import StateError, walls
 from ...physics.excerpt import excerpt
 from ...verdict import Verdict
-from .. import procedures
 from ..calibration import Calibration, DelayTable
 from ..element import MemoryElement
+from ..procedures.blocks import launch
 from ..settings import EraseSettings, WriteSettings
 from .finding import Finding
 from .subject import Subject
@@ -68,9 +68,7 @@ def launched(subject: Subject, name: str) -> float:
         start, target = target, start
     element.chain.place(np.full(part.N, start))
     try:
-        for _ in procedures.launch(
-            element, group.start_strain * local, target, group.launch_speed, group
-        ):
+        for _ in launch(element, group.start_strain * local, target, group.launch_speed, group):
             element.advance()
     except StateError:
         return math.nan
