@@ -205,8 +205,12 @@ def test_a_forecast_margin_is_that_of_the_device():
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
 
 
-def test_the_range_by_closed_forms_bounds_the_forecast():
-    """A perfect mirror returns more than a wall, and at the band's edge three times as much."""
+def test_the_range_by_closed_forms_is_next_to_the_forecast():
+    """At the band's edge a perfect mirror returns three times as much as the wall.
+
+    The short pulse of the right end spreads into more than a Gaussian, whose height is a fifth
+    higher at most.
+    """
     settings = Settings()
     for end, probe, k_s, most in (
         ('left', settings.probe, CASE_II.k_s2, 3.5),
@@ -216,7 +220,7 @@ def test_the_range_by_closed_forms_bounds_the_forecast():
         heard = wall.v_c[wall.t > 150.0].max()
         distance = 100.0 if end == 'left' else 125.0
         (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))
-        assert 0.95 * heard < bound < most * heard
+        assert 0.8 * heard < bound < most * heard
 
 
 def test_too_much_damping_swallows_the_farthest_echo():
