@@ -11,6 +11,7 @@ import numpy as np
 from ..device import Calibration, Settings
 from ..device.echo import EchoDetector, pulse_duration
 from ..device.pulse import Pulse
+from ..device.reading import confidence
 from ..device.settings import ProbeSettings
 from .session_data import RecordedEcho
 
@@ -32,6 +33,11 @@ class Redecoded:
     level: int | None
     level_margin: float
     threshold_margin: float
+
+    @property
+    def confidence(self) -> float:
+        """How much may be lost before the answer changes; see `device.reading.confidence`."""
+        return confidence(self.level_margin, self.threshold_margin)
 
     def agrees(self, recorded: int) -> bool:
         """Whether it is the level that was decoded at the time (undecodable agrees with all).

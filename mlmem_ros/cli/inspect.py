@@ -152,6 +152,7 @@ def _list_echoes(console: Console, session: SessionData) -> bool:
     table = _table(
         'echoes, decoded again from their waveforms',
         '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',
+        '>confidence',
     )  # fmt: skip
     agree = True
     for echo in session.echoes:
@@ -166,6 +167,7 @@ def _list_echoes(console: Console, session: SessionData) -> bool:
             'none' if again.delay is None else f'{again.delay:.2f}',
             f'{again.level_margin:.2f}',
             f'{again.threshold_margin:.2f}',
+            f'{again.confidence:.2f}',
         )
     console.print(table)
     return agree

@@ -62,15 +62,22 @@ class Reading:
 
     @property
     def confidence(self) -> float:
-        """How much may be lost before the answer changes, from 0 to 1.
-
-        The lesser of two shares: that of the way to the next level by which the delay may yet
-        shift (the level margin), and that of its height by which the echo may yet fade until
-        it is missed (1 - 1 / threshold margin). 0 where nothing was decoded.
-        """
-        if self.level == UNDECODABLE or self.threshold_margin <= 1.0:
+        """See the function `confidence`; 0 where nothing was decoded."""
+        if self.level == UNDECODABLE:
             return 0.0
-        return max(0.0, min(self.level_margin, 1.0 - 1.0 / self.threshold_margin))
+        return confidence(self.level_margin, self.threshold_margin)
+
+
+def confidence(level_margin: float, threshold_margin: float) -> float:
+    """Return how much may be lost before the answer changes, from 0 to 1.
+
+    The lesser of two shares: that of the way to the next level by which the delay may yet
+    shift (the level margin), and that of its height by which the echo may yet fade until it
+    is missed (1 - 1 / threshold margin).
+    """
+    if threshold_margin <= 1.0:
+        return 0.0
+    return max(0.0, min(level_margin, 1.0 - 1.0 / threshold_margin))
 
 
 def phase_of(design: Design, rest: float) -> int | None:

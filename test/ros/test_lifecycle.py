@@ -34,6 +34,9 @@ def test_a_node_that_does_not_start_itself_is_taken_through_its_states(start):
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
         for service in ('write', 'read', 'erase', 'calibrate', 'abort', 'step'):
             assert 'inactive' in robot.trigger(service)['error']
+        tested = robot.response(robot.send('self_test'))
+        assert (tested.passed, len(tested.status)) == (b'\0', 1)
+        assert 'inactive' in tested.status[0].message
         assert change(robot, Transition.TRANSITION_CONFIGURE)
         assert 'inactive' in robot.trigger('read')['error']
         assert change(robot, Transition.TRANSITION_ACTIVATE)
