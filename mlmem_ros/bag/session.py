@@ -69,7 +69,7 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
             'format': FORMAT,
             'node': node,
             'versions': versions(),
-            'seed': 0,
+            'seed': element.faults.seed,
             'design': dataclasses.asdict(element.design),
             'settings': element.settings.as_dict(),
             'parameters': dict(parameters),

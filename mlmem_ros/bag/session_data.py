@@ -13,21 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..device import Command, Read, SetStrain, Settings, Write
+from ..device import Command, Settings
 from ..device import commands as device_commands
+from ..device.settings import ScaleSettings
 from ..physics import Design
+from .command_topics import COMMAND_TOPICS, Make
 from .errors import BagError
 from .reader import BagReader
 from .session import COMMAND, HEADER, STATE_HASH
 
 Array = NDArray[np.float64]
-
-COMMAND_TOPICS: dict[str, tuple[str, Callable[[Any], Command]]] = {
-    'strain': ('std_msgs/msg/Float64', lambda message: SetStrain(float(message.data))),
-    'probe': ('std_msgs/msg/Empty', lambda message: Read()),
-    'write_level': ('std_msgs/msg/UInt8', lambda message: Write(int(message.data))),
-}
-"""The node's command topics: type, and the command that a message is."""
 
 
 @dataclass(frozen=True)
@@ -129,12 +124,15 @@ class SessionData:
         return found
 
 
-def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
+def load(
+    path: str | PathLike[str] | BagReader, node: str = '', scale: ScaleSettings | None = None
+) -> SessionData:
     """Read what a bag tells of a memory node.
 
     Args:
         path: The bag, or a reader that opened it.
         node: Full name of the node; by default the only one in the bag.
+        scale: What the units of a bag without a header are in SI; by default the device's.
 
     Raises:
         BagError: The bag cannot be read, or tells of no node or of several.
@@ -142,7 +140,7 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
     session = SessionData(node, reader.span[0] if reader.span else 0, None)
-    collector = _Collector(session)
+    collector = _Collector(session, scale or ScaleSettings())
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
     for message in reader.messages(handlers):
         seconds = (message.log_time - session.start) / 1e9
@@ -153,8 +151,9 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
 class _Collector:
     """Sorts messages into a `SessionData`."""
 
-    def __init__(self, session: SessionData) -> None:
+    def __init__(self, session: SessionData, scale: ScaleSettings) -> None:
         self._session = session
+        self._scale = scale
         self._waiting: NDArray[np.float64] | None = None
 
     def handlers(self) -> dict[str, Callable[[float, Any], None]]:
@@ -205,8 +204,13 @@ class _Collector:
         values = {item.key: item.value for item in message.values}
         self._session.outcomes.append((seconds, values))
 
-    def _command(self, make: Callable[[Any], Command]) -> Callable[[float, Any], None]:
-        return lambda seconds, message: self._session.commands.append((seconds, make(message)))
+    def _command(self, make: Make) -> Callable[[float, Any], None]:
+        def take(seconds: float, message: Any) -> None:
+            header = self._session.header  # the first message of a session
+            scale = self._session.settings.scale if header else self._scale
+            self._session.commands.append((seconds, make(message, scale)))
+
+        return take
 
 
 def _object(message: Any, what: str) -> dict[str, Any]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from ..bag.reader import BagReader
     from ..bag.session_data import SessionData
+    from ..device import Command
 
 SUMMARY = 'list a session bag, decode its echoes again, plot or repair it'
 
@@ -100,16 +101,34 @@ def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Na
 
 
 def _list_commands(console: Console, session: SessionData) -> None:
+    from ..device import Disturb
+
     if session.stamped:
         table = _table('commands', '>tick', 'command')
         for tick, command in session.stamped:
-            table.add_row(str(tick), str(command))
+            if not isinstance(command, Disturb):
+                table.add_row(str(tick), _said(command))
         console.print(table)
     elif session.commands:
         table = _table('command messages', '>time', 'command')
         for seconds, command in session.commands:
-            table.add_row(f'{seconds:.3f} s', str(command))
+            if not isinstance(command, Disturb):
+                table.add_row(f'{seconds:.3f} s', _said(command))
         console.print(table)
+    commands = [command for _, command in session.stamped or session.commands]
+    shakes = [command.acceleration for command in commands if isinstance(command, Disturb)]
+    if shakes:  # too many for a table
+        largest = max(shakes, key=abs)
+        console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}', highlight=False)
+
+
+def _said(command: Command) -> str:
+    """Return a command as a person reads it: of faults, what is wrong alone."""
+    from ..device import SetFaults
+
+    if isinstance(command, SetFaults):
+        return f'SetFaults({command.faults.active() or "healthy"})'
+    return str(command)
 
 
 def _list_procedures(console: Console, session: SessionData) -> None:

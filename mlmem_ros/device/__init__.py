@@ -3,11 +3,23 @@
 """The memory element as an instrument. It knows the material and no ROS."""
 
 from .calibration import Calibration, DelayTable
-from .commands import Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
+from .commands import (
+    Abort,
+    Calibrate,
+    Command,
+    Disturb,
+    Erase,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+)
 from .element import MemoryElement
 from .errors import ProcedureFailed, Refused, SettingsError
 from .events import Check, Event, Heard, Outcome
 from .factory import factory_calibration, new_element
+from .faults import Faults
 from .loop import Loop
 from .reading import BLANK, UNDECODABLE, Reading, describe_level
 from .settings import Settings
@@ -21,8 +33,10 @@ __all__ = [
     'Check',
     'Command',
     'DelayTable',
+    'Disturb',
     'Erase',
     'Event',
+    'Faults',
     'Heard',
     'Loop',
     'MemoryElement',
@@ -32,6 +46,7 @@ __all__ = [
     'Reading',
     'Refused',
     'SelfTest',
+    'SetFaults',
     'SetStrain',
     'Settings',
     'SettingsError',

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import Refused
+from .errors import Refused, SettingsError
+from .faults import Faults
 
 
 @dataclass(frozen=True)
@@ -55,13 +56,28 @@ class Abort:
     why: str = ''
 
 
+@dataclass(frozen=True)
+class Disturb:
+    """Shake the base: its acceleration in lattice constants per time unit squared."""
+
+    acceleration: float
+
+
+@dataclass(frozen=True)
+class SetFaults:
+    """Be faulty in these ways from now on, and in no other."""
+
+    faults: Faults
+
+
 Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
 """Commands that take their time, and whose outcome is told when they end."""
 
-Command = SetStrain | Procedures
+Command = SetStrain | Disturb | SetFaults | Procedures
 
 KINDS: dict[str, type[Any]] = {
-    kind.__name__: kind for kind in (SetStrain, Write, Read, Erase, Calibrate, SelfTest, Abort)
+    kind.__name__: kind
+    for kind in (SetStrain, Write, Read, Erase, Calibrate, SelfTest, Abort, Disturb, SetFaults)
 }
 
 
@@ -81,7 +97,9 @@ def from_dict(data: Mapping[str, Any]) -> Command:
     if not isinstance(kind, str) or kind not in KINDS:
         raise Refused(f'command must be one of {", ".join(KINDS)}; got {kind!r}')
     try:
+        if kind == SetFaults.__name__:
+            values = {name: Faults(**given) for name, given in values.items()}
         command: Command = KINDS[kind](**values)
-    except TypeError as error:
+    except (TypeError, SettingsError) as error:
         raise Refused(f'{kind} was given the wrong values: {error}') from error
     return command

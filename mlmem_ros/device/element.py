@@ -7,18 +7,36 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..physics import Chain, Design, stable_step, substep_times
+import numpy as np
+
+from ..physics import Chain, Design, DesignError, Specimen, stable_step, substep_times
 from ..physics.chain import ACCURATE_STEP
 from . import procedures
 from .actuator import Actuator
+from .base import Base
 from .calibration import Calibration
-from .commands import KINDS, Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
+from .commands import (
+    KINDS,
+    Abort,
+    Calibrate,
+    Command,
+    Disturb,
+    Erase,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+)
 from .echo import Echo
-from .errors import ProcedureFailed, Refused
+from .errors import ProcedureFailed, Refused, SettingsError
 from .events import Event, Heard, Outcome
+from .faults import HEALTHY, Faults, worn
+from .linkage import Linkage
 from .memory_statistics import MemoryStatistics
 from .procedures import Procedure, Result
 from .reading import Reading, combine, decode, phase_of
+from .sensor_faults import sensed
 from .settings import Settings
 from .transducer import ENDS, Transducer
 
@@ -35,7 +53,10 @@ class MemoryElement:
         design: The element.
         settings: The instrument's settings.
         chain: The material.
-        actuator: Strains the substrate.
+        actuator: Tells the strain of the substrate.
+        linkage: Brings that strain to the substrate.
+        base: What the element stands on.
+        faults: What is wrong; set by a command.
         transducer: Drives and senses the ends.
         calibration: Echo delay of every level.
         reading: The last reading, None while the content is not known.
@@ -63,6 +84,9 @@ class MemoryElement:
         self.steps_per_tick = steps_per_tick(design, self.tick)
         self.chain = Chain(design, self.tick / self.steps_per_tick)
         self.actuator = Actuator(settings.actuator)
+        self.linkage = Linkage(settings.actuator.max_rate)
+        self.base = Base(settings.disturbance, self.tick)
+        self.faults = HEALTHY
         probes = {'left': settings.probe, 'right': settings.probe_right}
         self.transducer = Transducer(self.chain, probes)
         self.calibration = calibration
@@ -71,6 +95,8 @@ class MemoryElement:
         self.ticks = 0
         self.substrate_speed = 0.0
         self._times = substep_times(self.steps_per_tick, self.chain.dt)
+        self._substeps = np.diff(self._times, prepend=0.0)
+        self._progress = self._times / self.tick
         self._running: _Run | None = None
         self._events: list[Event] = []
 
@@ -93,9 +119,16 @@ class MemoryElement:
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
-        if isinstance(command, Abort):
-            self._abort(command.why)
-            return
+        match command:  # what may come at any time
+            case Abort(why):
+                self._abort(why)
+                return
+            case Disturb(acceleration):
+                self.base.disturb(acceleration)
+                return
+            case SetFaults(faults):
+                self.suffer(faults)
+                return
         if self._running:
             raise Refused(f'busy: {self._running.name} is running; abort it or wait')
         match command:
@@ -123,6 +156,24 @@ class MemoryElement:
         if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
             raise Refused(f'level must be a whole number from 0 to {last}; got {level!r}')
 
+    def specimen(self, faults: Faults) -> Specimen:
+        """Return the material with faults; it may be asked for from any thread.
+
+        Raises:
+            Refused: The design has no such cell, or the step is too long for this material.
+        """
+        try:
+            specimen = worn(self.design, faults)
+            self.chain.check(specimen)
+        except (SettingsError, DesignError) as error:
+            raise Refused(f'faults: {error}') from error
+        return specimen
+
+    def suffer(self, faults: Faults) -> None:
+        """Be faulty in these ways, and in no other; raises as `specimen`, nothing changed."""
+        self.chain.become(self.specimen(faults))
+        self.faults = faults
+
     def _abort(self, why: str) -> None:
         if self._running:
             self._running.steps.close()
@@ -137,7 +188,8 @@ class MemoryElement:
 
     def phase(self, end: str) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
-        substrate = 0.0 if end == 'left' else self.design.end_displacement(self.actuator.strain)
+        strain = self.linkage.encoder
+        substrate = 0.0 if end == 'left' else self.design.end_displacement(strain)
         return phase_of(self.design, self.transducer.rest(end) - substrate)
 
     def forget(self) -> None:
@@ -170,12 +222,17 @@ class MemoryElement:
         """
         if self._running:
             self._step(self._running)
-        strain = self.actuator.advance(self._times)
+        if self.base.harmful:
+            self.forget()
+        shake = self.base.advance(self._progress)
+        told = self.actuator.advance(self._times)
+        strain = self.linkage.advance(told, self._substeps, self.faults, self.ticks)
         drive = self.transducer.drive(self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
         self.substrate_speed = (float(V_N[-1]) - self.chain.V_N) / self.tick
-        ends = self.chain.advance(V_N, drive)
-        self.transducer.record(ends)
+        ends = self.chain.advance(V_N, drive, shake)
+        last = self.transducer.recent[:, -1]
+        self.transducer.record(sensed(ends, last, self.faults, self.ticks))
         self.ticks += 1
         events, self._events = self._events, []
         return events

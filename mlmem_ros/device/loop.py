@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any, TypeVar
 
-from .commands import Abort, Command, Procedures
+from .commands import Abort, Command, Disturb, Procedures
 from .element import MemoryElement
 from .errors import Refused
 from .events import Event, Outcome
@@ -127,12 +127,37 @@ class Loop:
             once it is taken, the exception `Refused` where it is not.
         """
         answer: Future[Outcome | None] = Future()
+        superseded: Future[Outcome | None] | None = None
         with self._changed:
-            stopped = self._stopped()
-            if not stopped:
+            refusal = self._stopped() or self._impossible(command)
+            if not refusal:
+                if isinstance(command, Disturb) and self._inbox:
+                    superseded = self._supersede()
                 self._inbox.append((command, answer))
-        if stopped:
-            answer.set_exception(stopped)
+        if superseded and superseded.set_running_or_notify_cancel():
+            superseded.set_result(None)
+        if refusal:
+            answer.set_exception(refusal)
+        return answer
+
+    def _impossible(self, command: Command) -> Refused | None:
+        """Return the refusal of an acceleration that must not take the place of another."""
+        if isinstance(command, Disturb):
+            try:
+                self.element.base.check(command.acceleration)
+            except Refused as refusal:
+                return refusal
+        return None
+
+    def _supersede(self) -> Future[Outcome | None] | None:
+        """Take back a last command in the inbox which a new acceleration of the base replaces.
+
+        The base of a robot tells it more often than there are ticks, and while time is held.
+        """
+        last, answer = self._inbox[-1]
+        if not isinstance(last, Disturb):
+            return None
+        self._inbox.pop()
         return answer
 
     @property
@@ -246,8 +271,8 @@ class Loop:
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
-        while self._inbox:
-            command, answer = self._inbox.popleft()
+        while waiting := self._next():
+            command, answer = waiting
             if not answer.set_running_or_notify_cancel():
                 continue  # who asked has given up before it was taken
             try:
@@ -265,6 +290,10 @@ class Loop:
             else:
                 answer.set_result(None)
         return taken
+
+    def _next(self) -> tuple[Command, Future[Outcome | None]] | None:
+        with self._changed:
+            return self._inbox.popleft() if self._inbox else None
 
     def _answer(self, events: Sequence[Event]) -> None:
         for event in events:

@@ -150,6 +150,33 @@ class ReadSettings(Checked):
 
 
 @dataclass(frozen=True)
+class DisturbanceSettings(Checked):
+    """How the acceleration of the base is taken; in lattice constants per time unit squared."""
+
+    max_acceleration: float = described(
+        0.01,
+        'largest acceleration of the base that is taken, either sign',
+        unit='cells/time^2',
+        low=1e-9,
+        high=0.05,
+    )
+    harmless: float = described(
+        1e-4,
+        'acceleration up to which the content counts as known: no frequency of it moves a wall',
+        unit='cells/time^2',
+        low=0.0,
+        high=0.05,
+    )
+    timeout: float = described(
+        1000.0,
+        'time without a message after which the base is at rest',
+        unit='time',
+        low=1.0,
+        high=1e9,
+    )
+
+
+@dataclass(frozen=True)
 class TimeSettings(Checked):
     """How the material's time is cut."""
 
@@ -165,6 +192,11 @@ class ScaleSettings(Checked):
     time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
     length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
 
+    @property
+    def acceleration(self) -> float:
+        """One lattice constant per time unit squared, in m/s^2."""
+        return self.length / self.time**2
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -178,6 +210,7 @@ class Settings:
         default_factory=lambda: ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
     )
     read: ReadSettings = field(default_factory=ReadSettings)
+    disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
     time: TimeSettings = field(default_factory=TimeSettings)
     scale: ScaleSettings = field(default_factory=ScaleSettings)
 

@@ -17,11 +17,16 @@ import numpy as np
 from ..physics import StateError
 from ..physics.potential import Array
 from .actuator import Motion
+from .base import BaseState
 from .calibration import Calibration, calibration_key
 from .element import MemoryElement
 from .errors import Refused
+from .faults import Faults
+from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .reading import UNDECODABLE, Reading
+
+_STRAINS = ('told', 'drive', 'strain')
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
@@ -47,6 +52,9 @@ def take(element: MemoryElement) -> dict[str, Any]:
             'strain': element.actuator.strain,
             'elapsed': element.actuator.elapsed,
         },
+        'linkage': dataclasses.asdict(element.linkage.state),
+        'base': dataclasses.asdict(element.base.state),
+        'faults': dataclasses.asdict(element.faults),
         'reading': _reading_values(element.reading),
         'calibration': element.calibration.as_dict(),
         'calibration_key': calibration_key(element.design, element.settings),
@@ -68,6 +76,10 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         raise Refused(f'busy: {element.procedure} is running')
     try:
         motion, strain, elapsed = _motion(snapshot['actuator'])
+        linkage, base, faults = _disorders(snapshot, strain)
+        specimen = element.specimen(faults)
+        element.base.check(base.acceleration)
+        element.base.check(base.target)
         for given in (motion.start, motion.target, strain):
             element.actuator.check(given)
         calibration = Calibration.from_dict(snapshot['calibration'])
@@ -92,11 +104,14 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its steps per tick': ticks >= 0 and steps == ticks * element.steps_per_tick,
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
-        'its strain': math.isclose(V_N, element.design.end_displacement(strain)),
+        'its strain': linkage.told == strain
+        and math.isclose(V_N, element.design.end_displacement(linkage.strain)),
     }
     if wrong := [what for what, right in agree.items() if not right]:
         raise StateError(f'this is no snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=V_N, steps_done=steps)
+    element.chain.become(specimen)
+    element.linkage.state, element.base.state, element.faults = linkage, base, faults
     element.transducer.recent = recent
     element.transducer.release()
     element.actuator.motion = motion
@@ -124,6 +139,19 @@ def _motion(values: Mapping[str, Any]) -> tuple[Motion, float, float]:
     if not (0.0 <= duration < math.inf and 0.0 <= elapsed < math.inf):
         raise ValueError(f'a move takes a finite time; got {elapsed} of {duration}')
     return Motion(start, target, duration, smooth=bool(values['smooth'])), strain, elapsed
+
+
+def _disorders(
+    snapshot: Mapping[str, Any], strain: float
+) -> tuple[LinkageState, BaseState, Faults]:
+    """Return what may be wrong with a device; snapshots of 0.1.0 are of healthy ones."""
+    linkage = LinkageState(**snapshot.get('linkage', dict.fromkeys(_STRAINS, strain)))
+    if not all(math.isfinite(getattr(linkage, name)) for name in _STRAINS):
+        raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
+    base = BaseState(**snapshot.get('base', {}))
+    if base.silence != int(base.silence):
+        raise ValueError(f'silence must be a whole number of ticks; got {base.silence}')
+    return linkage, base, Faults(**snapshot.get('faults', {}))
 
 
 def _reading_values(reading: Reading | None) -> dict[str, Any] | None:

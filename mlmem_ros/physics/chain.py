@@ -216,6 +216,15 @@ class Chain:
             DesignError: It is of another design, or the step is beyond its stability limit;
                 nothing is changed.
         """
+        self.check(specimen)
+        self.specimen = specimen
+        self._fill()
+        stuck = self._mobility == 0.0
+        for motion in (self._metamaterial.velocity, self._metamaterial.acceleration):
+            motion[stuck] *= 0.0  # keeps the sign of a zero, so that a state restored is the same
+
+    def check(self, specimen: Specimen) -> None:
+        """Raise `DesignError` for a specimen that `become` would refuse."""
         if specimen.design != self.design:
             raise DesignError('the specimen must be of the design of the chain')
         if self.dt > (limit := stable_step(specimen)):
@@ -223,9 +232,6 @@ class Chain:
                 f'the specimen needs a step of at most {limit:.5g}; the chain runs with '
                 f'{self.dt:g}'
             )
-        self.specimen = specimen
-        self._fill()
-        self.velocity[self._mobility == 0.0] = 0.0
 
     def _fill(self) -> None:
         """Give the kernel the arrays of the specimen."""

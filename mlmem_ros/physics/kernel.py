@@ -76,7 +76,7 @@ def rigid_first(
         half = h0 * A[j]
         middle = v[j] + half
         pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
-        acceleration = mobility[j] * pull - shake
+        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -95,7 +95,7 @@ def rigid_second(
         x = u[j + 1]
         force = on_site(height[j], x - (V_N * shape[j] + offset[j]), a, b, c)
         pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
-        acceleration = mobility[j] * pull - shake
+        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity
@@ -118,7 +118,7 @@ def advance_rigid(
         u_p, w, A_p: Work space of the same shapes.
         height: alpha_j d, shape (n,).
         offset: Shift of a cell's ground states, shape (n,).
-        mobility: Inverse of a cell's mass, shape (n,); 0 for a cell that is stuck.
+        mobility: Inverse of a cell's mass, shape (n,); 0 for a cell that is stuck to the base.
         shape: Substrate displacement per unit V_N, shape (n,).
         V_N: Substrate end displacement at the end of every sub-step, shape (2 steps,).
         shake: Acceleration of the base, in whose frame the chain is, likewise.
@@ -179,7 +179,7 @@ def elastic_first(
         half = h0 * A[j]
         middle = v[j] + half
         pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
-        acceleration = mobility[j] * pull - shake
+        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -208,7 +208,7 @@ def elastic_second(
         X = U[j + 1]
         force = on_site(height[j], x - (X + offset[j]), a, b, c)
         pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
-        acceleration = mobility[j] * pull - shake
+        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity

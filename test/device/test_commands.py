@@ -7,12 +7,25 @@ import json
 
 import pytest
 
-from mlmem_ros.device import Abort, Calibrate, Erase, Read, Refused, SelfTest, SetStrain, Write
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Disturb,
+    Erase,
+    Faults,
+    Read,
+    Refused,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+)
 from mlmem_ros.device.commands import KINDS, as_dict, from_dict
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), Write(7), Read(), Read('right'),
     Erase(), Calibrate(), SelfTest(), Abort(), Abort('the device is shut down'),
+    Disturb(1.0 / 3.0), SetFaults(Faults()), SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
 ]  # fmt: skip
 
 
@@ -46,6 +59,10 @@ def test_the_values_of_a_file_are_not_changed():
         ({'kind': 'Write'}, 'Write was given the wrong values'),
         ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write was given the wrong values'),
         ({'kind': 'Erase', 'level': 1}, 'Erase was given the wrong values'),
+        ({'kind': 'SetFaults', 'faults': {'weak_cell': -1}}, 'weak_cell must be a whole number'),
+        ({'kind': 'SetFaults', 'faults': {'rust': 1.0}}, 'SetFaults was given the wrong values'),
+        ({'kind': 'SetFaults', 'faults': 3}, 'SetFaults was given the wrong values'),
+        ({'kind': 'SetFaults'}, 'SetFaults was given the wrong values'),
         ({'kind': ['Write']}, r"command must be one of .*; got \['Write'\]"),
     ],
     ids=str,

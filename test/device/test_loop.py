@@ -17,6 +17,7 @@ import pytest
 from mlmem_ros.device import (
     Abort,
     Calibrate,
+    Disturb,
     Erase,
     Heard,
     Loop,
@@ -588,3 +589,18 @@ def test_finishing_a_paused_or_failed_loop_ends_too(start):
     result(failed.call(lambda: failed.element.chain.v.__setitem__(3, math.nan)))
     until(lambda: failed.failure is not None)
     failed.finish()
+
+
+def test_a_newer_acceleration_takes_the_place_of_one_that_waits(start):
+    """An IMU goes on while time is held: of what it tells, the newest is left, and no heap."""
+    stamped = []
+    loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
+    loop.pause(True).result(PATIENCE)
+    asked = [SetStrain(0.01), *(Disturb(1e-6 * n) for n in range(1000))]
+    answers = [loop.submit(command) for command in asked]
+    with pytest.raises(Refused, match='acceleration must be'):
+        loop.submit(Disturb(math.nan)).result(0.0)
+    assert len(loop._inbox) == 2
+    assert all(answer.result(0.0) is None for answer in answers[1:-1])
+    loop.single_tick().result(PATIENCE)
+    assert [command for _, command in stamped] == [asked[0], asked[-1]]

@@ -126,6 +126,19 @@ def test_a_stuck_cell_stays_where_it_is():
     assert math.isfinite(energy(chain).total)
 
 
+def test_a_stuck_cell_is_stuck_to_the_base_that_shakes_and_stops_in_mid_flight():
+    chain = Chain(SMALL)
+    shake = 0.02 * np.sin(0.4 * substep_times(1000, chain.dt))
+    chain.advance(np.zeros(2000), shake=shake)
+    assert abs(chain.velocity[19]) > 1e-3
+    mass = np.ones(SMALL.N)
+    mass[19] = np.inf
+    chain.become(Specimen(SMALL, mass=mass))
+    before = chain.v[19]
+    chain.advance(np.zeros(2000), shake=shake)
+    assert chain.v[19] == before
+
+
 def test_masses_enter_the_kinetic_energy_and_the_balance():
     """A free specimen loses what its damping takes: dE/dt = -eta sum w^2."""
     specimen = scattered(SMALL, SCATTER, seed=1)

@@ -16,6 +16,7 @@ from mlmem_ros.bag.replay import element_of, replay, replay_commands
 from mlmem_ros.bag.session_data import load
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import BLANK, new_element
+from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import CASE_II
 
 DATA = Path(__file__).parent.parent / 'data'
@@ -67,6 +68,39 @@ def test_strain_by_hand_is_replayed(tmp_path):
     for _ in range(20):  # 0.02 at 1e-4 per time unit: 200 time units, ten ticks
         element.advance()
     assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
+
+
+def imu(acceleration, covariance=0.0):
+    """Return the values of an Imu message that tells an acceleration along the chain."""
+    vector, quaternion = JAZZY.types['geometry_msgs/msg/Vector3'], 'geometry_msgs/msg/Quaternion'
+    time = JAZZY.types['builtin_interfaces/msg/Time'](0, 0)
+    return {
+        'header': JAZZY.types['std_msgs/msg/Header'](time, 'base_link'),
+        'orientation': JAZZY.types[quaternion](0.0, 0.0, 0.0, 1.0),
+        'orientation_covariance': np.zeros(9),
+        'angular_velocity': vector(0.0, 0.0, 0.0),
+        'angular_velocity_covariance': np.zeros(9),
+        'linear_acceleration': vector(acceleration, 0.0, 9.81),
+        'linear_acceleration_covariance': np.array([covariance] + [0.0] * 8),
+    }
+
+
+def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
+    """An IMU at 100 Hz: at 1 cm and (0.1 ms)^2 a hundred m/s^2 are 1e-4 of the unit."""
+    kind = 'sensor_msgs/msg/Imu'
+    told = [(0.01 * n, 'disturbance', kind, imu(100.0 * (-1) ** n)) for n in range(10)]
+    told.append((0.1, 'disturbance', kind, imu(0.0, covariance=-1.0)))  # no accelerometer
+    session = load(foreign_bag(tmp_path / 'bag', told))
+    assert [command.acceleration for _, command in session.commands[:2]] == pytest.approx(
+        [1e-4, -1e-4]
+    )
+    element = new_element(CASE_II)
+    report = replay_commands(element, session)
+    (refusal,) = report.refused
+    assert 'acceleration must be a finite number' in refusal
+    assert element.base.state.acceleration == pytest.approx(-1e-4)
+    slower = load(tmp_path / 'bag', scale=ScaleSettings(time=1e-3))
+    assert slower.commands[0][1].acceleration == pytest.approx(1e-2)
 
 
 def test_the_command_line_tells_and_judges(tmp_path, capsys):

@@ -9,6 +9,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
+from ..errors import ProcedureFailed
 from ..events import Check
 from ..reading import Reading
 from ..settings import CycleSettings
@@ -21,6 +22,10 @@ Procedure = Generator[None, None, T]
 
 BRING_BACK_SPEED = 0.2
 """Speed at which an end in a third ground state is moved back; 0.1 to 0.4 was seen to work."""
+
+
+FOLLOWING_ERROR = 0.1
+"""Share of the greatest strain by which the actuator may be beside its set-point."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +44,23 @@ def wait(element: MemoryElement, duration: float) -> Procedure[None]:
 
 
 def ramp(element: MemoryElement, strain: float, duration: float) -> Procedure[None]:
-    """Move the strain smoothly and wait until it is there."""
+    """Move the strain smoothly and wait until it is there.
+
+    Raises:
+        ProcedureFailed: The actuator does not follow, though it was waited for as long again.
+    """
     element.actuator.ramp_to(strain, duration)
     while element.actuator.moving:
+        yield
+    allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
+    patience = math.ceil(duration / element.tick)
+    while abs((encoder := element.linkage.encoder) - strain) > allowed:
+        if patience == 0:
+            raise ProcedureFailed(
+                f'the actuator does not follow: it stands at a strain of {encoder:.4f} where '
+                f'{strain:.4f} is wanted'
+            )
+        patience -= 1
         yield
 
 

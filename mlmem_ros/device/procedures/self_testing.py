@@ -95,11 +95,14 @@ def _strain(element: MemoryElement) -> Procedure[Check]:
     """Strain the element a little and see whether its right end goes with it, from zero on."""
     settings = element.settings.write
     offset = _felt(element)
-    yield from ramp(element, TEST_STRAIN, settings.ramp)
-    yield from wait(element, settings.settle)
-    felt = _felt(element)
-    yield from ramp(element, 0.0, settings.release)
-    yield from wait(element, settings.settle)
+    try:
+        yield from ramp(element, TEST_STRAIN, settings.ramp)
+        yield from wait(element, settings.settle)
+        felt = _felt(element)
+        yield from ramp(element, 0.0, settings.release)
+        yield from wait(element, settings.settle)
+    except ProcedureFailed as failure:
+        return Check('actuator', False, str(failure))
     error = max(abs(offset), abs(felt - TEST_STRAIN))
     return Check(
         'actuator',

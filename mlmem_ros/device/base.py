@@ -1,0 +1,92 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The base the element stands on: a robot that shakes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.potential import Array
+from .errors import Refused
+from .settings import DisturbanceSettings
+
+
+@dataclass(frozen=True)
+class BaseState:
+    """All that the base remembers.
+
+    Attributes:
+        acceleration: Its acceleration now, in lattice constants per time unit squared.
+        target: That at the end of the next tick.
+        silence: Whole ticks since the last message.
+    """
+
+    acceleration: float = 0.0
+    target: float = 0.0
+    silence: int = 0
+
+
+class Base:
+    """Turns messages of an acceleration, one now and then, into a course without jumps.
+
+    A message is met at the end of the tick that follows it, by a straight line, and holds until
+    the next. When none has come for the time-out the base is at rest again one tick later: a
+    sensor that died shakes nothing.
+
+    Attributes:
+        state: All that it remembers.
+    """
+
+    def __init__(self, settings: DisturbanceSettings, tick: float) -> None:
+        """Stand still.
+
+        Args:
+            settings: Limit and time-out.
+            tick: Length of a tick in time units.
+        """
+        self.state = BaseState()
+        self._settings = settings
+        self._patience = math.ceil(settings.timeout / tick)
+
+    def check(self, acceleration: float) -> None:
+        """Raise `Refused` for an acceleration that is not finite or beyond the limit."""
+        limit = self._settings.max_acceleration
+        number = isinstance(acceleration, (int, float)) and not isinstance(acceleration, bool)
+        if not (number and abs(acceleration) <= limit):  # false for NaN, too
+            raise Refused(
+                f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
+                f'constants per time unit squared (disturbance.max_acceleration); '
+                f'got {acceleration!r}'
+            )
+
+    @property
+    def harmful(self) -> bool:
+        """Whether it shakes so that it may move a wall."""
+        strongest = max(abs(self.state.acceleration), abs(self.state.target))
+        return strongest > self._settings.harmless
+
+    def disturb(self, acceleration: float) -> None:
+        """Take a message.
+
+        Raises:
+            Refused: The acceleration is not finite or beyond the limit.
+        """
+        self.check(acceleration)
+        self.state = BaseState(self.state.acceleration, float(acceleration))
+
+    def advance(self, progress: Array) -> Array | None:
+        """Return the acceleration during a tick, or None for a base at rest.
+
+        Args:
+            progress: The end of every sub-step as a share of the tick, shape (m,).
+        """
+        begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
+        if begin == target == 0.0:
+            return None
+        if silence >= self._patience:
+            target = 0.0
+        self.state = BaseState(target, target, silence + 1 if target else 0)
+        return np.asarray(begin + (target - begin) * progress)

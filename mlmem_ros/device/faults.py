@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What can be wrong with a device. The defaults are a healthy one.
+
+Each fault acts in one place, and nothing else knows of it: on what the transducers hear
+(`sensor_faults`), between the actuator and the substrate (`linkage`), or in the material
+(`worn`). The device itself never looks at its faults; it has to find out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..described import described
+from ..physics import Design, Scatter, Specimen, scattered
+from .errors import SettingsError
+from .settings import Checked
+
+
+@dataclass(frozen=True)
+class Faults(Checked):
+    """Everything that is wrong with a device at a time.
+
+    Chance is decided by `seed` and the tick alone, so that a replay meets the same faults.
+    """
+
+    sensor_noise: float = described(
+        0.0, 'standard deviation of the noise of both transducers', unit='cells', low=0.0, high=1.0
+    )
+    sensor_dropout: float = described(
+        0.0,
+        'probability that the transducers stand still for a tick, at their last sample',
+        low=0.0,
+        high=1.0,
+    )
+    actuator_offset: float = described(
+        0.0, 'strain that is on the substrate unknown to the actuator', low=-0.1, high=0.1
+    )
+    actuator_lag: float = described(
+        0.0, 'time constant with which the actuator follows', unit='time', low=0.0, high=1e6
+    )
+    actuator_stuck: bool = described(False, 'the actuator stays where it is')
+    missed_cycle: float = described(
+        0.0, 'probability that the grip slips for a whole strain cycle', low=0.0, high=1.0
+    )
+    weak_cell: int = described(0, 'site of a weak cell; 0: none', low=0, high=100_000)
+    weak_factor: float = described(
+        0.5, 'on-site stiffness of the weak cell over its own', low=0.01, high=1.0
+    )
+    stuck_cell: int = described(
+        0, 'site of a cell that stays where it is; 0: none', low=0, high=100_000
+    )
+    disorder_alpha: float = described(
+        0.0, 'standard deviation of every on-site stiffness, relative', low=0.0, high=0.5
+    )
+    disorder_s: float = described(
+        0.0, 'standard deviation of every substrate spring, relative', low=0.0, high=0.5
+    )
+    damping_factor: float = described(1.0, "damping over the design's", low=0.0, high=100.0)
+    seed: int = described(
+        0, 'which chance: of noise, drop-out, slips, disorder', low=0, high=2**31 - 1
+    )
+
+    def active(self) -> dict[str, Any]:
+        """Return what is wrong, by name; empty for a healthy device.
+
+        The seed is never wrong by itself, nor is the factor of a weak cell that is not there.
+        """
+        healthy = Faults()
+        aside = {'seed'} if self.weak_cell else {'seed', 'weak_factor'}
+        return {
+            field.name: value
+            for field in dataclasses.fields(self)
+            if (value := getattr(self, field.name)) != getattr(healthy, field.name)
+            and field.name not in aside
+        }
+
+
+HEALTHY = Faults()
+
+
+def worn(design: Design, faults: Faults) -> Specimen:
+    """Return the material with its faults.
+
+    Raises:
+        SettingsError: A cell is named that the design does not have, or one is stuck that a
+            transducer holds.
+    """
+    if faults.weak_cell > design.N:
+        raise SettingsError(f'weak_cell must be from 0 to N = {design.N}; got {faults.weak_cell}')
+    if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
+        raise SettingsError(
+            f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, for the transducers move '
+            f'the ends; got {faults.stuck_cell}'
+        )
+    specimen = Specimen(design)
+    if faults.disorder_alpha or faults.disorder_s:
+        scatter = Scatter(alpha=faults.disorder_alpha, s=faults.disorder_s)
+        specimen = scattered(design, scatter, faults.seed)
+    alpha, mass = np.array(specimen.alpha_factor), np.ones(design.N)
+    if faults.weak_cell:
+        alpha[faults.weak_cell - 1] *= faults.weak_factor
+    if faults.stuck_cell:
+        mass[faults.stuck_cell - 1] = np.inf
+    return dataclasses.replace(
+        specimen, alpha_factor=alpha, mass=mass, eta_factor=faults.damping_factor
+    )

@@ -1,0 +1,133 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What lies between the strain the actuator is told and the strain the substrate gets.
+
+Told -> drive (may be stuck, may lag; the encoder reads it) -> grip (may slip, may be mounted
+askew) -> substrate. Nothing of it is ever quicker than the actuator's greatest rate, so that a
+fault that comes or goes jerks no cell out of its phase.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..physics.portable import exponential
+from ..physics.potential import Array
+from .chance import Stream, happens
+from .faults import Faults
+
+
+@dataclass(frozen=True)
+class LinkageState:
+    """All that the linkage remembers.
+
+    Attributes:
+        told: The strain the actuator was told last.
+        drive: Strain of the drive, as the encoder reads it.
+        strain: Strain of the substrate.
+        slipping: Whether the grip slips for the present strain cycle.
+    """
+
+    told: float = 0.0
+    drive: float = 0.0
+    strain: float = 0.0
+    slipping: bool = False
+
+    @property
+    def true(self) -> bool:
+        """Whether the substrate has the strain that was told."""
+        return self.told == self.drive == self.strain and not self.slipping
+
+
+class Linkage:
+    """Passes the strain on; without a fault to the bit.
+
+    Attributes:
+        state: All that it remembers.
+    """
+
+    def __init__(self, max_rate: float) -> None:
+        """Link an actuator to a substrate, unstrained.
+
+        Args:
+            max_rate: Greatest rate of strain of the actuator.
+        """
+        self.state = LinkageState()
+        self._max_rate = max_rate
+
+    @property
+    def encoder(self) -> float:
+        """The strain of the drive, which the device can read; not that of the substrate."""
+        return self.state.drive
+
+    def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
+        """Return the strain of the substrate at the end of every sub-step of a tick.
+
+        Args:
+            told: The strain that the actuator is told, at the end of every sub-step, shape (m,).
+            dt: Lengths of the sub-steps, shape (m,).
+            faults: What is wrong.
+            tick: The tick.
+        """
+        state, last = self.state, float(told[-1])
+        slipping = self._slips(told, faults, tick)
+        if state.true and not (slipping or _faulty(faults)):
+            if last != state.told:
+                self.state = LinkageState(last, last, last)
+            return told
+        drive = self._driven(told, dt, faults)
+        wanted = np.zeros_like(drive) if slipping else drive
+        strain = _followed(state.strain, wanted + faults.actuator_offset, self._max_rate * dt)
+        slipping = slipping and bool(told.any())  # else the cycle is over: the grip holds again
+        self.state = LinkageState(last, float(drive[-1]), float(strain[-1]), slipping)
+        return strain
+
+    def _slips(self, told: Array, faults: Faults, tick: int) -> bool:
+        """Return whether the grip slips: decided when a cycle leaves zero, until it is back."""
+        may_slip = faults.missed_cycle > 0.0 or self.state.slipping
+        if may_slip and self.state.told == 0.0 and told.any():
+            return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
+        return self.state.slipping
+
+    def _driven(self, told: Array, dt: Array, faults: Faults) -> Array:
+        """Return the strain of the drive at the end of every sub-step."""
+        start = self.state.drive
+        if faults.actuator_stuck:
+            return np.full_like(told, start)
+        most = self._max_rate * dt
+        if faults.actuator_lag == 0.0:
+            return _followed(start, told, most)
+        share = 1.0 - exponential(-dt / faults.actuator_lag)
+        return _followed(start, told, most, share)
+
+
+def _faulty(faults: Faults) -> bool:
+    """Return whether the drive, or how it is mounted, does not pass on what is told."""
+    return bool(faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset)
+
+
+def _followed(start: float, wanted: Array, most: Array, share: Array | None = None) -> Array:
+    """Return what follows a course from a start, by at most so much in each sub-step.
+
+    Args:
+        start: Where it is before.
+        wanted: The course, shape (m,).
+        most: Largest change in each sub-step, shape (m,).
+        share: Share of the way that is made in each sub-step, shape (m,); all of it by default.
+    """
+    followed = np.empty_like(wanted)
+    at = start
+    shares = np.ones_like(wanted) if share is None else share
+    for k, (goal, limit, part) in enumerate(
+        zip(wanted.tolist(), most.tolist(), shares.tolist(), strict=True)
+    ):
+        way = part * (goal - at)
+        if abs(way) > limit:
+            at += math.copysign(limit, way)
+        else:
+            at = goal if part == 1.0 else at + way
+        followed[k] = at
+    return followed

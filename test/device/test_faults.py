@@ -1,0 +1,395 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every fault does what it says, is found out by the device, and goes when it is taken away."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Faults,
+    Read,
+    Refused,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Settings,
+    SettingsError,
+    Write,
+    snapshot,
+)
+from mlmem_ros.device.chance import Stream, happens, normal
+from mlmem_ros.device.faults import worn
+from mlmem_ros.physics import CASE_II, Chain, StateError
+
+from . import rig
+
+HEALTHY = SetFaults(Faults())
+
+PHILOX = [8696173359749182282, 2312520477170885918, 1072409879343043483, 17086100398701728509]
+"""The first numbers of key 7 and counter (0, 42, 0, 0)."""
+
+
+def suffering(element, **faults):
+    element.apply(SetFaults(Faults(**faults)))
+    return element
+
+
+def strains(element, n):
+    """Return the true strain of the substrate after each of n ticks."""
+    seen = []
+    for _ in range(n):
+        element.advance()
+        seen.append(element.chain.V_N / element.design.N)
+    return np.array(seen)
+
+
+# --- as values --------------------------------------------------------------------------------
+
+
+def test_a_healthy_device_says_that_nothing_is_wrong():
+    assert Faults().active() == {}
+    assert Faults(seed=3, weak_factor=0.1).active() == {}
+
+
+def test_what_is_wrong_is_told_by_name():
+    assert Faults(sensor_noise=1e-3, weak_cell=7, seed=3).active() == {
+        'sensor_noise': 1e-3,
+        'weak_cell': 7,
+    }
+    assert Faults(weak_cell=7, weak_factor=0.1).active() == {'weak_cell': 7, 'weak_factor': 0.1}
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'message'),
+    [
+        ({'sensor_noise': math.nan}, 'sensor_noise must be a finite number from 0 to 1; got nan'),
+        ({'sensor_dropout': 1.1}, 'sensor_dropout must be'),
+        ({'actuator_offset': -0.2}, 'actuator_offset must be'),
+        ({'actuator_stuck': 1}, 'actuator_stuck must be true or false; got 1'),
+        ({'weak_cell': 2.0}, 'weak_cell must be a whole number'),
+        ({'weak_factor': 0.0}, 'weak_factor must be'),
+        ({'damping_factor': -1.0}, 'damping_factor must be'),
+    ],
+)
+def test_values_out_of_range_are_no_faults(wrong, message):
+    with pytest.raises(SettingsError, match=message):
+        Faults(**wrong)
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'message'),
+    [
+        ({'weak_cell': 226}, 'weak_cell must be from 0 to N = 225; got 226'),
+        ({'stuck_cell': 1}, 'stuck_cell must be 0 or from 2 to N - 1 = 224'),
+        ({'stuck_cell': 225}, 'for the transducers move the ends; got 225'),
+    ],
+)
+def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message):
+    element = suffering(rig.device(2), sensor_noise=1e-6)
+    before = rig.bits(element), element.faults, element.chain.specimen
+    with pytest.raises(Refused, match=message):
+        suffering(element, **wrong)
+    assert (rig.bits(element), element.faults, element.chain.specimen) == before
+
+
+def test_a_specimen_that_the_step_is_too_long_for_is_refused():
+    design = dataclasses.replace(CASE_II, N=75, substrate='elastic')
+    element = rig.device(design=design, calibration=rig.factory_calibration(design, Settings()))
+    with pytest.raises(Refused, match='faults: the specimen needs a step of at most'):
+        suffering(element, disorder_s=0.3)
+
+
+# --- chance -----------------------------------------------------------------------------------
+
+
+def test_noise_is_what_it_says():
+    """Mean 0, deviation 1, no memory from tick to tick: within five standard errors."""
+    x = np.concatenate([normal((2, 500), 3, tick, Stream.NOISE).ravel() for tick in range(100)])
+    n = len(x)
+    assert abs(x.mean()) < 5 / math.sqrt(n)
+    assert x.std() == pytest.approx(1.0, abs=5 / math.sqrt(2 * n))
+    assert abs(np.mean(x[1:] * x[:-1])) < 5 / math.sqrt(n)
+    # A normal number is beyond two deviations in 4.55 % of all cases; this sum in 4.6 %.
+    assert np.mean(np.abs(x) > 2.0) == pytest.approx(0.0455, abs=0.005)
+
+
+def test_what_may_happen_happens_as_often_as_it_says():
+    for probability in (0.0, 0.3, 1.0):
+        seen = np.mean([happens(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
+        assert seen == pytest.approx(probability, abs=5 * 0.5 / math.sqrt(2000))
+
+
+def test_the_numbers_of_a_seed_and_tick_are_these_for_ever():
+    """Philox4x64-10, whose raw numbers numpy promises; they must not depend on its version."""
+    raw = np.random.Philox(key=7, counter=[0, 42, Stream.NOISE, 0]).random_raw(4)
+    assert [int(x) for x in raw] == PHILOX
+    (x,) = normal((1,), 7, 42, Stream.NOISE)
+    halves = [(word >> shift) & 0xFFFF for word in PHILOX for shift in (0, 16, 32, 48)]
+    expected = (sum(halves) - 8 * 0xFFFF) / math.sqrt(16 * (2**32 - 1) / 12)
+    assert x == pytest.approx(expected, rel=1e-15)
+
+
+def test_seed_tick_and_purpose_each_change_the_numbers():
+    base = normal((4,), 1, 1, Stream.NOISE)
+    for other in ((2, 1, Stream.NOISE), (1, 2, Stream.NOISE), (1, 1, Stream.SLIP)):
+        assert (normal((4,), *other) != base).all()
+
+
+# --- sensors ----------------------------------------------------------------------------------
+
+
+def test_noise_is_heard_and_moves_nothing():
+    noisy, plain = suffering(rig.device(2), sensor_noise=1e-3), rig.device(2)
+    for element in (noisy, plain):
+        rig.ticks(element, 20)
+    assert snapshot.digest(noisy) == snapshot.digest(plain)
+    heard = noisy.transducer.recent - plain.transducer.recent
+    # 80 steps a tick: the whole of the recent samples, two rows of some 300, is noisy
+    assert heard.std() == pytest.approx(1e-3, rel=0.15)
+
+
+def test_loud_noise_leaves_no_echo_to_be_read_and_silence_brings_it_back(written):
+    element = suffering(written(3), sensor_noise=0.05)
+    outcome = rig.run(element, Read())
+    assert not outcome.success
+    element.apply(HEALTHY)
+    rig.ticks(element, 10)  # until the noise is out of the recent samples, by which it is measured
+    assert rig.succeed(element, Read()).level == 3
+
+
+def test_a_transducer_that_dropped_out_stands_still():
+    element = suffering(rig.device(2), sensor_dropout=1.0)
+    element.transducer.fire('left')
+    last = element.transducer.recent[:, -1].copy()
+    rig.ticks(element, 3)
+    assert (element.transducer.recent[:, -200:] == last[:, None]).all()
+    assert abs(element.chain.end(1) - last[0]) > 1e-4  # while the end really moves
+
+
+def test_without_its_samples_a_read_hears_nothing_and_says_so(written):
+    element = suffering(written(3), sensor_dropout=1.0)
+    outcome = rig.run(element, Read())
+    assert not outcome.success
+    assert outcome.error
+    element.apply(HEALTHY)
+    assert rig.succeed(element, Read()).level == 3
+
+
+# --- actuator ---------------------------------------------------------------------------------
+
+
+def test_a_stuck_actuator_fails_a_write_with_the_reason(written):
+    element = suffering(written(1), actuator_stuck=True)
+    outcome = rig.run(element, Write(2))
+    assert not outcome.success
+    assert 'the actuator does not follow: it stands at a strain of 0.0000 where' in outcome.error
+    assert rig.holds(element, 1)
+    element.apply(HEALTHY)
+    assert rig.succeed(element, Write(2)).level == 2
+
+
+def test_an_actuator_that_gets_stuck_under_strain_stays_there_even_for_an_abort():
+    element = rig.device(2)
+    element.apply(SetStrain(0.02))
+    rig.ticks(element, 15)
+    suffering(element, actuator_stuck=True)
+    outcome = rig.run(element, Abort())
+    assert 'it stands at a strain of 0.0200 where 0.0000 is wanted' in outcome.error
+    assert strains(element, 1)[0] == pytest.approx(0.02)
+
+
+def test_once_free_it_goes_where_it_was_told_no_faster_than_it_can():
+    """From 0 to 0.02 at 1e-4 per time unit: 200 time units, ten ticks."""
+    element = suffering(rig.device(2), actuator_stuck=True)
+    element.apply(SetStrain(0.02))
+    assert (strains(element, 15) == 0.0).all()
+    element.apply(HEALTHY)
+    seen = strains(element, 12)
+    expected = np.minimum(20.0 * 1e-4 * np.arange(1, 13), 0.02)
+    np.testing.assert_allclose(seen, expected, atol=1e-12)
+
+
+def test_an_offset_is_on_the_substrate_and_comes_and_goes_smoothly():
+    element = suffering(rig.device(2), actuator_offset=0.01)
+    seen = strains(element, 7)
+    np.testing.assert_allclose(seen, np.minimum(2e-3 * np.arange(1, 8), 0.01), atol=1e-12)
+    assert element.actuator.strain == 0.0  # unknown to the actuator
+    element.apply(HEALTHY)
+    assert strains(element, 5)[-1] == pytest.approx(0.0, abs=1e-12)
+    assert rig.succeed(element, Read()).level == 2
+
+
+def test_a_lag_follows_by_its_time_constant():
+    """After a set-point that is reached at once, 1 - exp(-t / tau) of the way at time t."""
+    tau = 400.0
+    element = suffering(
+        rig.device(2, **rig.with_group('actuator', max_rate=1.0)), actuator_lag=tau
+    )
+    element.apply(SetStrain(0.01))
+    t = element.tick * np.arange(1, 61)
+    # the set-point itself takes 0.01 time units, and each sub-step looks at its end: 0.1 of 400
+    np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
+
+
+def test_a_write_waits_for_an_actuator_that_lags(written):
+    plain, lagging = written(1), suffering(written(1), actuator_lag=300.0)
+    quick, slow = (rig.run(element, Write(2)) for element in (plain, lagging))
+    assert quick.success
+    assert slow.success, slow.error
+    assert rig.holds(lagging, 2)
+
+
+def test_a_missed_cycle_is_made_again_by_the_write(written):
+    """The grip slips and no encoder sees it; the echo does, and the write tries again."""
+    element = suffering(written(1), missed_cycle=1.0)
+    element.apply(Write(2))
+    while element.actuator.strain == 0.0:
+        element.advance()
+    element.apply(HEALTHY)  # this cycle slips all the same: it has begun
+    seen = []
+    while element.actuator.strain != 0.0:
+        seen.extend(strains(element, 1))
+    assert seen == [0.0] * len(seen)
+    (outcome,) = [event for event in rig.ticks(element, 1200) if hasattr(event, 'attempts')]
+    assert outcome.success, outcome.error
+    assert outcome.attempts == 2
+    assert rig.holds(element, 2)
+
+
+def test_a_self_test_finds_out_what_is_wrong_with_the_actuator(written):
+    """An offset is felt at the right end; a drive that stays is seen by its encoder."""
+    for fault in ({'actuator_offset': 2e-3}, {'actuator_stuck': True}):
+        element = suffering(written(2), **fault)
+        rig.ticks(element, 10)
+        outcome = rig.run(element, SelfTest())
+        assert [check.name for check in outcome.checks if not check.passed] == ['actuator']
+        assert rig.holds(element, 2)
+
+
+# --- material ---------------------------------------------------------------------------------
+
+
+def test_the_material_wears_where_it_is_said():
+    specimen = worn(CASE_II, Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2))
+    factor = np.ones(CASE_II.N)
+    factor[6] = 0.3
+    np.testing.assert_array_equal(specimen.alpha, CASE_II.alpha * factor)
+    assert np.flatnonzero(np.isinf(specimen.masses)).tolist() == [8]
+    assert specimen.eta == 2 * CASE_II.eta
+
+
+def test_disorder_is_decided_by_the_seed():
+    one, same, other = (
+        worn(CASE_II, Faults(disorder_alpha=0.1, disorder_s=0.1, seed=seed)) for seed in (1, 1, 2)
+    )
+    np.testing.assert_array_equal(one.alpha, same.alpha)
+    np.testing.assert_array_equal(one.s, same.s)
+    assert (one.alpha != other.alpha).all()
+    # the deviation of 225 numbers is known to 1 / sqrt(450): four of them
+    assert np.std(one.alpha / CASE_II.alpha) == pytest.approx(0.1, rel=4 / math.sqrt(450))
+    assert np.std(one.s / CASE_II.s) == pytest.approx(0.1, rel=4 / math.sqrt(450))
+
+
+def test_a_weak_cell_off_the_defects_traps_the_wall():
+    """Weaker than any defect (1 - 1/20), 12 cells before the one that the wall is sent to."""
+    element = suffering(rig.device(1), weak_cell=63, weak_factor=0.3)
+    rig.run(element, Write(2))
+    assert not rig.holds(element, 2)
+
+
+def test_a_stuck_cell_lets_no_wall_pass(written):
+    element = suffering(written(1), stuck_cell=63)
+    outcome = rig.run(element, Write(2))
+    assert not outcome.success
+    assert rig.wall(element) is None or rig.wall(element) < 64
+
+
+def test_damping_takes_waves_away(written):
+    """A wave loses exp(-eta t / 2): ten times the damping leaves no echo from level 5."""
+    element = suffering(written(5), damping_factor=10.0)
+    assert not rig.run(element, Read()).success
+    element.apply(HEALTHY)
+    assert rig.succeed(element, Read()).level == 5
+
+
+# --- replay -----------------------------------------------------------------------------------
+
+ILL = Faults(
+    sensor_noise=2e-6,
+    sensor_dropout=0.02,
+    actuator_offset=1e-3,
+    actuator_lag=50.0,
+    missed_cycle=0.3,
+    weak_cell=40,
+    weak_factor=0.97,
+    disorder_alpha=0.002,
+    disorder_s=0.05,
+    damping_factor=1.2,
+    seed=11,
+)
+
+
+def test_healthy_faults_leave_every_bit(written):
+    plain, set_back = written(2), written(2)
+    suffering(set_back, sensor_noise=0.1, weak_cell=3, actuator_lag=3.0)
+    set_back.apply(HEALTHY)
+    for element in (plain, set_back):
+        rig.run(element, Write(3))
+    assert rig.bits(plain) == rig.bits(set_back)
+
+
+def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
+    first, second = suffering(written(1), **dataclasses.asdict(ILL)), rig.device()
+    first.apply(SetStrain(0.03))
+    rig.ticks(first, 9)
+    taken = json.loads(json.dumps(snapshot.take(first), allow_nan=False))
+    snapshot.restore(second, taken)
+    assert second.faults == ILL
+    assert snapshot.take(second) == taken
+    for element in (first, second):
+        rig.ticks(element, 40)
+        element.apply(SetStrain(0.0))
+        element.told = [str(event) for event in rig.ticks(element, 60)]
+        element.told += [str(event) for event in rig.events(element, Write(2))]
+    assert first.told == second.told
+    assert rig.bits(first) == rig.bits(second)
+
+
+@pytest.mark.parametrize(
+    ('part', 'values'),
+    [
+        ('faults', {'weak_cell': 226}),
+        ('faults', {'sensor_noise': -1.0}),
+        ('faults', {'rust': 1.0}),
+        ('faults', None),
+        ('linkage', {'told': 0.0, 'drive': math.nan, 'strain': 0.0, 'slipping': False}),
+        ('linkage', {'told': 0.01, 'drive': 0.0, 'strain': 0.0, 'slipping': False}),
+        ('base', {'acceleration': math.inf}),
+        ('base', {'acceleration': 'x'}),
+        ('base', {'silence': 'x'}),
+        ('base', {'silence': 0.5}),
+    ],
+    ids=str,
+)
+def test_a_snapshot_with_impossible_faults_is_refused_whole(part, values):
+    element = rig.device(1)
+    before = rig.bits(element), element.faults
+    with pytest.raises(StateError):
+        snapshot.restore(element, {**snapshot.take(rig.device(2)), part: values})
+    assert (rig.bits(element), element.faults) == before
+
+
+def test_a_snapshot_from_before_there_were_faults_is_of_a_healthy_device():
+    values = snapshot.take(rig.device(2))
+    for part in ('linkage', 'base', 'faults'):
+        del values[part]
+    element = suffering(rig.device(), weak_cell=3)
+    snapshot.restore(element, values)
+    assert element.faults == Faults()
+    plain = Chain(CASE_II)
+    np.testing.assert_array_equal(element.chain.specimen.alpha, plain.specimen.alpha)
