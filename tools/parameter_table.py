@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem_ros.described import Description, descriptions
-from mlmem_ros.device import Settings
+from mlmem_ros.device import Faults, Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.settings import PublishSettings, RecordSettings, StateSettings
 
@@ -38,6 +38,7 @@ def table() -> str:
         'publish': PublishSettings(),
         'record': RecordSettings(),
         'state': StateSettings(),
+        'faults': Faults(),
     }
     for prefix, group in groups.items():
         for field, description in descriptions(group):

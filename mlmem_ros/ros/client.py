@@ -4,15 +4,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.parameter import parameter_value_to_python
+from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
 from .answers import (
@@ -158,6 +157,18 @@ class MemoryClient:
         """
         return self._converse('parameters', self._parameters(names), timeout)
 
+    def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
+        """Set parameters of the node that may be set while it runs, as those of `faults`.
+
+        Args:
+            values: Values by name, such as `{'faults.actuator_stuck': True}`.
+            timeout: Longest wait for the answer in seconds.
+
+        Returns:
+            A reply; it is refused when the node does not take one of them, with the reason.
+        """
+        return self._converse('set_parameters', self._set(values, 'parameter {}'), timeout)
+
     # --- conversations -------------------------------------------------------------------
 
     def _ready(self) -> Steps[None]:
@@ -169,17 +180,23 @@ class MemoryClient:
             yield Call(self._client(name, kind))
 
     def _write(self, level: int) -> Steps[Decoded]:
-        value = ParameterValue(type=ParameterType.PARAMETER_INTEGER, integer_value=level)
-        request = SetParameters.Request(parameters=[Parameter(name='target_level', value=value)])
-        response = yield Call(self._client('set_parameters', SetParameters), request)
-        (result,) = response.results
-        if not result.successful:
-            raise RequestRefused({'error': f'level {level} was refused: {result.reason}'})
+        yield from self._set({'target_level': level}, f'level {level}')
         written: Decoded = yield from self._trigger('write', Decoded)
         if written.level != level:  # target_level was set anew before it was read
             other = {'error': f'level {written.level} was written instead of {level}: by whom?'}
             raise RequestFailed({**written.details, **other})
         return written
+
+    def _set(self, values: Mapping[str, Any], what: str) -> Steps[None]:
+        parameters = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+        request = SetParameters.Request(parameters=parameters)
+        response = yield Call(self._client('set_parameters', SetParameters), request)
+        for name, result in zip(values, response.results, strict=True):
+            if not result.successful:
+                refused = f'{what.format(name)} was refused: {result.reason}'
+                raise RequestRefused({'error': refused})
 
     def _self_test(self) -> Steps[SelfTested]:
         response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())

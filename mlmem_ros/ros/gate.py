@@ -9,6 +9,7 @@ from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from ..device import Command, Loop, Outcome, Refused
+from ..device.settings import ScaleSettings
 
 T = TypeVar('T')
 
@@ -38,6 +39,15 @@ class Gate:
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick; see `Loop.submit`."""
         return self._counted(lambda: self.open_loop().submit(command))
+
+    def submit_scaled(self, make: Callable[[ScaleSettings], Command]) -> Future[Outcome | None]:
+        """Hand in a command made of SI values, which the device's scale turns into its own."""
+
+        def ask() -> Future[Outcome | None]:
+            loop = self.open_loop()
+            return loop.submit(make(loop.element.settings.scale))
+
+        return self._counted(ask)
 
     def step(self) -> Future[int]:
         """Run one tick while paused; see `Loop.single_tick`."""

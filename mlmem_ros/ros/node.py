@@ -11,12 +11,13 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from ..bag.errors import BagError
-from ..device import Event, Loop, MemoryElement, SettingsError
+from ..device import Event, Faults, Loop, MemoryElement, Refused, SettingsError
 from ..device.loop import Stamped
 from ..device.pacing import SteadyPacer
 from ..physics import DesignError, StateError
 from .design_check import check_design
 from .diagnostics import Diagnostics
+from .fault_parameters import FaultParameters
 from .gate import Gate
 from .inlets import Inlets
 from .memory_file import MemoryFile
@@ -61,6 +62,7 @@ class MemoryNode(LifecycleNode):
         self._sessions = Sessions(self, self.gate, self._attach)
         self._requests = Services(self, self.gate, self._sessions)
         self._diagnostics = Diagnostics(self, self.gate)
+        self._faults = FaultParameters(self, self.gate)
         self._element: MemoryElement | None = None
         self._outlets: Outlets | None = None
         self._memory_file: MemoryFile | None = None
@@ -147,12 +149,14 @@ class MemoryNode(LifecycleNode):
         memory_file = MemoryFile(self, given.state, self.gate)
         try:
             element = memory_file.new_element(given.design, given.settings)
+            _check_faults(element, given.faults)
             memory_file.restore(element)
         except REFUSALS:
             memory_file.close()
             raise
         self._given.lock(given.design.levels)
         self._element, self._memory_file = element, memory_file
+        self._faults.element = element
         self._outlets = Outlets(self, element, given.publish)
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {given.design.N} cells, '
@@ -170,6 +174,7 @@ class MemoryNode(LifecycleNode):
             pacer=SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
             speed=self.get_parameter('time.speed').value,
         )
+        self._faults.begin(loop)
         self.gate.loop = loop
         loop.start()
 
@@ -185,7 +190,7 @@ class MemoryNode(LifecycleNode):
             self._outlets.close()
         if self._memory_file is not None:
             self._memory_file.close()
-        self._element = self._outlets = self._memory_file = None
+        self._element = self._outlets = self._memory_file = self._faults.element = None
         self._given.locked = False
 
     # --- while active --------------------------------------------------------------------
@@ -210,3 +215,10 @@ class MemoryNode(LifecycleNode):
         for parameter in changed:
             if parameter.name == 'time.speed' and self.gate.loop is not None:
                 self.gate.loop.set_speed(parameter.value)
+
+
+def _check_faults(element: MemoryElement, faults: Faults) -> None:
+    try:
+        element.specimen(faults)
+    except Refused as refusal:
+        raise ParameterError(f'parameters {refusal}') from refusal

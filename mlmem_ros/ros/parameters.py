@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..described import Description, descriptions
-from ..device import SettingsError
+from ..device import Faults, SettingsError
 from ..device.settings import Settings
 from ..physics import PRESETS, Design, DesignError, preset
 from .design_check import CHOICES
@@ -42,6 +42,7 @@ class Parameters:
     publish: PublishSettings
     record: RecordSettings
     state: StateSettings
+    faults: Faults
 
 
 LIVE = {
@@ -51,8 +52,11 @@ LIVE = {
         Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
     ),
 }
-"""Parameters that may be set at any time, as those of `record`, which the next session takes;
-all others only while the node is unconfigured."""
+"""Parameters that may be set at any time, as those of `LIVE_GROUPS`; all others only while the
+node is unconfigured."""
+
+LIVE_GROUPS = ('record', 'faults')
+"""Groups that the next session takes, and the device at once."""
 
 PRESET = Description('shipped design that the others start from', choices=tuple(PRESETS))
 
@@ -85,6 +89,7 @@ class ParameterSet:
         self._defaults: dict[str, Any] = {'design': chosen, **Settings().groups()}
         self._defaults |= {
             'publish': PublishSettings(), 'record': RecordSettings(), 'state': StateSettings(),
+            'faults': Faults(),
         }  # fmt: skip
         for prefix, defaults in self._defaults.items():
             for field, description in descriptions(defaults):
@@ -111,7 +116,8 @@ class ParameterSet:
                 f'parameter design.check must be one of {", ".join(CHOICES)}; got {check!r}'
             )
         groups = {prefix: self._group(prefix) for prefix in self._defaults}
-        parts = {name: groups.pop(name) for name in ('design', 'publish', 'record', 'state')}
+        own = ('design', 'publish', 'record', 'state', 'faults')
+        parts = {name: groups.pop(name) for name in own}
         return Parameters(check=check, settings=Settings(**groups), **parts)
 
     def lock(self, levels: int) -> None:
@@ -145,7 +151,7 @@ class ParameterSet:
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         for parameter in changed:
-            live = parameter.name in LIVE or parameter.name.startswith('record.')
+            live = parameter.name in LIVE or parameter.name.split('.')[0] in LIVE_GROUPS
             if self.locked and not live and parameter.name != 'use_sim_time':
                 return SetParametersResult(
                     successful=False,

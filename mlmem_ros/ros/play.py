@@ -6,19 +6,40 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Empty, Float64, Int16, UInt8
 
 from ..bag.session_data import SessionData
-from ..device import Abort, Calibrate, Command, Erase, Read, SelfTest, SetStrain, Write
+from ..device import (
+    Abort,
+    Calibrate,
+    Command,
+    Disturb,
+    Erase,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Settings,
+    Write,
+)
+from ..device.settings import ScaleSettings
 from .client import MemoryClient
 from .qos import LATCHED, RELIABLE
 from .reply import Reply
 from .standalone import POLL, standalone, wait_until
 
 Progress = Callable[[int, int], None]
+
+ANY_TIME = (Abort, Disturb, SetFaults)
+"""Commands that do not wait for a procedure to end."""
+
+NO_END = (SetStrain, Disturb, SetFaults)
+"""Commands that begin no procedure."""
 
 PATIENCE = 120.0
 """Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
@@ -49,7 +70,8 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
 
     with standalone(name) as client:
         client.ready().wait()
-        send = _sender(client)
+        settings = session.settings if session.header else Settings()
+        send = _sender(client, settings.scale)
         client.node.create_subscription(
             Int16, f'{client.name}/level', lambda message: heard.append(message.data), LATCHED
         )
@@ -64,10 +86,10 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
             while (left := due - (time.monotonic() - start)) > 0.0:
                 progress(round(1e3 * (due - left)), round(1e3 * schedule[-1][0]))
                 time.sleep(min(left, POLL))
-            if not isinstance(command, Abort):  # the node may be slower than the recorded one
+            if not isinstance(command, ANY_TIME):  # the node may be slower than the recorded one
                 all_ended()
             send(command)
-            begun += not isinstance(command, SetStrain)
+            begun += not isinstance(command, NO_END)
         all_ended()
         time.sleep(0.2)  # the last level may come behind its outcome
     return heard
@@ -82,12 +104,13 @@ def _schedule(session: SessionData) -> list[tuple[float, Command]]:
     return [((tick - first) * tick_seconds, command) for tick, command in session.stamped]
 
 
-def _sender(client: MemoryClient) -> Callable[[Command], None]:
+def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], None]:
     node, name = client.node, client.name
     publishers: dict[type[Any], Any] = {
         SetStrain: node.create_publisher(Float64, f'{name}/strain', RELIABLE),
         Read: node.create_publisher(Empty, f'{name}/probe', RELIABLE),
         Write: node.create_publisher(UInt8, f'{name}/write_level', RELIABLE),
+        Disturb: node.create_publisher(Imu, f'{name}/disturbance', RELIABLE),
     }
     requests: dict[type[Any], Callable[[], Any]] = {
         Erase: client.erase,
@@ -108,6 +131,13 @@ def _sender(client: MemoryClient) -> Callable[[Command], None]:
                 publishers[Read].publish(Empty())
             case Write(level):
                 publishers[Write].publish(UInt8(data=level))
+            case Disturb(acceleration):
+                message = Imu()
+                message.linear_acceleration.x = acceleration * scale.acceleration
+                publishers[Disturb].publish(message)
+            case SetFaults(faults):
+                values = {f'faults.{name}': value for name, value in asdict(faults).items()}
+                client.set_parameters(values).add_done_callback(Reply.exception)
             case _:
                 reply = requests[type(command)]()
                 reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends

@@ -118,8 +118,7 @@ class Recording:
 
 
 def _recorded_topics(views: bool) -> list[tuple[str, type[Any], QoSProfile]]:
-    inward = [(topic, kind, RELIABLE) for topic, kind, _ in Inlets.TOPICS]
-    return [*inward, *Outlets.TOPICS, *(Outlets.VIEWS if views else ())]
+    return [*Inlets.TOPICS, *Outlets.TOPICS, *(Outlets.VIEWS if views else ())]
 
 
 def _type_name(kind: type[Any]) -> str:

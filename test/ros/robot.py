@@ -15,7 +15,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
-from sensor_msgs.msg import JointState, Range
+from sensor_msgs.msg import Imu, JointState, Range
 from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, UInt8
 from std_srvs.srv import SetBool, Trigger
 
@@ -27,7 +27,7 @@ LATCHED = QoSProfile(
 )
 SENSOR = qos_profile_sensor_data
 
-IN = {'strain': Float64, 'probe': Empty, 'write_level': UInt8}
+IN = {'strain': Float64, 'probe': Empty, 'write_level': UInt8, 'disturbance': Imu}
 OUT = {
     'level': (Int16, LATCHED),
     'outcome': (DiagnosticStatus, LATCHED),
@@ -137,13 +137,16 @@ class Robot:
         )
         return messages[-1]
 
-    def publish(self, topic, *value):
+    def send_message(self, topic, message):
         if topic not in self._publishers:
             publisher = self.node.create_publisher(IN[topic], self.name(topic), RELIABLE)
             self._publishers[topic] = publisher
             self.wait(publisher.get_subscription_count, f'a subscriber of {topic}')
-        message = IN[topic](data=value[0]) if value else IN[topic]()
         self._publishers[topic].publish(message)
+
+    def publish(self, topic, *value):
+        message = IN[topic](data=value[0]) if value else IN[topic]()
+        self.send_message(topic, message)
 
     # Services
 

@@ -1,0 +1,153 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults as parameters and the shaken base, over DDS, recorded and replayed."""
+
+import math
+
+import pytest
+from robot import SENSOR, Imu, Robot, values
+
+from mlmem_ros.bag.replay import replay
+from mlmem_ros.bag.session_data import SessionData, load
+from mlmem_ros.device import Disturb, Faults, Read, SetFaults
+from mlmem_ros.ros.errors import RequestRefused
+from mlmem_ros.ros.play import play
+from mlmem_ros.ros.standalone import standalone
+
+UNIT = 0.01 / 1e-5**2
+"""One lattice constant per time unit squared in m/s^2 at this element's scale."""
+
+
+def imu(acceleration, covariance=0.0):
+    message = Imu()
+    message.header.frame_id = 'base_link'
+    message.linear_acceleration.x = acceleration
+    message.linear_acceleration.y = 9.81  # across the chain: of no effect
+    message.linear_acceleration_covariance[0] = covariance
+    return message
+
+
+def refused(robot):
+    status = robot.next('/diagnostics')
+    return max(int(values(one).get('refused', 0)) for one in status.status)
+
+
+def mean(field):
+    return sum(field.data) / len(field.data)
+
+
+def test_a_fault_can_be_had_and_healed_while_running(robot):
+    assert robot.write(2).success
+    robot.set(faults__actuator_stuck=True)
+    robot.set(target_level=3)
+    failed = robot.trigger('write')
+    assert not failed.success
+    assert 'the actuator does not follow' in failed['error']
+    assert robot.trigger('read')['level'] == 2
+    robot.set(faults__actuator_stuck=False)
+    assert robot.write(3)['level'] == 3
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('weak_cell', 226, 'weak_cell must be from 0 to N = 225; got 226'),
+        ('stuck_cell', 1, 'for the transducers move the ends; got 1'),
+        ('sensor_noise', -1.0, ''),
+        ('sensor_noise', math.nan, ''),
+        ('actuator_stuck', 3, ''),
+    ],
+)
+def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, value, reason):
+    before = robot.get(f'faults.{name}')
+    result = robot.try_set(f'faults.{name}', value)
+    assert not result.successful
+    assert reason in result.reason
+    assert robot.get(f'faults.{name}') == before
+
+
+def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
+    """A thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3 and more."""
+    assert robot.trigger('erase').success
+    rest = mean(robot.next('field'))
+    robot.received('field')
+    robot.send_message('disturbance', imu(5e-4 * UNIT))
+    bent = robot.next('field', lambda field: mean(field) < rest - 1e-3)
+    assert all(math.isfinite(x) for x in bent.data)
+    # without a further message it is at rest after 1000 time units, and the chain rings down
+    robot.next('field', lambda field: abs(mean(field) - rest) < 1e-5)
+
+
+def test_an_acceleration_that_cannot_be_is_refused_and_counted(robot):
+    before = refused(robot)
+    for wrong in (imu(math.nan), imu(math.inf), imu(1.0 * UNIT), imu(0.0, covariance=-1.0)):
+        robot.send_message('disturbance', wrong)
+    robot.wait(lambda: refused(robot) >= before + 4, 'four refusals')
+
+
+def test_a_best_effort_imu_is_heard(robot):
+    publisher = robot.node.create_publisher(Imu, robot.name('disturbance'), SENSOR)
+    robot.wait(publisher.get_subscription_count, 'the subscriber')
+    rest = mean(robot.next('field'))
+    for _ in range(3):
+        publisher.publish(imu(-5e-4 * UNIT))
+    robot.next('field', lambda field: abs(mean(field) - rest) > 1e-3)
+
+
+def test_a_client_sets_faults_and_is_told_why_not(robot):
+    with standalone(robot.element) as memory:
+        memory.set_parameters({'faults.weak_cell': 150, 'faults.weak_factor': 0.9}).wait()
+        assert memory.parameters('faults.weak_cell').wait() == {'faults.weak_cell': 150}
+        with pytest.raises(
+            RequestRefused, match=r'parameter faults\.weak_cell was refused: .*300'
+        ):
+            memory.set_parameters({'faults.weak_cell': 300}).wait()
+        memory.set_parameters({'faults.weak_cell': 0, 'faults.weak_factor': 0.5}).wait()
+
+
+def test_faults_and_disturbances_are_played_into_a_node(robot):
+    assert robot.write(1).success
+    told = [
+        (0.0, SetFaults(Faults(sensor_noise=1e-6, seed=3))),
+        (0.1, Disturb(1e-7)),
+        (0.2, SetFaults(Faults())),
+        (0.3, Read()),
+    ]
+    session = SessionData(robot.element, 0, None, commands=told)
+    assert play(session, robot.element, lambda done, total: None) == [1]
+    assert robot.get('faults.sensor_noise') == 0.0
+
+
+def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_path):
+    """Faulty from its start, faults that change, a base that shakes through a write."""
+    bag = tmp_path / 'bag'
+    node = start(
+        parameters={
+            'scale.time': 1e-5,
+            'record.path': str(bag),
+            'faults.disorder_alpha': 0.002,
+            'faults.sensor_noise': 1e-6,
+            'faults.actuator_lag': 30.0,
+        },
+        name='shaken',
+    )
+    with Robot(node.element) as robot:
+        robot.set(target_level=1)
+        answer = robot.send('write')
+        for n in range(20):
+            robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
+            if n == 10:
+                robot.set(faults__weak_cell=150, faults__weak_factor=0.98)
+        assert robot.answer(answer).success
+        robot.set(faults__sensor_noise=0.0)
+        assert robot.trigger('read')['level'] == 1
+    node.terminate()
+    assert node.exit_status() == 0
+    session = load(bag)
+    kinds = [type(command) for _, command in session.stamped]
+    assert kinds[0] is SetFaults
+    assert kinds.count(Disturb) > 1
+    assert any(isinstance(command, Disturb) for _, command in session.commands)
+    report = replay(session)
+    assert report.exact, report
+    assert report.refused == []
