@@ -25,6 +25,7 @@ STUDIES = (
     Study('launches', 'launches', 'Which launches start a wall, the printed one included', 11),
     Study('rigidity', 'rigidity', 'How stiff the substrate has to be', 10),
     Study('design', 'design', 'How the pieces of a design act together', 1),
+    Study('retention', 'retention', 'Which shaking of the base loses a level', 65),
     Study('check', 'check', 'The independent check: SciPy, closed forms, Newton', 15),
 )
 

@@ -56,6 +56,8 @@ CAPTIONS = {
     'rigidity': 'The elastic substrate, Eq. (1b), against Eq. (1a) alone.',
     'design': 'Case II: pins, strains, the way back to a defect, and the carriers; the design '
     'guide explains them.',
+    'retention': 'The base shakes along the chain for 2500 time units, then rests. Dashed: a '
+    'constant acceleration that the landscape holds out against no more. SI: default scale.',
     'check': 'Lower panel: relative differences of the table below.',
 }
 
