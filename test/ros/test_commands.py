@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem write`, `read` and `erase` as a person runs them in a shell."""
+"""`mlmem write`, `read`, `erase` and `self_test` as a person runs them in a shell."""
 
 import re
 import signal
@@ -44,6 +44,16 @@ def test_write_read_erase(memory, robot):
     assert (erased.returncode, erased.stderr) == (0, '')
     assert erased.stdout.startswith('blank')
     robot.latest('level', lambda level: level.data == BLANK)
+
+
+def test_self_test(memory):
+    tested = mlmem('self_test')
+    assert (tested.returncode, tested.stderr) == (0, '')
+    lines = tested.stdout.splitlines()
+    assert all(line.startswith('ok ') for line in lines)
+    assert re.fullmatch(r'ok +level 7 +read from both ends.*', lines[-2])
+    assert re.fullmatch(r'ok +restore +.*', lines[-1])
+    assert 'nobody' in complaint(mlmem('self_test', '--node', 'nobody', '--wait', '0.5'))
 
 
 def test_another_name_and_namespace(start):
