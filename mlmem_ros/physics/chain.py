@@ -219,9 +219,8 @@ class Chain:
         self.check(specimen)
         self.specimen = specimen
         self._fill()
-        stuck = self._mobility == 0.0
-        for motion in (self._metamaterial.velocity, self._metamaterial.acceleration):
-            motion[stuck] *= 0.0  # keeps the sign of a zero, so that a state restored is the same
+        self._metamaterial.velocity[self._stuck] = 0.0
+        self._metamaterial.acceleration[self._stuck] = 0.0
 
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `become` would refuse."""
@@ -239,6 +238,7 @@ class Chain:
         self._height[:] = specimen.alpha * self.design.d
         self._offset[:] = specimen.offsets
         self._mobility[:] = 1.0 / specimen.masses
+        self._stuck = np.flatnonzero(self._mobility == 0.0)
         self._shape[:] = specimen.strain_shape
         self._springs[1:-1] = specimen.s
 
@@ -278,6 +278,7 @@ class Chain:
                 self._height,
                 self._offset,
                 self._mobility,
+                self._stuck,
                 self._shape,
                 V_N,
                 base,
@@ -300,6 +301,7 @@ class Chain:
                 self._height,
                 self._offset,
                 self._mobility,
+                self._stuck,
                 self._springs,
                 V_N,
                 base,

@@ -21,9 +21,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from .jit import inlined, kernel
 from .potential import Array
+
+Cells = npt.NDArray[np.int64]
 
 INVERSE_TURN = 0.5 / math.pi
 
@@ -76,7 +79,7 @@ def rigid_first(
         half = h0 * A[j]
         middle = v[j] + half
         pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
-        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
+        acceleration = mobility[j] * pull - shake
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -95,18 +98,27 @@ def rigid_second(
         x = u[j + 1]
         force = on_site(height[j], x - (V_N * shape[j] + offset[j]), a, b, c)
         pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
-        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
+        acceleration = mobility[j] * pull - shake
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity
         u_p[j + 1] = x + a0 * (velocity + h0 * acceleration)
 
 
+@inlined
+def clamp(stuck: Cells, u: Array, u_next: Array, velocity: Array, acceleration: Array) -> None:
+    """Leave stuck cells where they are: at the next displacements, too."""
+    for k in range(len(stuck)):
+        j = stuck[k]
+        u_next[j + 1] = u[j + 1]
+        velocity[j] = acceleration[j] = 0.0
+
+
 @kernel
 def advance_rigid(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
-    height: Array, offset: Array, mobility: Array, shape: Array, V_N: Array, shake: Array,
-    eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, stuck: Cells, shape: Array, V_N: Array,
+    shake: Array, eta: float, a: float, b: float, c: float,
     site: int, driven: int, drive: Array, ends: Array, constants: Array,
 ) -> None:
     """Advance Eq. (1a) over the quasi-static substrate V_j = V_N shape_j.
@@ -118,7 +130,8 @@ def advance_rigid(
         u_p, w, A_p: Work space of the same shapes.
         height: alpha_j d, shape (n,).
         offset: Shift of a cell's ground states, shape (n,).
-        mobility: Inverse of a cell's mass, shape (n,); 0 for a cell that is stuck to the base.
+        mobility: Inverse of a cell's mass, shape (n,).
+        stuck: Indices of the cells that do not move relative to the base, whole numbers.
         shape: Substrate displacement per unit V_N, shape (n,).
         V_N: Substrate end displacement at the end of every sub-step, shape (2 steps,).
         shake: Acceleration of the base, in whose frame the chain is, likewise.
@@ -144,6 +157,7 @@ def advance_rigid(
             n, u, v, A, u_p, w, A_p, height, offset, mobility, shape, V_N[i], shake[i],
             eta, a, b, c, a3, h0, h3,
         )
+        clamp(stuck, u_p, u, w, A_p)
         if i < driven:
             w[site - 1] = drive[1, i] + h3 * A_p[site - 1]
         if i + 1 < driven:
@@ -156,6 +170,7 @@ def advance_rigid(
             n, u, v, A, u_p, w, A_p, height, offset, mobility, shape, V_N[i + 1], shake[i + 1],
             eta, a, b, c, a0, a5, a6, a7, h0, h3,
         )
+        clamp(stuck, u, u_p, v, A)
         if i + 1 < driven:
             v[site - 1] = drive[1, i + 1]
             u_p[site] = u[site] + a0 * (v[site - 1] + h0 * A[site - 1])
@@ -179,7 +194,7 @@ def elastic_first(
         half = h0 * A[j]
         middle = v[j] + half
         pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
-        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
+        acceleration = mobility[j] * pull - shake
         middle += (h0 + h3) * acceleration
         A_p[j] = acceleration
         w[j] = middle
@@ -208,7 +223,7 @@ def elastic_second(
         X = U[j + 1]
         force = on_site(height[j], x - (X + offset[j]), a, b, c)
         pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
-        acceleration = mobility[j] * pull - (shake if mobility[j] > 0.0 else 0.0)
+        acceleration = mobility[j] * pull - shake
         velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
         A[j] = acceleration
         v[j] = velocity
@@ -225,8 +240,8 @@ def elastic_second(
 def advance_elastic(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
     U: Array, V: Array, B: Array, U_p: Array, W: Array, B_p: Array,
-    height: Array, offset: Array, mobility: Array, s: Array, V_N: Array, shake: Array,
-    eta: float, a: float, b: float, c: float,
+    height: Array, offset: Array, mobility: Array, stuck: Cells, s: Array, V_N: Array,
+    shake: Array, eta: float, a: float, b: float, c: float,
     site: int, driven: int, drive: Array, ends: Array, constants: Array,
 ) -> None:
     """Advance Eqs. (1a) and (1b) with V_1 = 0 and V_N prescribed.
@@ -235,8 +250,8 @@ def advance_elastic(
     integrated, and their velocities and accelerations read zero.
 
     Args:
-        steps, n, u, v, A, u_p, w, A_p, height, offset, mobility, shake, eta, a, b, c: As
-            `advance_rigid`.
+        steps, n, u, v, A, u_p, w, A_p, height, offset, mobility, stuck, shake, eta, a, b, c:
+            As `advance_rigid`.
         U, V, B: Substrate displacements (n + 2,), velocities (n,), accelerations (n,).
         U_p, W, B_p: Work space of the same shapes.
         s: Substrate stiffness left of every cell and right of the last, shape (n + 1,).
@@ -260,6 +275,7 @@ def advance_elastic(
             n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, offset, mobility, s,
             shake[i], eta, a, b, c, a3, h0, h3,
         )
+        clamp(stuck, u_p, u, w, A_p)
         if i < driven:
             w[site - 1] = drive[1, i] + h3 * A_p[site - 1]
         if i + 1 < driven:
@@ -274,6 +290,7 @@ def advance_elastic(
             n, u, v, A, u_p, w, A_p, U, V, B, U_p, W, B_p, height, offset, mobility, s,
             shake[i + 1], eta, a, b, c, a0, a5, a6, a7, h0, h3,
         )
+        clamp(stuck, u, u_p, v, A)
         V[0] = B[0] = V[n - 1] = B[n - 1] = 0.0
         if i + 1 < driven:
             v[site - 1] = drive[1, i + 1]

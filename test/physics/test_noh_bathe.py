@@ -125,6 +125,7 @@ def test_half_and_half_is_velocity_verlet():
         p.alpha * p.d,
         np.zeros(p.N),
         np.ones(p.N),
+        np.empty(0, dtype=np.int64),
         p.strain_shape,
         ramp,
         np.zeros(2 * steps),
