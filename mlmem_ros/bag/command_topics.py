@@ -10,6 +10,7 @@ from typing import Any
 
 from ..device import Command, Disturb, Read, SetStrain, Write
 from ..device.settings import ScaleSettings
+from .trajectory import command_of
 
 Make = Callable[[Any, ScaleSettings], Command]
 """Returns the command that a message is, its SI values in the device's units."""
@@ -28,6 +29,10 @@ def _disturb(message: Any, scale: ScaleSettings) -> Disturb:
 
 COMMAND_TOPICS: dict[str, tuple[str, Make]] = {
     'strain': ('std_msgs/msg/Float64', lambda message, _: SetStrain(float(message.data))),
+    'strain_trajectory': (
+        'trajectory_msgs/msg/JointTrajectory',
+        lambda message, _: command_of(message),
+    ),
     'probe': ('std_msgs/msg/Empty', lambda message, _: Read()),
     'write_level': ('std_msgs/msg/UInt8', lambda message, _: Write(int(message.data))),
     'disturbance': ('sensor_msgs/msg/Imu', _disturb),

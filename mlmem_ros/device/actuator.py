@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actuator that strains the substrate: a set-point with a slew limit, and smooth ramps."""
+"""The actuator that strains the substrate: set-points, smooth ramps and timed profiles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..physics.potential import Array
+from .commands import FollowTrajectory
 from .errors import Refused
+from .profile import Profile, planned
 from .settings import ActuatorSettings
 
 SMOOTH_PEAK_RATE = 1.5
@@ -47,7 +49,7 @@ class Actuator:
     def __init__(self, settings: ActuatorSettings) -> None:
         self.settings = settings
         self.strain = 0.0
-        self.motion = Motion(0.0, 0.0, 0.0, smooth=True)
+        self.motion: Motion | Profile = Motion(0.0, 0.0, 0.0, smooth=True)
         self.elapsed = 0.0
 
     @property
@@ -79,13 +81,26 @@ class Actuator:
         least = SMOOTH_PEAK_RATE * abs(strain - self.strain) / self.settings.max_rate
         self._begin(Motion(self.strain, strain, max(duration, least), smooth=True))
 
-    def _begin(self, motion: Motion) -> None:
+    def follow(self, command: FollowTrajectory, time_unit: float) -> None:
+        """Move along a timed profile, from where the strain is.
+
+        Args:
+            command: The profile.
+            time_unit: Seconds per time unit.
+
+        Raises:
+            Refused: It is no profile, or beyond a limit of the actuator.
+        """
+        self._begin(planned(command, self.strain, self.settings, time_unit))
+
+    def _begin(self, motion: Motion | Profile) -> None:
         self.motion = motion
         self.elapsed = 0.0
 
     def advance(self, times: Array) -> Array:
         """Return the strain at times from now, the last of which becomes now."""
-        strain = self.motion.strain(self.elapsed + times)
+        limit = self.settings.max_strain  # a cubic that just reaches it may round beyond
+        strain = np.clip(self.motion.strain(self.elapsed + times), -limit, limit)
         self.elapsed += float(times[-1])
         self.strain = float(strain[-1])
         return strain

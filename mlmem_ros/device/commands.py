@@ -20,6 +20,33 @@ class SetStrain:
     strain: float
 
 
+JOINT = 'substrate'
+"""The one joint of an element, as `~/joint_states` names it."""
+
+
+@dataclass(frozen=True)
+class FollowTrajectory:
+    """Move the strain by hand along a timed profile, which begins with the next tick.
+
+    Seconds are those of the device's real time, `scale.time` per time unit, at speed 1.
+
+    Attributes:
+        times: Of every point, in seconds since the beginning.
+        strains: Of every point.
+        rates: Of every point, in 1/s; empty for straight lines between them.
+        joint: What moves: `JOINT`.
+    """
+
+    times: tuple[float, ...]
+    strains: tuple[float, ...]
+    rates: tuple[float, ...] = ()
+    joint: str = JOINT
+
+    def __post_init__(self) -> None:
+        for name in ('times', 'strains', 'rates'):  # lists where they come from a file
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
+
 @dataclass(frozen=True)
 class Write:
     """Write a level and verify it."""
@@ -73,11 +100,22 @@ class SetFaults:
 Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
 """Commands that take their time, and whose outcome is told when they end."""
 
-Command = SetStrain | Disturb | SetFaults | Procedures
+Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Procedures
 
 KINDS: dict[str, type[Any]] = {
     kind.__name__: kind
-    for kind in (SetStrain, Write, Read, Erase, Calibrate, SelfTest, Abort, Disturb, SetFaults)
+    for kind in (
+        SetStrain,
+        FollowTrajectory,
+        Write,
+        Read,
+        Erase,
+        Calibrate,
+        SelfTest,
+        Abort,
+        Disturb,
+        SetFaults,
+    )
 }
 
 

@@ -22,6 +22,7 @@ from .commands import (
     Command,
     Disturb,
     Erase,
+    FollowTrajectory,
     Read,
     SelfTest,
     SetFaults,
@@ -134,6 +135,9 @@ class MemoryElement:
         match command:
             case SetStrain(strain):
                 self.actuator.slew_to(strain)
+                self.forget()
+            case FollowTrajectory():
+                self.actuator.follow(command, self.settings.scale.time)
                 self.forget()
             case Write(level):
                 self._check_level(level)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import hashlib
+import itertools
 import math
 import struct
 from collections.abc import Mapping
@@ -24,6 +25,7 @@ from .errors import Refused
 from .faults import Faults
 from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
+from .profile import Profile
 from .reading import UNDECODABLE, Reading
 
 _STRAINS = ('told', 'drive', 'strain')
@@ -80,7 +82,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         specimen = element.specimen(faults)
         element.base.check(base.acceleration)
         element.base.check(base.target)
-        for given in (motion.start, motion.target, strain):
+        ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
+        for given in (*ends, strain):
             element.actuator.check(given)
         calibration = Calibration.from_dict(snapshot['calibration'])
         calibration.check(element.design.levels)
@@ -132,13 +135,27 @@ def digest(element: MemoryElement) -> str:
     return hashed.hexdigest()
 
 
-def _motion(values: Mapping[str, Any]) -> tuple[Motion, float, float]:
+def _motion(values: Mapping[str, Any]) -> tuple[Motion | Profile, float, float]:
     """Return the actuator's move, its strain and the time since the move began."""
-    names = ('start', 'target', 'duration', 'strain', 'elapsed')
-    start, target, duration, strain, elapsed = (float(values[name]) for name in names)
-    if not (0.0 <= duration < math.inf and 0.0 <= elapsed < math.inf):
-        raise ValueError(f'a move takes a finite time; got {elapsed} of {duration}')
-    return Motion(start, target, duration, smooth=bool(values['smooth'])), strain, elapsed
+    strain, elapsed = float(values['strain']), float(values['elapsed'])
+    motion: Motion | Profile
+    if 'times' in values:
+        times, strains, rates = (
+            tuple(map(float, values[name])) for name in ('times', 'strains', 'rates')
+        )
+        if not 2 <= len(times) == len(strains) or len(rates) not in (0, len(times)):
+            raise ValueError('every point of a profile has a time, a strain and maybe a rate')
+        if times[0] != 0.0 or not all(a < b for a, b in itertools.pairwise(times)):
+            raise ValueError('the times of a profile increase from 0')
+        if not all(map(math.isfinite, rates)):
+            raise ValueError('the rates of a profile are finite')
+        motion = Profile(times, strains, rates)
+    else:
+        start, target, duration = (float(values[name]) for name in ('start', 'target', 'duration'))
+        motion = Motion(start, target, duration, smooth=bool(values['smooth']))
+    if not (0.0 <= motion.duration < math.inf and 0.0 <= elapsed < math.inf):
+        raise ValueError(f'a move takes a finite time; got {elapsed} of {motion.duration}')
+    return motion, strain, elapsed
 
 
 def _disorders(

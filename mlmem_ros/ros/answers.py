@@ -111,6 +111,19 @@ class Paused(Answer):
 
 
 @dataclass(frozen=True)
+class Recorded(Answer):
+    """Whether a session is recorded.
+
+    Attributes:
+        recording: True while it is.
+        path: Its bag, on the node's machine.
+    """
+
+    recording: bool
+    path: str
+
+
+@dataclass(frozen=True)
 class Stepped(Answer):
     """A single tick that was run.
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
@@ -13,6 +13,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from .answers import (
     Answer,
@@ -20,13 +21,16 @@ from .answers import (
     Decoded,
     Done,
     Paused,
+    Recorded,
     SelfTested,
     Stepped,
     parse,
     parse_self_test,
 )
 from .errors import RequestFailed, RequestRefused
-from .reply import Call, Line, Reply, Steps
+from .qos import RELIABLE
+from .reply import Call, Line, Outgoing, Reply, Steps
+from .trajectory import message_of
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
@@ -63,6 +67,7 @@ class MemoryClient:
         self._group = ReentrantCallbackGroup()
         self._line = Line(node, self._group, self.name, patience)
         self._clients: dict[str, Any] = {}
+        self._outgoings: dict[str, Outgoing] = {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until the node is there.
@@ -145,6 +150,46 @@ class MemoryClient:
         """
         return self._converse('step', self._trigger('step', Stepped), timeout)
 
+    def follow(
+        self,
+        times: Sequence[float],
+        strains: Sequence[float],
+        rates: Sequence[float] = (),
+        timeout: float = 10.0,
+    ) -> Reply[None]:
+        """Strain the element along a timed profile, by hand.
+
+        The reply is there when the profile is on its way: a topic answers nothing. One that the
+        node refuses, such as any while a procedure runs, is told in its log and counted in its
+        diagnostics.
+
+        Args:
+            times: Seconds from the beginning of every point, increasing.
+            strains: Strain of every point.
+            rates: Its rate in 1/s, for a smooth profile; none for straight lines.
+            timeout: Longest wait for the node in seconds.
+
+        Raises:
+            ValueError: A time is no number from 0, or the columns are of different lengths.
+        """
+        message = message_of(times, strains, rates)
+        call = Call(self._outgoing('strain_trajectory', JointTrajectory), message)
+        return self._converse('follow', self._told(call), timeout)
+
+    def record(
+        self, on: bool = True, path: str | None = None, timeout: float = 10.0
+    ) -> Reply[Recorded]:
+        """Start or stop recording a session.
+
+        Args:
+            on: Whether to start.
+            path: The bag, on the node's machine: the node's `record.path` from now on. Where it
+                exists the time is added to its name.
+            timeout: Longest wait for the answer in seconds.
+        """
+        what = 'record' if on else 'stop recording'
+        return self._converse(what, self._record(bool(on), path), timeout)
+
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
         """Ask for parameters of the node.
 
@@ -202,6 +247,17 @@ class MemoryClient:
         response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())
         return parse_self_test(response)
 
+    def _record(self, on: bool, path: str | None) -> Steps[Recorded]:
+        if path is not None:
+            yield from self._set({'record.path': path}, 'the path')
+        request = SetBool.Request(data=on)
+        return (
+            yield from self._answered(Call(self._client('record', SetBool), request), Recorded)
+        )
+
+    def _told(self, call: Call) -> Steps[None]:
+        yield call
+
     def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
         request = GetParameters.Request(names=list(names))
         response = yield Call(self._client('get_parameters', GetParameters), request)
@@ -225,3 +281,12 @@ class MemoryClient:
                 kind, f'{self._name}/{service}', callback_group=self._group
             )
         return self._clients[service]
+
+    def _outgoing(self, topic: str, kind: type[Any]) -> Outgoing:
+        """Return what sends on a topic; made at first use."""
+        if topic not in self._outgoings:
+            publisher = self.node.create_publisher(
+                kind, f'{self._name}/{topic}', RELIABLE, callback_group=self._group
+            )
+            self._outgoings[topic] = Outgoing(publisher)
+        return self._outgoings[topic]

@@ -13,6 +13,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Empty, Float64, UInt8
+from trajectory_msgs.msg import JointTrajectory
 
 from ..bag.command_topics import COMMAND_TOPICS
 from .gate import Gate
@@ -32,6 +33,7 @@ class Inlets:
 
     TOPICS: tuple[Topic, ...] = (
         ('~/strain', Float64, RELIABLE),
+        ('~/strain_trajectory', JointTrajectory, RELIABLE),
         ('~/probe', Empty, RELIABLE),
         ('~/write_level', UInt8, RELIABLE),
         ('~/disturbance', Imu, SENSOR_DATA),  # which hears reliable publishers, too

@@ -20,6 +20,7 @@ from ..device import (
     Command,
     Disturb,
     Erase,
+    FollowTrajectory,
     Read,
     SelfTest,
     SetFaults,
@@ -38,7 +39,7 @@ Progress = Callable[[int, int], None]
 ANY_TIME = (Abort, Disturb, SetFaults)
 """Commands that do not wait for a procedure to end."""
 
-NO_END = (SetStrain, Disturb, SetFaults)
+NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults)
 """Commands that begin no procedure."""
 
 PATIENCE = 120.0
@@ -127,6 +128,8 @@ def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], N
         match command:
             case SetStrain(strain):
                 publishers[SetStrain].publish(Float64(data=strain))
+            case FollowTrajectory():
+                client.follow(command.times, command.strains, command.rates)
             case Read():
                 publishers[Read].publish(Empty())
             case Write(level):

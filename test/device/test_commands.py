@@ -13,6 +13,7 @@ from mlmem_ros.device import (
     Disturb,
     Erase,
     Faults,
+    FollowTrajectory,
     Read,
     Refused,
     SelfTest,
@@ -23,8 +24,10 @@ from mlmem_ros.device import (
 from mlmem_ros.device.commands import KINDS, as_dict, from_dict
 
 COMMANDS = [
-    SetStrain(0.1 + 0.2), SetStrain(-5e-324), Write(7), Read(), Read('right'),
-    Erase(), Calibrate(), SelfTest(), Abort(), Abort('the device is shut down'),
+    SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
+    FollowTrajectory((0.1,), (0.1 + 0.2,), (-5e-324,), 'substrate'),
+    Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(),
+    Abort(), Abort('the device is shut down'),
     Disturb(1.0 / 3.0), SetFaults(Faults()), SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
 ]  # fmt: skip
 
@@ -54,10 +57,11 @@ def test_the_values_of_a_file_are_not_changed():
 @pytest.mark.parametrize(
     ('data', 'message'),
     [
-        ({}, 'command must be one of SetStrain, Write, .*; got None'),
+        ({}, 'command must be one of SetStrain, FollowTrajectory, Write, .*; got None'),
         ({'kind': 'write', 'level': 1}, "got 'write'"),
         ({'kind': 'Write'}, 'Write was given the wrong values'),
         ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write was given the wrong values'),
+        ({'kind': 'FollowTrajectory', 'times': 1, 'strains': []}, 'was given the wrong values'),
         ({'kind': 'Erase', 'level': 1}, 'Erase was given the wrong values'),
         ({'kind': 'SetFaults', 'faults': {'weak_cell': -1}}, 'weak_cell must be a whole number'),
         ({'kind': 'SetFaults', 'faults': {'rust': 1.0}}, 'SetFaults was given the wrong values'),

@@ -18,6 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 from sensor_msgs.msg import Imu, JointState, Range
 from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, UInt8
 from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
@@ -27,7 +28,13 @@ LATCHED = QoSProfile(
 )
 SENSOR = qos_profile_sensor_data
 
-IN = {'strain': Float64, 'probe': Empty, 'write_level': UInt8, 'disturbance': Imu}
+IN = {
+    'strain': Float64,
+    'strain_trajectory': JointTrajectory,
+    'probe': Empty,
+    'write_level': UInt8,
+    'disturbance': Imu,
+}
 OUT = {
     'level': (Int16, LATCHED),
     'outcome': (DiagnosticStatus, LATCHED),
@@ -147,6 +154,16 @@ class Robot:
     def publish(self, topic, *value):
         message = IN[topic](data=value[0]) if value else IN[topic]()
         self.send_message(topic, message)
+
+    def follow(self, *points, joint='substrate'):
+        """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s)."""
+        message = JointTrajectory(joint_names=[joint])
+        for milliseconds, strain, *rate in points:
+            point = JointTrajectoryPoint(positions=[strain], velocities=rate)
+            point.time_from_start.sec, left = divmod(milliseconds, 1000)
+            point.time_from_start.nanosec = 10**6 * left
+            message.points.append(point)
+        self.send_message('strain_trajectory', message)
 
     # Services
 

@@ -77,6 +77,28 @@ def test_a_bad_message_is_refused_in_one_line(memory, written, topic, value, wor
 
 
 @pytest.mark.parametrize(
+    ('points', 'joint', 'words'),
+    [
+        ([(10, 0.01)], 'elbow', ["'substrate'", "'elbow'"]),
+        ([], 'substrate', ['1 to 10000 points', '0']),
+        ([(10, 0.01), (10, 0.02)], 'substrate', ['increase']),
+        ([(10, 0.01), (20, math.nan)], 'substrate', ['finite', 'nan']),
+        ([(10, 0.01), (20, 0.0801)], 'substrate', [f'{LIMIT}', 'max_strain', '0.0801']),
+        ([(1, 0.02)], 'substrate', ['max_rate', '0.0002']),
+    ],
+    ids=str,
+)
+def test_a_bad_trajectory_is_refused_in_one_line(memory, written, points, joint, words):
+    before = len(memory.output)
+    with Unchanged(written):
+        written.follow(*points, joint=joint)
+        written.wait(lambda: memory.output[before:].endswith('\n'), 'a message')
+    (line,) = memory.output[before:].splitlines()
+    for word in ['[WARN]', '/strain_trajectory', *words]:
+        assert word in line
+
+
+@pytest.mark.parametrize(
     ('name', 'value', 'words'),
     [
         ('target_level', 8, ['target_level', 'range']),

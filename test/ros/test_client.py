@@ -322,3 +322,41 @@ def test_the_package_needs_no_ros_until_its_client_is_used():
         'else: raise SystemExit("rclpy was there")\n'
     )
     subprocess.run([sys.executable, '-c', code], check=True, timeout=60)
+
+
+# Strain by hand, and sessions
+
+
+def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
+    """It asks for 10/s, which is the limit at 10 us per time unit; then back, smoothly."""
+    client.follow([0.002, 0.05], [0.02, 0.02]).wait()
+    robot.next('joint_states', lambda state: state.position[0] == pytest.approx(0.02 * 225 * 0.01))
+    client.follow([0.02], [0.0], [0.0]).wait()
+    robot.next('joint_states', lambda state: state.position[0] == 0.0)
+
+
+@pytest.mark.parametrize(
+    ('times', 'strains', 'rates', 'message'),
+    [
+        ([0.1, 0.2], [0.0], [], 'got 2 times, 1 strains and 0 rates'),
+        ([0.1, 0.2], [0.0, 0.0], [0.0], 'and 1 rates'),
+        ([float('nan')], [0.0], [], 'a time must be from 0 s .*; got nan'),
+        ([-1.0], [0.0], [], 'got -1.0'),
+    ],
+)
+def test_a_profile_that_no_message_can_hold(client, times, strains, rates, message):
+    with pytest.raises(ValueError, match=message):
+        client.follow(times, strains, rates)
+
+
+def test_a_session_is_recorded_and_ended(client, tmp_path):
+    bag = str(tmp_path / 'session')
+    begun = client.record(path=bag).wait()
+    assert (begun.recording, begun.path) == (True, bag)
+    with pytest.raises(RequestRefused, match='busy: recording into'):
+        client.record().wait()
+    ended = client.record(False).wait()
+    assert (ended.recording, ended.path) == (False, bag)
+    with pytest.raises(RequestRefused, match='nothing is being recorded'):
+        client.record(False).wait()
+    assert client.parameters('record.path').wait() == {'record.path': bag}

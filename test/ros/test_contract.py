@@ -250,6 +250,15 @@ def test_strain_follows_the_set_point(robot):
     assert math.isfinite(state.effort[state.name.index('substrate')])
 
 
+def test_strain_follows_a_trajectory(robot):
+    """Points in milliseconds at 10 us per time unit, so at most 10/s."""
+    robot.follow((10, 0.02), (60, 0.02), (80, -0.01))
+    robot.wait(lambda: strain_is(robot, 0.02), 'the first strain, which is held')
+    robot.wait(lambda: strain_is(robot, -0.01), 'the last strain')
+    robot.follow((20, 0.0, 0.0))
+    robot.wait(lambda: strain_is(robot, 0.0), 'no strain')
+
+
 def test_pause_holds_time_and_step_makes_one_tick(robot):
     assert strain_of(robot) == pytest.approx(0.0, abs=1e-6)
     held = robot.pause(True)

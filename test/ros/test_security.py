@@ -110,6 +110,8 @@ def test_a_client_may_do_what_it_does(robot):
             lambda: client.pause(False),
             client.step,
             lambda: client.parameters('design.N'),
+            lambda: client.follow([1.0], [0.0]),
+            lambda: client.record(False),
         ]
         for request in requests:
             with contextlib.suppress(RequestFailed, RequestRefused):

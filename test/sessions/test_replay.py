@@ -103,6 +103,34 @@ def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     assert slower.commands[0][1].acceleration == pytest.approx(1e-2)
 
 
+def test_a_trajectory_by_hand_is_replayed(tmp_path):
+    point, duration = (
+        JAZZY.types[name]
+        for name in ('trajectory_msgs/msg/JointTrajectoryPoint', 'builtin_interfaces/msg/Duration')
+    )
+    none = np.array([])
+    values = {
+        'header': JAZZY.types['std_msgs/msg/Header'](
+            JAZZY.types['builtin_interfaces/msg/Time'](0, 0), ''
+        ),
+        'joint_names': ['substrate'],
+        'points': [
+            point(np.array([strain]), none, none, none, duration(0, 10**6 * milliseconds))
+            for milliseconds, strain in ((20, 0.02), (60, -0.01))
+        ],
+    }
+    drive = [(0.0, 'strain_trajectory', 'trajectory_msgs/msg/JointTrajectory', values)]
+    element = new_element(CASE_II)
+    report = replay_commands(element, load(foreign_bag(tmp_path / 'bag', drive)))
+    assert report.refused == []
+    for _ in range(9):  # one tick of 2 ms is done
+        element.advance()
+    assert element.actuator.strain == pytest.approx(0.02, abs=1e-15)
+    for _ in range(20):
+        element.advance()
+    assert element.actuator.strain == pytest.approx(-0.01, abs=1e-15)
+
+
 def test_the_command_line_tells_and_judges(tmp_path, capsys):
     foreign = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE)
     assert main(['replay', str(foreign)]) == 0

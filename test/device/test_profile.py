@@ -1,0 +1,198 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Timed strain profiles: through their points, within both limits, or refused whole."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.interpolate import CubicHermiteSpline
+
+from mlmem_ros.device import FollowTrajectory, Refused, SetStrain, Write, snapshot
+from mlmem_ros.device.profile import MOST_POINTS, planned
+from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
+
+from . import rig
+
+LIMITS = ActuatorSettings(max_strain=0.08, max_rate=1e-4)
+UNIT = ScaleSettings().time
+"""1e-4 s, so that the rate limit is 1/s and a tick of 20 time units 2 ms."""
+
+WAVE = FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0), (0.0, -0.5, 0.0))
+
+
+def followed(command, ticks=None):
+    """Return the strain after every tick of a device that follows a trajectory to its end."""
+    element = rig.device()
+    element.apply(command)
+    trace = []
+    while element.actuator.moving if ticks is None else len(trace) < ticks:
+        element.advance()
+        trace.append(element.actuator.strain)
+    return np.array(trace)
+
+
+def test_lines_between_points_without_rates():
+    trace = followed(FollowTrajectory((0.1, 0.2, 0.4), (0.05, -0.01, 0.0)))
+    t = 0.002 * np.arange(1, len(trace) + 1)
+    np.testing.assert_allclose(
+        trace, np.interp(t, [0.0, 0.1, 0.2, 0.4], [0.0, 0.05, -0.01, 0.0]), atol=1e-16
+    )
+    assert len(trace) == 200  # 0.4 s in ticks of 2 ms
+    assert trace[-1] == 0.0  # exactly
+
+
+def test_cubics_between_points_with_rates():
+    trace = followed(WAVE)
+    t = 0.002 * np.arange(1, len(trace) + 1)
+    spline = CubicHermiteSpline([0.0, *WAVE.times], [0.0, *WAVE.strains], [0.0, *WAVE.rates])
+    np.testing.assert_allclose(trace, spline(t), atol=1e-16)
+
+
+def test_the_profile_starts_from_the_present_strain_and_may_say_so():
+    element = rig.device()
+    element.apply(SetStrain(0.01))
+    rig.ticks(element, 5)
+    assert element.actuator.strain == 0.01
+    element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))
+    rig.ticks(element, 25)
+    assert element.actuator.strain == pytest.approx(0.02, abs=1e-16)  # half-way
+    element.apply(FollowTrajectory((0.1,), (0.0,)))  # which takes the place of the first
+    rig.ticks(element, 25)
+    assert element.actuator.strain == pytest.approx(0.01, abs=1e-16)
+    element.apply(SetStrain(0.02))  # as a set-point does
+    rig.ticks(element, 6)
+    assert element.actuator.strain == 0.02
+    assert not element.actuator.moving
+
+
+def test_it_writes_as_the_procedure_does():
+    """The cycle of a write by hand, from level 0 to 1: points at rest give its smooth ramps."""
+    element = rig.device(level=0)
+    element.apply(FollowTrajectory((0.12, 0.18, 0.30), (-0.034, -0.034, 0.0), (0.0, 0.0, 0.0)))
+    rig.ticks(element, 225)  # and settle for 0.15 s
+    assert rig.holds(element, 1)
+
+
+POINTS = st.lists(
+    st.tuples(st.floats(0.01, 0.5), st.floats(-0.08, 0.08), st.floats(-1.0, 1.0)),
+    min_size=1,
+    max_size=5,
+)
+
+
+@rig.unhurried
+@given(POINTS, st.booleans())
+def test_what_is_taken_keeps_both_limits_and_what_is_refused_would_not(points, with_rates):
+    waits, strains, rates = zip(*points, strict=True)
+    times = tuple(np.cumsum(waits).tolist())
+    command = FollowTrajectory(times, strains, rates if with_rates else ())
+    t = np.linspace(0.0, times[-1], 20_001)
+    if with_rates:
+        oracle = CubicHermiteSpline([0.0, *times], [0.0, *strains], [0.0, *rates])(t)
+    else:
+        oracle = np.interp(t, [0.0, *times], [0.0, *strains])
+    # the sampled rate misses its peak by the curvature over a step
+    over = max(np.abs(oracle).max() / 0.08, np.abs(np.diff(oracle) / np.diff(t)).max())
+    assume(abs(over - 1.0) > 1e-3)
+    if over > 1.0:
+        with pytest.raises(Refused, match=r'must stay within .* \(actuator\.max_'):
+            planned(command, 0.0, LIMITS, UNIT)
+    else:
+        np.testing.assert_allclose(
+            planned(command, 0.0, LIMITS, UNIT).strain(t / UNIT), oracle, atol=1e-14
+        )
+
+
+def test_the_limits_themselves_are_allowed():
+    trace = followed(FollowTrajectory((0.08, 0.16), (0.08, 0.0)))  # 1/s up to 0.08
+    assert trace.max() == 0.08
+    smooth = followed(FollowTrajectory((0.12,), (0.08,), (0.0,)))  # its peak rate is 1.5 x mean
+    assert smooth.max() == 0.08
+
+
+BAD = [
+    (FollowTrajectory((0.1,), (0.01,), joint='elbow'), "the joint must be 'substrate'.*'elbow'"),
+    (FollowTrajectory((), ()), 'must have 1 to 10000 points; got 0'),
+    (FollowTrajectory((0.1, 0.2), (0.01,)), 'every point must have one strain; got 1 for 2'),
+    (FollowTrajectory((0.1, 0.2), (0.01, 0.0), (0.0,)), 'must have a rate; got 1 for 2'),
+    (FollowTrajectory((0.2, 0.1), (0.01, 0.0)), 'must increase from 0 s on'),
+    (FollowTrajectory((0.1, 0.1), (0.01, 0.01)), 'must increase from 0 s on'),
+    (FollowTrajectory((-0.1, 0.1), (0.0, 0.01)), 'must increase from 0 s on'),
+    (FollowTrajectory((0.0,), (0.0,)), 'must be later than 0 s'),
+    (FollowTrajectory((0.0, 0.1), (0.01, 0.01)), 'at 0 s must be the present strain 0.0005'),
+    (FollowTrajectory((0.1,), (math.nan,)), 'strains must be finite numbers; got nan'),
+    (FollowTrajectory((math.inf,), (0.01,)), 'times must be finite numbers; got inf'),
+    (FollowTrajectory((0.1,), (0.01,), (math.nan,)), 'rates must be finite numbers; got nan'),
+    (FollowTrajectory((0.1,), ('0.01',)), "strains must be finite numbers; got '0.01'"),
+    (FollowTrajectory((0.1,), (10**400,)), 'strains must be finite numbers'),
+    (FollowTrajectory((0.1, 0.3), (0.05, 0.0801)), r'within 0\.08 .*0\.0801 between 0\.1 s and'),
+    (FollowTrajectory((0.1, 0.11), (0.01, 0.021)), r'max_rate.* 0\.1 s and 0\.11'),
+    (FollowTrajectory((0.1, 0.2), (0.075, 0.075), (0.0, -0.9)), 'the strain must'),  # it bulges
+    (FollowTrajectory((0.1,), (0.08,), (0.0,)), r'it reaches 0\.000119\d+ between 0 s'),
+    (FollowTrajectory((5e-324,), (0.01,)), 'rate must stay within'),
+    (
+        FollowTrajectory(tuple(0.01 * n for n in range(1, MOST_POINTS + 2)), (0.0,) * 10_001),
+        'must have 1 to 10000 points; got 10001',
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(('command', 'message'), BAD, ids=[message for _, message in BAD])
+def test_what_is_no_profile_is_refused_whole(command, message):
+    element = rig.device()
+    element.apply(WAVE)
+    rig.ticks(element, 3)
+    before = rig.bits(element)
+    with pytest.raises(Refused, match=message):
+        element.apply(command)
+    assert rig.bits(element) == before
+
+
+def test_a_running_procedure_goes_first():
+    element = rig.device(level=0)
+    element.apply(Write(1))
+    with pytest.raises(Refused, match='busy: write is running'):
+        element.apply(WAVE)
+
+
+def test_a_snapshot_on_the_way_goes_on_to_the_bit():
+    element, other = rig.device(), rig.device()
+    element.apply(WAVE)
+    rig.ticks(element, 60)
+    taken = json.loads(json.dumps(snapshot.take(element)))
+    snapshot.restore(other, taken)
+    for device in (element, other):
+        rig.ticks(device, 100)
+    assert rig.bits(other) == rig.bits(element)
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        {'times': [0.0]},
+        {'times': [0.0, 2.0, 1.0, 4.0]},
+        {'times': [1.0, 2.0, 3.0, 4.0]},
+        {'strains': [0.0, 0.0, 0.0, 0.5]},
+        {'rates': [0.0]},
+        {'rates': [0.0, math.nan, 0.0, 0.0]},
+    ],
+    ids=str,
+)
+def test_a_damaged_profile_in_a_snapshot_is_refused(change):
+    element = rig.device()
+    element.apply(WAVE)
+    rig.ticks(element, 10)
+    taken = snapshot.take(element)
+    taken['actuator'] |= change
+    with pytest.raises(snapshot.StateError, match='no snapshot of a device'):
+        snapshot.restore(rig.device(), taken)
+
+
+def test_as_many_points_as_may_be():
+    times = tuple(0.001 * n for n in range(1, MOST_POINTS + 1))
+    command = FollowTrajectory(times, (0.0,) * MOST_POINTS)
+    assert planned(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
