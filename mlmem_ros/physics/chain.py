@@ -79,6 +79,7 @@ class Chain:
         dt: Step size in time units.
         steps_done: Steps since the chain was made: its clock.
         V_N: Present displacement of the substrate's end.
+        inputs: What the last run was driven by: the arguments of `advance`.
     """
 
     def __init__(self, design: Design, dt: float | None = None) -> None:
@@ -104,6 +105,7 @@ class Chain:
         self.dt = dt
         self.steps_done = 0
         self.V_N = 0.0
+        self.inputs: tuple[Array, Drive | None, Array | None] = (np.empty(0), None, None)
         n = design.N
         self._constants = np.array(coefficients(dt))
         self._height, self._offset, self._mobility = (aligned(np.zeros(n)) for _ in range(3))
@@ -263,6 +265,7 @@ class Chain:
                 or the state stopped being finite (the chain is then lost: `restore` it).
         """
         self.check_inputs(V_N, drive, shake)
+        self.inputs = V_N, drive, shake
         V_N = _plain(V_N)
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = self._no_motion if drive is None else _plain(drive.motion)

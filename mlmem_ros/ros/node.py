@@ -209,7 +209,7 @@ class MemoryNode(LifecycleNode):
         assert self._outlets is not None
         self._outlets.tap = self._inlets.tap = recording.put if recording else None
         self._outlets.tap_views = self._given.values().record.views
-        self._diagnostics.recording = recording
+        self._diagnostics.attach(recording)
 
     def _set_speed(self, changed: list[Parameter]) -> None:
         for parameter in changed:

@@ -1,0 +1,53 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The loop: how it keeps time, and what it refused."""
+
+from __future__ import annotations
+
+import time
+
+from ...device import Loop
+from ...device.loop_statistics import LoopStatistics
+from ..gate import Gate
+from .health import ERROR, OK, STALE, WARN, Component, Health
+
+
+class LoopComponent(Component):
+    """Warns when ticks of wall time are lost."""
+
+    name = 'loop'
+
+    def __init__(self, gate: Gate) -> None:
+        self._gate = gate
+        self._last = (time.monotonic(), 0.0, 0.0)
+
+    def health(self, loop: Loop) -> Health:
+        """Return how the loop keeps time; all times in seconds."""
+        statistics = loop.statistics
+        rate, lost = self._since_last(statistics)
+        values = {
+            'rate': rate,
+            'ticks': statistics.ticks,
+            'overruns': statistics.overruns,
+            'lateness_mean': statistics.lateness_mean,
+            'lateness_deviation': statistics.lateness_deviation,
+            'busy': statistics.busy,
+            'procedure': loop.element.procedure,
+            'refused': self._gate.refused,
+        }
+        if loop.failure:
+            return Health(ERROR, str(loop.failure), values)
+        if lost > 0:
+            return Health(WARN, f'{statistics.overruns} ticks of time were skipped', values)
+        return Health(OK, 'paused' if loop.paused else 'running', values)
+
+    def rest(self) -> Health:
+        """Count on: an inactive node refuses all that is asked of it."""
+        return Health(STALE, 'inactive', {'refused': self._gate.refused})
+
+    def _since_last(self, statistics: LoopStatistics) -> tuple[float, int]:
+        """Return ticks per second and new overruns since the last report."""
+        present = (time.monotonic(), statistics.ticks, statistics.overruns)
+        seconds, ticks, overruns = (a - b for a, b in zip(present, self._last, strict=True))
+        self._last = present
+        return max(0.0, ticks) / max(seconds, 1e-9), round(overruns)

@@ -1,0 +1,30 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The content, as the last echo told it."""
+
+from __future__ import annotations
+
+from ...device import UNDECODABLE, Loop, describe_level
+from .health import OK, WARN, Component, Health
+
+
+class MemoryComponent(Component):
+    """Warns when the last echo could not be decoded."""
+
+    name = 'memory'
+
+    def health(self, loop: Loop) -> Health:
+        """Return the last decode with its margins."""
+        reading = loop.element.reading
+        if reading is None:
+            return Health(OK, 'not read yet')
+        values = {
+            'level': reading.level,
+            'end': reading.end,
+            'delay': 'none' if reading.delay is None else reading.delay,
+            'level_margin': reading.level_margin,
+            'threshold_margin': reading.threshold_margin,
+        }
+        if reading.level == UNDECODABLE:
+            return Health(WARN, reading.reason, values)
+        return Health(OK, describe_level(reading.level), values)

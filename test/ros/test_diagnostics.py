@@ -1,0 +1,195 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Diagnostics: a status for every component, warnings that stay a while, books that close."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from robot import Robot, values
+
+from mlmem_ros.device import MemoryElement, SetStrain, Settings
+from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.ros.diagnostics.health import ERROR, OK, STALE, WARN, Health, Hysteresis
+from mlmem_ros.ros.diagnostics.material import LARGEST_IMBALANCE, MaterialComponent
+
+COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'recorder')
+
+
+def reported(array):
+    """Return the statuses of a report by component."""
+    return {status.name.split(': ')[1]: status for status in array.status}
+
+
+# Hysteresis
+
+
+def levels(reports, hold=2):
+    smoother = Hysteresis(hold)
+    return [smoother.smooth(Health(level, 'now')).level for level in reports]
+
+
+def test_a_warning_stays_for_some_reports():
+    assert levels([OK, WARN, OK, OK, OK, OK]) == [OK, WARN, WARN, WARN, OK, OK]
+
+
+def test_a_new_cause_begins_the_time_anew():
+    assert levels([WARN, OK, WARN, OK, OK, OK]) == [WARN] * 5 + [OK]
+
+
+def test_an_error_takes_the_place_of_a_warning_and_not_the_other_way_round():
+    assert levels([WARN, ERROR, WARN, OK, OK]) == [WARN, ERROR, ERROR, ERROR, OK]
+    assert levels([ERROR, WARN, WARN, WARN, WARN]) == [ERROR, ERROR, ERROR, WARN, WARN]
+
+
+def test_who_is_not_active_has_no_warnings():
+    assert levels([WARN, STALE, OK]) == [WARN, STALE, OK]
+
+
+def test_the_text_is_that_of_the_warning_and_the_values_are_present():
+    smoother = Hysteresis()
+    smoother.smooth(Health(WARN, 'two were lost', {'lost': 2}))
+    assert smoother.smooth(Health(OK, 'running', {'lost': 0})) == Health(
+        WARN, 'two were lost', {'lost': 0}
+    )
+
+
+# The books of the material
+
+
+@pytest.fixture
+def element():
+    """A blank device; its calibration is never asked."""
+    table = DelayTable(tuple(100.0 * (level + 1) for level in range(CASE_II.levels)))
+    return MemoryElement(CASE_II, Settings(), Calibration(table, table))
+
+
+@dataclasses.dataclass
+class Turned:
+    """What a component sees of a loop."""
+
+    element: MemoryElement
+
+
+def audited(element, ticks=1, before=lambda: None):
+    """Return the material's health after ticks, each audited; the last one is returned."""
+    component = MaterialComponent()
+    for _ in range(ticks):
+        component.before_tick(element)
+        before()
+        element.advance()
+        component.after_tick(element)
+        health = component.health(Turned(element))
+    return health
+
+
+def test_the_books_close_while_the_actuator_works(element):
+    element.apply(SetStrain(0.02))
+    health = audited(element, ticks=5)
+    assert health.level == OK
+    assert health.values['energy_exchanged'] > 1.0
+    assert health.values['energy_imbalance'] < 1e-5
+    assert health.values['stability_margin'] > 0.0
+    assert health.values['walls'] == 0
+
+
+def test_the_books_close_while_the_transducer_drives_and_rings(element):
+    element.transducer.fire('left')
+    imbalances = [audited(element).values['energy_imbalance'] for _ in range(60)]
+    assert not element.transducer.driving  # any more
+    assert 1e-4 < max(imbalances) < LARGEST_IMBALANCE
+
+
+def test_an_audit_changes_no_bit(element):
+    other = MemoryElement(CASE_II, Settings(), element.calibration)
+    for device in (element, other):
+        device.apply(SetStrain(0.02))
+        device.transducer.fire('right')
+    audited(element, ticks=20)
+    for _ in range(20):
+        other.advance()
+    assert element.chain.state().tobytes() == other.chain.state().tobytes()
+
+
+@pytest.mark.parametrize(('factor', 'level'), [(1.0, OK), (10.0, WARN)])
+def test_damping_that_the_books_do_not_know_is_a_warning(element, factor, level):
+    """The loop damps ten times as much as the specimen that is told: nine tenths are missing."""
+    element.chain.place(element.chain.v + 0.01 * np.sin(0.3 * CASE_II.sites))
+    told = element.chain.specimen
+    advance = element.chain.advance
+
+    def damped(*inputs):
+        element.chain.specimen = Specimen(CASE_II, eta_factor=factor)
+        try:
+            return advance(*inputs)
+        finally:
+            element.chain.specimen = told
+
+    component = MaterialComponent()
+    element.chain.advance = damped
+    component._auditor._twin = element.chain  # the audit is of what this chain does
+    component.before_tick(element)
+    element.advance()
+    component.after_tick(element)
+    health = component.health(Turned(element))
+    assert health.level == level
+    assert ('energy budget' in health.text) == (level == WARN)
+
+
+def test_ticks_that_were_missed_are_not_audited(element):
+    component = MaterialComponent()
+    component.before_tick(element)
+    element.advance()
+    element.advance()
+    component.after_tick(element)
+    assert 'energy_imbalance' not in component.health(Turned(element)).values
+
+
+def test_two_walls_at_rest_are_a_warning(element):
+    """Active, inactive, active: what a kink that was not driven on leaves behind."""
+    sites = CASE_II.sites
+    between = (sites > 50) & (sites <= 125)
+    element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
+    health = audited(element)
+    assert health.level == WARN
+    assert health.text.startswith('2 walls')
+
+
+# On a live node
+
+
+def test_every_component_reports(robot):
+    assert robot.write(2)['level'] == 2
+    array = robot.next(
+        '/diagnostics', lambda array: 'energy_imbalance' in values(reported(array)['material'])
+    )
+    found = reported(array)
+    assert tuple(found) == COMPONENTS
+    assert {'rate', 'lateness_mean', 'lateness_deviation', 'overruns', 'refused'} <= set(
+        values(found['loop'])
+    )
+    material = {key: float(value) for key, value in values(found['material']).items()}
+    assert material['walls'] == 1
+    assert material['energy_imbalance'] < LARGEST_IMBALANCE
+    assert float(values(found['actuator'])['strain']) == pytest.approx(0.0, abs=1e-9)
+    assert float(values(found['transducer'])['threshold_margin']) > 1.5
+    memory = values(found['memory'])
+    assert memory['level'] == '2'
+    assert float(memory['level_margin']) > 0.5
+    assert float(memory['threshold_margin']) > 1.5
+
+
+def test_what_is_inactive_is_stale(start):
+    start(parameters={'scale.time': 1e-5}, name='idle')
+    with Robot('/idle', 'idle_robot') as robot:
+        robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)
+        request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
+        assert robot.response(robot.send('change_state', request, ChangeState)).success
+        array = robot.next('/diagnostics', lambda a: reported(a)['loop'].level == STALE)
+        for name, status in reported(array).items():
+            assert (status.level, status.message) == (
+                (OK, 'not recording') if name == 'recorder' else (STALE, 'inactive')
+            )
