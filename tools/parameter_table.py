@@ -5,15 +5,12 @@
 .venv/bin/python tools/parameter_table.py
 """
 
-import dataclasses
 import re
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.described import Description, descriptions
-from mlmem_ros.device import Faults, Settings
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.settings import PublishSettings, RecordSettings, StateSettings
+from mlmem_ros.described import Description
+from mlmem_ros.ros.declarations import declarations
 
 README = Path(__file__).resolve().parent.parent / 'README.md'
 BEGIN, END = '<!-- parameters: begin -->', '<!-- parameters: end -->'
@@ -24,33 +21,19 @@ def table() -> str:
     rows = [
         '| parameter | default | unit | range | meaning |',
         '|---|---|---|---|---|',
-        '| `target_level` | 0 | | 0 to p - 1 | level that `~/write` writes |',
-        '| `time.speed` | 1 | | from 0 | factor on real time; 0: as fast as it can |',
-        '| `autostart` | true | | | configure and activate at the start |',
-        '| `design.preset` | case_2 | | case_1, case_2 | design that the others start from |',
-        '| `design.check` | refuse | | refuse, warn, off | what a design that fails its check '
-        'does at configure |',
     ]
-    settings = Settings()
-    groups: dict[str, Any] = {'design': CASE_II}
-    groups |= {field.name: getattr(settings, field.name) for field in dataclasses.fields(settings)}
-    groups |= {
-        'publish': PublishSettings(),
-        'record': RecordSettings(),
-        'state': StateSettings(),
-        'faults': Faults(),
-    }
-    for prefix, group in groups.items():
-        for field, description in descriptions(group):
-            value = getattr(group, field.name)
-            rows.append(
-                f'| `{prefix}.{field.name}` | {_default(value)} | {description.unit} '
-                f'| {_range(description)} | {description.text.replace("|", "&#124;")} |'
-            )
+    for name, default, description in declarations():
+        legal = '0 to p - 1' if name == 'target_level' else _range(description)
+        rows.append(
+            f'| `{name}` | {_default(default)} | {description.unit} | {legal} '
+            f'| {description.text.replace("|", "&#124;")} |'
+        )
     return '\n'.join(rows)
 
 
 def _default(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, str):
         return value or "''"
     return f'{value:.6g}' if isinstance(value, float) else str(value)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import Future
-from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
@@ -22,6 +21,7 @@ from ..device import (
 )
 from ..device.calibration import calibration_key
 from ..physics import Design, StateError
+from .files import confined
 from .gate import Gate
 from .settings import StateSettings
 
@@ -32,9 +32,20 @@ class MemoryFile:
     Saving happens in a thread of its own: neither the loop nor the executor waits for the disk.
     """
 
-    def __init__(self, node: Node, settings: StateSettings, gate: Gate) -> None:
+    def __init__(self, node: Node, settings: StateSettings, root: str, gate: Gate) -> None:
+        """Save at intervals from now on.
+
+        Args:
+            node: Its executor is where the timer runs.
+            settings: Path and interval.
+            root: What the path is confined to; see `files`.
+            gate: The way to the device.
+
+        Raises:
+            SettingsError: The path leads out of the root.
+        """
         self._node = node
-        self._path = Path(settings.path).expanduser() if settings.path else None
+        self._path = confined(settings.path, root) if settings.path else None
         self._calibrations = calibration_file.beside(self._path) if self._path else None
         self._calibrated: tuple[str, Calibration] | None = None
         self._gate = gate

@@ -146,7 +146,7 @@ class MemoryNode(LifecycleNode):
         given = self._given.values()
         check_design(given.design, given.settings, given.check, self.get_logger())
         self.get_logger().info('preparing the kernels (they are compiled at the first start)')
-        memory_file = MemoryFile(self, given.state, self.gate)
+        memory_file = MemoryFile(self, given.state, given.files.root, self.gate)
         try:
             element = memory_file.new_element(given.design, given.settings)
             _check_faults(element, given.faults)

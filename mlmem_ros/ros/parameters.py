@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import sys
 from dataclasses import dataclass
 from typing import Any
@@ -23,9 +24,10 @@ from rclpy.parameter import Parameter
 from ..described import Description, descriptions
 from ..device import Faults, SettingsError
 from ..device.settings import Settings
-from ..physics import PRESETS, Design, DesignError, preset
-from .design_check import CHOICES
-from .settings import PublishSettings, RecordSettings, StateSettings
+from ..physics import Design, DesignError, preset
+from .declarations import AUTOSTART, CHECK, LIVE, PRESET, groups
+from .files import confined
+from .settings import FileSettings, PublishSettings, RecordSettings, StateSettings
 
 
 class ParameterError(ValueError):
@@ -43,26 +45,16 @@ class Parameters:
     record: RecordSettings
     state: StateSettings
     faults: Faults
+    files: FileSettings
 
-
-LIVE = {
-    'target_level': (0, Description('level that ~/write writes', low=0, high=255)),
-    'time.speed': (
-        1.0,
-        Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
-    ),
-}
-"""Parameters that may be set at any time, as those of `LIVE_GROUPS`; all others only while the
-node is unconfigured."""
 
 LIVE_GROUPS = ('record', 'faults')
-"""Groups that the next session takes, and the device at once."""
+"""Groups that may be set at any time: the next session takes the one, the device the other."""
 
-PRESET = Description('shipped design that the others start from', choices=tuple(PRESETS))
+PATHS = ('record.path', 'state.path')
+"""Parameters that have the node write."""
 
-CHECK = Description('what a design that fails its check does at configure', choices=CHOICES)
-
-CHOSEN = {'design.preset': PRESET, 'design.check': CHECK}
+CHOSEN = {'design.preset': PRESET[1], 'design.check': CHECK[1]}
 """Parameters of the group `design` that are words and no fields of it."""
 
 
@@ -80,17 +72,13 @@ class ParameterSet:
         self._node = node
         self.locked = False
         """Whether the node is configured, so that only live parameters may be set."""
-        name = _declare(node, 'design.preset', 'case_2', PRESET)
+        name = _declare(node, 'design.preset', *PRESET)
         try:
             chosen = preset(name)
         except DesignError as error:
             raise ParameterError(f'parameter design.{error}') from error
-        _declare(node, 'design.check', 'refuse', CHECK)
-        self._defaults: dict[str, Any] = {'design': chosen, **Settings().groups()}
-        self._defaults |= {
-            'publish': PublishSettings(), 'record': RecordSettings(), 'state': StateSettings(),
-            'faults': Faults(),
-        }  # fmt: skip
+        _declare(node, 'design.check', *CHECK)
+        self._defaults = groups(chosen)
         for prefix, defaults in self._defaults.items():
             for field, description in descriptions(defaults):
                 _declare(
@@ -98,7 +86,8 @@ class ParameterSet:
                 )
         for live, (default, description) in LIVE.items():
             _declare(node, live, default, description)
-        _declare(node, 'autostart', True, Description('configure and activate at the start'))
+        _declare(node, 'autostart', *AUTOSTART)
+        _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow_preset)
@@ -110,15 +99,16 @@ class ParameterSet:
             ParameterError: Several together make no memory.
             SettingsError: Settings of different groups contradict each other.
         """
-        check = self._node.get_parameter('design.check').value
-        if check not in CHOICES:
+        check, (_, description) = self._node.get_parameter('design.check').value, CHECK
+        if check not in description.choices:
             raise ParameterError(
-                f'parameter design.check must be one of {", ".join(CHOICES)}; got {check!r}'
+                f'parameter design.check must be one of {", ".join(description.choices)}; '
+                f'got {check!r}'
             )
-        groups = {prefix: self._group(prefix) for prefix in self._defaults}
-        own = ('design', 'publish', 'record', 'state', 'faults')
-        parts = {name: groups.pop(name) for name in own}
-        return Parameters(check=check, settings=Settings(**groups), **parts)
+        given = {prefix: self._group(prefix) for prefix in self._defaults}
+        own = ('design', 'publish', 'record', 'state', 'files', 'faults')
+        parts = {name: given.pop(name) for name in own}
+        return Parameters(check=check, settings=Settings(**given), **parts)
 
     def lock(self, levels: int) -> None:
         """Let only live parameters be set from now on, and levels below `levels`."""
@@ -157,6 +147,17 @@ class ParameterSet:
                     successful=False,
                     reason=f'{parameter.name} may be set only while the node is unconfigured',
                 )
+            if parameter.name == 'files.root':
+                return SetParametersResult(
+                    successful=False, reason='files.root may be set only at the start of the node'
+                )
+            if parameter.name in PATHS and parameter.value:
+                try:
+                    confined(parameter.value, self._node.get_parameter('files.root').value)
+                except SettingsError as error:
+                    return SetParametersResult(
+                        successful=False, reason=f'{parameter.name}: {error}'
+                    )
             choices = CHOSEN[parameter.name].choices if parameter.name in CHOSEN else ()
             if choices and parameter.value not in choices:
                 return SetParametersResult(
@@ -177,6 +178,17 @@ class ParameterSet:
                         for field, _ in descriptions(design)
                     ]
                 )
+
+
+def _warn_of_strangers(node: Node) -> None:
+    """Tell of parameters that were given and are none, such as those that are misspelt."""
+    known = sorted(node.list_parameters([], 0).names)
+    for name in sorted(node._parameter_overrides):  # rclpy has no public way to ask
+        if name in known or name.startswith('qos_overrides.'):
+            continue
+        alike = difflib.get_close_matches(name, known, 1)
+        hint = f'; did you mean {alike[0]}?' if alike else ''
+        node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
 
 
 def _declare(node: Node, name: str, default: Any, description: Description) -> Any:

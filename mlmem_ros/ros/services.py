@@ -16,7 +16,18 @@ from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
 from ..bag.errors import BagError
-from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, SelfTest, Write
+from ..device import (
+    Abort,
+    Calibrate,
+    Command,
+    Erase,
+    Outcome,
+    Read,
+    Refused,
+    SelfTest,
+    SettingsError,
+    Write,
+)
 from . import messages
 from .gate import Gate
 from .sessions import Sessions
@@ -95,7 +106,7 @@ class Services:
         change = self._sessions.start if request.data else self._sessions.stop
         try:
             path = await self.result(change())
-        except (Refused, BagError) as refusal:
+        except (Refused, BagError, SettingsError) as refusal:
             response.message = messages.refusal(str(refusal))
         else:
             self._sessions.settle()

@@ -12,7 +12,8 @@ from pathlib import Path
 from rclpy.node import Node
 
 from ..bag.errors import BagError
-from ..device import MemoryElement, Refused
+from ..device import MemoryElement, Refused, SettingsError
+from .files import confined
 from .gate import Gate
 from .recording import Recording
 from .settings import RecordSettings
@@ -40,10 +41,11 @@ class Sessions:
 
         Raises:
             BagError: The path exists, or cannot be written.
+            SettingsError: It leads out of `files.root`.
         """
         if settings.path:
-            recording = Recording(self._node, element, settings, Path(settings.path))
-            self._begin(recording)
+            path = confined(settings.path, self._root)
+            self._begin(Recording(self._node, element, settings, path))
 
     def close(self) -> None:
         """End with the node, when time does not run any more."""
@@ -56,7 +58,8 @@ class Sessions:
 
         Returns:
             The path of the new bag, once it holds the present state; `Refused` where a
-            recording or a procedure is under way, `BagError` where it cannot be written.
+            recording or a procedure is under way, `BagError` where it cannot be written,
+            `SettingsError` where the path leads out of `files.root`.
         """
         try:
             element = self._gate.open_loop().element
@@ -65,8 +68,9 @@ class Sessions:
             if element.procedure:
                 raise Refused(f'busy: {element.procedure} is running; a session begins idle')
             settings = self._record_settings()
-            recording = Recording(self._node, element, settings, _new_path(settings.path))
-        except (Refused, BagError) as refusal:
+            path = _new_path(settings.path, self._root)
+            recording = Recording(self._node, element, settings, path)
+        except (Refused, BagError, SettingsError) as refusal:
             return _failed(refusal)
         return self._gate.open_loop().call(lambda: self._begin(recording))
 
@@ -108,14 +112,19 @@ class Sessions:
         self._ended = ended
         return ended.status.path
 
+    @property
+    def _root(self) -> str:
+        root: str = self._node.get_parameter('files.root').value
+        return root
+
     def _record_settings(self) -> RecordSettings:
         values = self._node.get_parameters_by_prefix('record')
         return RecordSettings(**{name: item.value for name, item in values.items()})
 
 
-def _new_path(configured: str) -> Path:
+def _new_path(configured: str, root: str) -> Path:
     """Return the configured path, or one with the time where it is empty or taken."""
-    path = Path(configured or 'session')
+    path = confined(configured or 'session', root)
     if configured and not path.exists():
         return path
     return path.with_name(f'{path.name}-{time.strftime("%Y%m%d-%H%M%S")}')

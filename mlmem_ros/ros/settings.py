@@ -54,6 +54,15 @@ class RecordSettings(Checked):
 
 
 @dataclass(frozen=True)
+class FileSettings(Checked):
+    """Where the node may write; set at the start alone, so that no client can lift it."""
+
+    root: str = described(
+        '', 'folder that record.path and state.path must stay in; empty: they may lie anywhere'
+    )
+
+
+@dataclass(frozen=True)
 class StateSettings(Checked):
     """Where the content is kept between two runs: the element is a non-volatile memory."""
 

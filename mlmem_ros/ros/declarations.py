@@ -1,0 +1,68 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every parameter of the node: name, default, meaning. It needs no ROS: documents use it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ..described import Description, descriptions
+from ..device.faults import Faults
+from ..device.settings import Settings
+from ..physics import CASE_II, PRESETS, Design
+from .design_check import CHOICES
+from .settings import FileSettings, PublishSettings, RecordSettings, StateSettings
+
+LIVE = {
+    'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
+    'time.speed': (
+        1.0,
+        Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
+    ),
+}
+"""Parameters that may be set at any time, as those of `parameters.LIVE_GROUPS`;
+all others only while the node is unconfigured."""
+
+AUTOSTART = (True, Description('configure and activate at the start'))
+
+PRESET = (
+    'case_2',
+    Description('shipped design that the others start from', choices=tuple(PRESETS)),
+)
+
+CHECK = (
+    'refuse',
+    Description('what a design that fails its check does at configure', choices=CHOICES),
+)
+
+
+def groups(design: Design = CASE_II) -> dict[str, Any]:
+    """Return the defaults of every group by the prefix of its parameters.
+
+    Args:
+        design: The defaults of `design.*`.
+    """
+    return {
+        'design': design,
+        **Settings().groups(),
+        'publish': PublishSettings(),
+        'record': RecordSettings(),
+        'state': StateSettings(),
+        'files': FileSettings(),
+        'faults': Faults(),
+    }
+
+
+def declarations() -> Iterator[tuple[str, Any, Description]]:
+    """Yield every parameter: name, default and description."""
+    for name, (default, description) in {
+        **LIVE,
+        'autostart': AUTOSTART,
+        'design.preset': PRESET,
+        'design.check': CHECK,
+    }.items():
+        yield name, default, description
+    for prefix, defaults in groups().items():
+        for field, description in descriptions(defaults):
+            yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

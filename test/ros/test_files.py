@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""With `files.root` the node writes below one folder alone, whatever it is asked for."""
+
+import signal
+
+import pytest
+from robot import Robot
+
+from mlmem_ros.device import SettingsError
+from mlmem_ros.ros.files import confined
+
+
+@pytest.fixture
+def root(tmp_path):
+    root = tmp_path / 'root'
+    (root / 'below').mkdir(parents=True)
+    (root / 'way_out').symlink_to(tmp_path)
+    (root / 'way_in').symlink_to(root / 'below')
+    return root
+
+
+@pytest.mark.parametrize(
+    ('path', 'meant'),
+    [
+        ('session', 'session'),
+        ('new/session', 'new/session'),
+        ('below/../session', 'session'),
+        ('{root}/below/session', 'below/session'),
+        ('way_in/session', 'below/session'),
+    ],
+)
+def test_what_stays_below_the_root(root, path, meant):
+    assert confined(path.format(root=root), str(root)) == root.resolve() / meant
+
+
+@pytest.mark.parametrize(
+    'path',
+    ['..', '.', '', '../session', '{root}', '/session', '~/x', 'way_out/x', 'below/../../x'],
+)
+def test_what_leads_out_is_refused(root, path):
+    with pytest.raises(SettingsError, match=r'must lie below files\.root = .*; it leads to /'):
+        confined(path.format(root=root), str(root))
+
+
+def test_a_root_that_is_a_link_is_what_it_points_to(root, tmp_path):
+    (tmp_path / 'link').symlink_to(root)
+    assert confined('x', str(tmp_path / 'link')) == root.resolve() / 'x'
+
+
+def test_without_a_root_a_path_lies_anywhere(tmp_path):
+    assert confined(f'{tmp_path}/x', '') == tmp_path / 'x'
+    assert str(confined('x', '')) == 'x'
+
+
+def test_a_node_stays_below_its_root(start, root, tmp_path):
+    node = start(
+        parameters={'files.root': str(root), 'state.path': 'element.json', 'scale.time': 1e-5}
+    )
+    with Robot() as robot:
+        begun = robot.record(True)  # with no path of its own: the name of a session
+        assert begun['path'].startswith(str(root / 'session'))
+        assert robot.record(False).success
+        for name, value in (('record.path', str(tmp_path / 'x')), ('files.root', '')):
+            refused = robot.try_set(name, value)
+            assert not refused.successful
+            assert 'files.root' in refused.reason
+        robot.set(record__path='later')
+        (root / 'later').symlink_to(tmp_path / 'x')  # after it was found good
+        refused = robot.record(True)
+        assert not refused.success
+        assert str(tmp_path / 'x') in refused['error']
+        node.signal(signal.SIGINT)
+        assert node.exit_status() == 0
+    assert (root / 'element.json').is_file()
+    assert not (tmp_path / 'x').exists()
+
+
+@pytest.mark.parametrize('name', ['record.path', 'state.path'])
+def test_a_node_that_shall_write_elsewhere_does_not_start(start, root, tmp_path, name):
+    node = start(parameters={'files.root': str(root), name: str(tmp_path / 'x')})
+    assert node.exit_status() == 1
+    (line,) = [line for line in node.output.splitlines() if 'FATAL' in line]
+    for word in ('files.root', str(root), str(tmp_path / 'x')):
+        assert word in line
+
+
+def test_a_parameter_that_is_none_is_told(start):
+    parameters = {'write.atempts': 5, 'probe.colour': 'red', 'scale.time': 1e-5}
+    node = start(parameters=parameters)
+    with Robot() as robot:
+        robot.next('wall')
+    warnings = [line for line in node.output.splitlines() if '[WARN]' in line]
+    assert len(warnings) == 2
+    assert 'no parameter write.atempts' in warnings[1]
+    assert 'did you mean write.attempts?' in warnings[1]
+    assert 'no parameter probe.colour: it is ignored' in warnings[0]

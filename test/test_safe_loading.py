@@ -1,0 +1,57 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nothing that is read from a file or a message is ever run: no pickle, no eval, safe YAML."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SOURCES = sorted(
+    path for folder in ('mlmem_ros', 'launch', 'examples', 'tools')
+    for path in (ROOT / folder).rglob('*.py')
+)  # fmt: skip
+
+MODULES = {'pickle', 'cPickle', 'dill', 'cloudpickle', 'joblib', 'marshal', 'shelve'}
+FUNCTIONS = {'eval', 'exec', 'os.system', 'os.popen'}
+YAML = {f'yaml.{kind}load{all_}' for kind in ('', 'full_', 'unsafe_') for all_ in ('', '_all')}
+SAFE = {'yaml.SafeLoader', 'yaml.BaseLoader'}
+ARGUMENTS = {'allow_pickle': True, 'shell': True}
+
+
+def found(source):
+    """Return what a source uses that would run what it reads."""
+    names = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split('.')[0] for alias in node.names} & MODULES
+        elif isinstance(node, ast.ImportFrom):
+            names |= {(node.module or '').split('.')[0]} & MODULES
+        elif isinstance(node, ast.Call):
+            names |= {ast.unparse(node.func)} & FUNCTIONS
+            if not {ast.unparse(argument) for argument in node.args[1:]} & SAFE:
+                names |= {ast.unparse(node.func)} & YAML
+            names |= {
+                f'{word.arg}={word.value.value}'
+                for word in node.keywords
+                if word.arg in ARGUMENTS and getattr(word.value, 'value', None) is True
+            }
+    return names
+
+
+@pytest.mark.parametrize(
+    'source',
+    [
+        'import pickle', 'from pickle import loads', 'import dill.source', 'eval("1")',
+        'yaml.load(text)', 'yaml.load(text, yaml.Loader)', 'np.load(path, allow_pickle=True)',
+        'subprocess.run(line, shell=True)',
+    ],
+)  # fmt: skip
+def test_the_search_finds(source):
+    assert found(source)
+
+
+def test_nothing_that_is_read_is_run():
+    assert len(SOURCES) > 100
+    assert {str(path): names for path in SOURCES if (names := found(path.read_text()))} == {}
