@@ -3,7 +3,7 @@
 """Launch several elements as one word: ros2 launch mlmem_ros bank.launch.py elements:=4.
 
 Element i is NAMESPACE/element_i/mlmem and holds the digit of weight p^i. `MemoryBank.on(node, 4)`
-writes and reads them all at once.
+writes and reads them all at once. The arguments of memory.launch.py go to every element.
 """
 
 from launch import LaunchContext, LaunchDescription
@@ -29,6 +29,9 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 'record', default_value='', description='folder of a session each; empty: none'
             ),
+            DeclareLaunchArgument(
+                'state', default_value='', description='folder of a state file each; empty: none'
+            ),
             OpaqueFunction(function=elements),
         ]
     )
@@ -36,9 +39,9 @@ def generate_launch_description() -> LaunchDescription:
 
 def elements(context: LaunchContext) -> list[IncludeLaunchDescription]:
     """Return one include of memory.launch.py for every element."""
-    number, namespace, config, record = (
+    number, namespace, config, record, state = (
         LaunchConfiguration(name).perform(context)
-        for name in ('elements', 'namespace', 'config', 'record')
+        for name in ('elements', 'namespace', 'config', 'record', 'state')
     )
     if not number.isdecimal() or not 1 <= int(number) <= MOST:
         raise ValueError(f'elements must be a whole number from 1 to {MOST}; got {number!r}')
@@ -50,7 +53,8 @@ def elements(context: LaunchContext) -> list[IncludeLaunchDescription]:
                 'name': 'mlmem',
                 'namespace': f'{namespace.rstrip("/")}/element_{place}',
                 'config': config,
-                'record': f'{record}/element_{place}' if record else '',
+                'record.path': f'{record}/element_{place}' if record else '',
+                'state.path': f'{state}/element_{place}.json' if state else '',
             }.items(),
         )
         for place in range(int(number))

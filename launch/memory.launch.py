@@ -1,24 +1,39 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Launch one memory element: ros2 launch mlmem_ros memory.launch.py config:=case_2."""
+"""Launch one memory element: ros2 launch mlmem_ros memory.launch.py config:=case_2.
+
+Every parameter of the node is an argument, as `--show-args` tells; an empty one leaves it to the
+file. With `managed:=true` the launch takes the node through its life cycle, instead of the node
+itself.
+"""
 
 from pathlib import Path
+from typing import Any
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
-from launch_ros.substitutions import FindPackageShare
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    OpaqueFunction,
+    RegisterEventHandler,
+)
+from launch.events import matches_action
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import LifecycleNode
+from launch_ros.event_handlers import OnStateTransition
+from launch_ros.events.lifecycle import ChangeState
+from lifecycle_msgs.msg import Transition
+
+from mlmem_ros.described import Description
+from mlmem_ros.ros.declarations import declarations
+
+CONFIG = Path(__file__).parent.parent / 'config'
+TRUTH = {'true': True, 'false': False}
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the description: one node, its parameter file and where it records."""
-    shipped = sorted(path.stem for path in Path(__file__).parent.parent.glob('config/*.yaml'))
-    config = PathJoinSubstitution(
-        [FindPackageShare('mlmem_ros'), 'config', LaunchConfiguration('config')]
-    )
-    record = ParameterValue(LaunchConfiguration('record'), value_type=str)
+    """Return the description: the arguments, and the node that they make."""
+    shipped = sorted(path.stem for path in CONFIG.glob('*.yaml'))
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -27,15 +42,78 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument('name', default_value='mlmem', description='name of the node'),
             DeclareLaunchArgument('namespace', default_value='', description='its namespace'),
             DeclareLaunchArgument(
-                'record', default_value='', description='bag directory of a session; empty: none'
+                'managed',
+                default_value='false',
+                choices=list(TRUTH),
+                description='whether the launch configures and activates the node',
             ),
-            Node(
-                package='mlmem_ros',
-                executable='memory_node',
-                name=LaunchConfiguration('name'),
-                namespace=LaunchConfiguration('namespace'),
-                parameters=[ParameterFile([config, '.yaml']), {'record.path': record}],
-                output='screen',
-            ),
+            DeclareLaunchArgument('record', default_value='', description='short for record.path'),
+            *(argument(*declaration) for declaration in declarations()),
+            OpaqueFunction(function=element),
         ]
     )
+
+
+def argument(name: str, default: Any, description: Description) -> DeclareLaunchArgument:
+    """Return the argument of a parameter."""
+    unit = f' [{description.unit}]' if description.unit else ''
+    choices = list(TRUTH) if isinstance(default, bool) else list(description.choices)
+    return DeclareLaunchArgument(
+        name,
+        default_value=LaunchConfiguration('record') if name == 'record.path' else '',
+        choices=['', *choices] if choices else None,
+        description=f'{description.text}{unit}; empty: as the file says',
+    )
+
+
+def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return the node with the parameters that were given, and what takes it to active."""
+    given = {
+        name: value(name, text, default)
+        for name, default, _ in declarations()
+        if (text := LaunchConfiguration(name).perform(context))
+    }
+    managed = TRUTH[LaunchConfiguration('managed').perform(context)]
+    if managed:
+        given['autostart'] = False
+    config = LaunchConfiguration('config').perform(context)
+    node = LifecycleNode(
+        package='mlmem_ros',
+        executable='memory_node',
+        name=LaunchConfiguration('name').perform(context),
+        namespace=LaunchConfiguration('namespace').perform(context),
+        parameters=[str(CONFIG / f'{config}.yaml'), given],
+        output='screen',
+    )
+    return life_cycle(node) if managed else [node]
+
+
+def value(name: str, text: str, default: Any) -> bool | int | float | str:
+    """Return the value that an argument means, of the type that the parameter has."""
+    kind = type(default)
+    try:
+        return TRUTH[text] if kind is bool else kind(text)
+    except ValueError:
+        noun = 'a whole number' if kind is int else 'a number'
+        raise ValueError(f'{name} must be {noun}; got {text!r}') from None
+
+
+def life_cycle(node: LifecycleNode) -> list[LaunchDescriptionEntity]:
+    """Return a node, what configures it once it is there, and what activates it after that."""
+    configured = OnStateTransition(
+        target_lifecycle_node=node,
+        start_state='configuring',
+        goal_state='inactive',
+        entities=[change(node, Transition.TRANSITION_ACTIVATE)],
+    )
+    return [
+        RegisterEventHandler(configured),
+        node,
+        change(node, Transition.TRANSITION_CONFIGURE),
+    ]
+
+
+def change(node: LifecycleNode, transition: int) -> EmitEvent:
+    """Return the event that asks a node for a transition."""
+    event = ChangeState(lifecycle_node_matcher=matches_action(node), transition_id=transition)
+    return EmitEvent(event=event)

@@ -17,6 +17,8 @@ import pytest
 from robot import Robot
 from test_signals import check_closed
 
+from mlmem_ros.ros.declarations import declarations
+
 CHECKOUT = Path(__file__).parents[2]
 
 
@@ -139,14 +141,92 @@ def test_launch_refuses_a_configuration_that_is_not_shipped(ros2):
     assert "Valid options are: ['case_1', 'case_2']" in done.stdout + done.stderr
 
 
+def test_launch_takes_every_parameter_as_an_argument(ros2):
+    told = ros2('launch', 'mlmem_ros', 'memory.launch.py', '--show-args')
+    for name, _, description in declarations():
+        assert f"'{name}':" in told
+        assert description.text in told
+
+
+def test_launch_gives_parameters_their_types(ros2, tmp_path):
+    given = {
+        'write.attempts': 5, 'write.hold': 700.0, 'record.views': True, 'publish.frame_id': 'leg',
+        'scale.time': 1e-5, 'design.substrate': 'rigid', 'files.root': str(tmp_path),
+    }  # fmt: skip
+    texts = {**given, 'write.hold': 700, 'record.views': 'true'}
+    arguments = [f'{name}:={text}' for name, text in texts.items()]
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=typed', *arguments)
+    with running(tmp_path, *command, whole_group=False), Robot('/typed') as robot:
+        robot.next('wall', within=60)
+        present = robot.parameters()
+        assert {name: present[name] for name in given} == given
+        assert present['write.tension'] == 0.048  # from the file
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('argument', 'words'),
+    [
+        ('write.attempts:=many', "write.attempts must be a whole number; got 'many'"),
+        ('write.hold:=long', "write.hold must be a number; got 'long'"),
+        ('record.views:=perhaps', "Valid options are: ['', 'true', 'false']"),
+    ],
+)
+def test_launch_refuses_an_argument_of_another_type(ros2, argument, words):
+    done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', argument)
+    assert words in done.stdout + done.stderr
+
+
+def test_launch_manages_the_life_cycle(ros2, tmp_path):
+    arguments = ('managed:=true', 'name:=managed', 'scale.time:=1e-5')
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', *arguments)
+    with running(tmp_path, *command, whole_group=False), Robot('/managed') as robot:
+        robot.next('wall', within=60)  # which it publishes when it is active
+        assert robot.get('autostart') is False
+        assert robot.write(1)['level'] == 1
+
+
 def test_launch_bank(ros2, tmp_path):
-    """Two elements, each under its own name."""
-    command = ('launch', 'mlmem_ros', 'bank.launch.py', 'elements:=2')
+    """Two elements, each under its own name, with files of its own."""
+    folders = (f'record:={tmp_path / "bags"}', f'state:={tmp_path / "states"}')
+    arguments = ('elements:=2', 'scale.time:=1e-5', *folders)
+    command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False) as output:
         for place in range(2):
             with Robot(f'/bank/element_{place}/mlmem', 'bank_robot') as robot:
                 robot.next('wall', within=60)
+                assert robot.get('scale.time') == 1e-5
     assert output.read_text().count('process has finished cleanly') == 2
+    for place in range(2):
+        assert (tmp_path / 'states' / f'element_{place}.json').is_file()
+        assert check_closed(tmp_path / 'bags' / f'element_{place}')
+
+
+@pytest.mark.slow
+def test_launch_demo(ros2, tmp_path):
+    """With RViz where it is installed; where it is not that is told."""
+    viewing = 'rviz:=false' if shutil.which('rviz2') else 'rviz:=true'
+    bag = tmp_path / 'session'
+    command = ('launch', 'mlmem_ros', 'demo.launch.py', viewing, 'name:=shown', f'record:={bag}')
+    with running(tmp_path, *command, whole_group=False) as output, Robot('/shown') as robot:
+        robot.next('wall', within=60)
+    assert ('rviz2 is not installed' in output.read_text()) == (viewing == 'rviz:=true')
+    assert check_closed(bag)
+
+
+@pytest.mark.slow
+def test_launch_in_a_larger_stack(ros2, tmp_path):
+    """The example: a behaviour that starts once the memory is active, below one namespace."""
+    example = str(CHECKOUT / 'examples' / 'gait_store' / 'robot.launch.py')
+    command = ('launch', example, 'robot:=/walker', 'scale.time:=1e-5')
+    with (
+        running(tmp_path, *command, whole_group=False) as output,
+        Robot('/walker/mlmem') as robot,
+    ):
+        robot.next('wall', within=60)
+        robot.wait(lambda: 'gait 0' in output.read_text(), 'the gait of a blank memory', 30)
+        nodes = set(robot.node.get_node_names_and_namespaces())
+        assert {('mlmem', '/walker'), ('gait', '/walker')} <= nodes
 
 
 def test_colcon_build(tmp_path):

@@ -1,0 +1,52 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Look at an element at work, and record it: ros2 launch mlmem_ros demo.launch.py.
+
+Starts an element that records a session, and RViz where it is installed. Then `mlmem write 5`, or
+any other request, shows what it does. The arguments of memory.launch.py go to the element.
+"""
+
+import time
+from pathlib import Path
+
+from ament_index_python.packages import PackageNotFoundError, get_package_prefix
+from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
+from launch.actions import (
+    DeclareLaunchArgument,
+    IncludeLaunchDescription,
+    LogInfo,
+    OpaqueFunction,
+)
+from launch.conditions import IfCondition
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, ThisLaunchFileDir
+from launch_ros.actions import Node
+
+LAYOUT = Path(__file__).parent.parent / 'config' / 'memory.rviz'
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the description: an element, its session, and RViz."""
+    session = f'sessions/{time.strftime("%Y%m%d-%H%M%S")}'
+    one = PathJoinSubstitution([ThisLaunchFileDir(), 'memory.launch.py'])
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                'record', default_value=session, description='bag directory of the session'
+            ),
+            DeclareLaunchArgument(
+                'rviz', default_value='true', choices=['true', 'false'], description='look at it'
+            ),
+            IncludeLaunchDescription(PythonLaunchDescriptionSource(one)),
+            OpaqueFunction(function=viewer, condition=IfCondition(LaunchConfiguration('rviz'))),
+        ]
+    )
+
+
+def viewer(_: LaunchContext) -> list[LaunchDescriptionEntity]:
+    """Return RViz with the shipped layout, or where it is not installed what to do instead."""
+    try:
+        get_package_prefix('rviz2')
+    except PackageNotFoundError:
+        return [LogInfo(msg='rviz2 is not installed; look at the element with "mlmem watch"')]
+    return [Node(package='rviz2', executable='rviz2', arguments=['-d', str(LAYOUT)])]
