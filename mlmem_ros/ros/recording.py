@@ -29,7 +29,11 @@ DROPPED = 'session/dropped'
 
 
 class Recording:
-    """One session file: prepared, begun between two ticks, ended between two ticks, closed."""
+    """One session file: prepared, begun between two ticks, ended between two ticks, closed.
+
+    Attributes:
+        full: Whether it has ended by itself at its greatest size.
+    """
 
     def __init__(
         self, node: Node, element: MemoryElement, settings: RecordSettings, path: Path
@@ -45,6 +49,7 @@ class Recording:
         Raises:
             BagError: The path exists, or cannot be written.
         """
+        self.full = False
         self._node = node
         self._element = element
         self._settings = settings
@@ -80,7 +85,8 @@ class Recording:
 
     def put(self, topic: str, cdr: bytes) -> None:
         """Take a message as `rclpy.serialization` gave it; never waits."""
-        self._put(topic, jazzy().trim(cdr, self._types[topic]))
+        if not self.full:
+            self._put(topic, jazzy().trim(cdr, self._types[topic]))
 
     def _put(self, topic: str, cdr: bytes) -> None:
         self._recorder.put(topic, cdr, self._now())
@@ -90,10 +96,18 @@ class Recording:
 
     def tick(self, commands: Sequence[Stamped]) -> None:
         """Record the commands of a tick, and the state's hash where it is due."""
+        if self.full:
+            return
         for tick, command in commands:
             self._put(self._topics.command, session.command(tick, command))
         if self._element.ticks % self._settings.hash_every == 0:
             self._put(self._topics.state_hash, session.state_hash(self._element))
+            most = self._settings.most_bytes
+            if most and self.status.size >= most:  # the hash just recorded is the last
+                self.full = True
+                self._node.get_logger().warning(
+                    f'the session in {self.status.path} ends at {most} bytes (record.most_bytes)'
+                )
 
     @property
     def status(self) -> RecorderStatus:
@@ -102,7 +116,8 @@ class Recording:
 
     def end(self) -> None:
         """Record the hash of the last state; to be called between ticks."""
-        self._put(self._topics.state_hash, session.state_hash(self._element))
+        if not self.full:
+            self._put(self._topics.state_hash, session.state_hash(self._element))
 
     def close(self) -> None:
         """Write what waits and finish the bag."""

@@ -151,3 +151,22 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
     report = replay(load(bag))  # begun in mid-life, with the wall at level 1
     assert report.exact
     assert report.levels == [1]
+
+
+def test_a_session_ends_at_its_greatest_size(start, tmp_path):
+    """Everything is streamed at every tick, so that 300 kB come within a second."""
+    bag = tmp_path / 'session'
+    limits = {'record.most_bytes': 300_000, 'record.hash_every': 50, 'record.sync_interval': 0.1}
+    streams = {'publish.field_every': 1, 'scale.time': 1e-5}
+    node = start(parameters={'record.path': str(bag), **limits, **streams})
+    with Robot() as robot:
+        robot.next(
+            '/diagnostics',
+            lambda array: any('record.most_bytes' in status.message for status in array.status),
+        )
+        assert robot.write(0).success
+        node.signal(signal.SIGINT)
+        assert node.exit_status() == 0
+    size = sum(path.stat().st_size for path in bag.iterdir())
+    assert 50_000 < size < 3_000_000  # chunks are compressed
+    assert replay(load(bag)).exact

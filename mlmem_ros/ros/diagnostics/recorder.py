@@ -10,7 +10,7 @@ from .health import ERROR, OK, WARN, Component, Health
 
 
 class RecorderComponent(Component):
-    """Warns of a session with gaps; a recording that failed is an error.
+    """Warns of a session with gaps or at its greatest size; a recording that failed is an error.
 
     Attributes:
         recording: The session that is recorded, or None.
@@ -42,4 +42,6 @@ class RecorderComponent(Component):
         if status.dropped:
             text = f'{status.dropped} messages found no room and are missing'
             return Health(WARN, text, values)
+        if self.recording.full:
+            return Health(WARN, 'full: the session has ended at record.most_bytes', values)
         return Health(OK, status.state, values)
