@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
-from rclpy.impl.rcutils_logger import RcutilsLogger
+from typing import TYPE_CHECKING
 
 from ..device import Settings
 from ..device.checks import Verdict, check
 from ..physics import Design, DesignError
+
+if TYPE_CHECKING:  # what may be chosen is told without ROS
+    from rclpy.impl.rcutils_logger import RcutilsLogger
 
 CHOICES = ('refuse', 'warn', 'off')
 """What to do about a design that fails: not to configure, to say so, not to look."""

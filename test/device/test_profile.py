@@ -55,7 +55,7 @@ def test_cubics_between_points_with_rates():
 def test_the_profile_starts_from_the_present_strain_and_may_say_so():
     element = rig.device()
     element.apply(SetStrain(0.01))
-    rig.ticks(element, 5)
+    rig.ticks(element, 8)
     assert element.actuator.strain == 0.01
     element.apply(FollowTrajectory((0.0, 0.1), (0.01, 0.03)))
     rig.ticks(element, 25)
@@ -64,7 +64,7 @@ def test_the_profile_starts_from_the_present_strain_and_may_say_so():
     rig.ticks(element, 25)
     assert element.actuator.strain == pytest.approx(0.01, abs=1e-16)
     element.apply(SetStrain(0.02))  # as a set-point does
-    rig.ticks(element, 6)
+    rig.ticks(element, 8)
     assert element.actuator.strain == 0.02
     assert not element.actuator.moving
 

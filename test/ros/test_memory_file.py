@@ -23,7 +23,7 @@ def file(tmp_path):
 
 def test_an_older_snapshot_is_not_written_over_a_newer_one(file):
     element = new_element(CASE_II)
-    memory_file = MemoryFile(None, StateSettings(path=str(file), interval=0.0), Gate())
+    memory_file = MemoryFile(None, StateSettings(path=str(file), interval=0.0), '', Gate())
     older = snapshot.take(element)  # taken at an interval, its thread is slow
     element.advance()
     memory_file.save(element)  # the node is deactivated meanwhile
@@ -52,7 +52,7 @@ def counted(monkeypatch):
 
 
 def kept(file):
-    return MemoryFile(None, StateSettings(path=str(file), interval=0.0), Gate())
+    return MemoryFile(None, StateSettings(path=str(file), interval=0.0), '', Gate())
 
 
 def test_a_design_is_calibrated_once(file, counted):
@@ -69,7 +69,7 @@ def test_a_design_is_calibrated_once(file, counted):
 
 def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
     for _ in range(2):
-        MemoryFile(None, StateSettings(), Gate()).new_element(CASE_II, Settings())
+        MemoryFile(None, StateSettings(), '', Gate()).new_element(CASE_II, Settings())
     assert len(counted) == 2
     assert list(tmp_path.iterdir()) == []
 
@@ -98,7 +98,7 @@ def test_a_state_of_0_1_0_brings_its_content_and_not_its_delays(file):
     saved = snapshot.take(element)
     del saved['calibration_key'], saved['statistics']
     state_file.save(file, saved)
-    memory_file = MemoryFile(rclpy_node(), StateSettings(path=str(file), interval=0.0), Gate())
+    memory_file = MemoryFile(rclpy_node(), StateSettings(path=str(file), interval=0.0), '', Gate())
     restored = memory_file.new_element(CASE_II, Settings())
     memory_file.restore(restored)
     assert snapshot.digest(restored) == snapshot.digest(element)
