@@ -42,6 +42,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     parser.add_argument('--size', type=int, default=64, help='points along either axis')
     parser.add_argument('--design', default='case_2', choices=PRESETS, help='preset')
+    parser.add_argument(
+        '--tick', type=float, default=50.0,
+        help='time units to which every wait is rounded up; longer ones are faster to simulate',
+    )  # fmt: skip
     parser.add_argument('--seed', type=int, default=0, help='of the noise')
     parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
     parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')
@@ -60,12 +64,14 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.console import Console
 
     from ..device import Settings
+    from ..device.settings import TimeSettings
     from ..physics.presets import preset
     from ..studies.campaign import CampaignError
     from ..studies.margins import Shmoo, make_axis
 
-    console, settings = Console(), Settings()
+    console = Console()
     try:
+        settings = Settings(time=TimeSettings(tick=arguments.tick))
         x, y = (
             make_axis(name, settings, span)
             for name, span in (

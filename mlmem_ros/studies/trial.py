@@ -92,33 +92,28 @@ class Trial:
 class Heat:
     """A bath of some temperature around the metamaterial, applied between ticks.
 
-    The damping takes exp(-eta t) of the energy of small waves in a tick t; random kicks to the
-    velocities with variance 2 T (1 - exp(-eta t)) / m give back what keeps it at T per mode
-    (fluctuation and dissipation), 2 eta T t / m^2 for short ticks.
-
-    Attributes:
-        temperature: k_B T in k_r cells^2.
+    What the damping eta takes, random kicks to the velocities give back (fluctuation and
+    dissipation): normally distributed with variance 2 eta T t / m^2 after every tick t, white
+    noise up to the chain's highest frequency and far beyond the tick's, which keeps the energy
+    of small waves at T per mode in the mean over time, whatever the tick.
     """
 
     def __init__(self, element: MemoryElement, temperature: float, seed: int) -> None:
         """Lay a bath around a device.
 
         Args:
-            element: The device; its specimen's damping and masses are those that count.
+            element: The device; damping and masses of its specimen are those that count.
             temperature: k_B T in k_r cells^2, at least 0.
             seed: Of the kicks.
         """
         specimen = element.chain.specimen
-        self.temperature = temperature
         self._velocity = element.chain.velocity
-        masses = specimen.masses
-        lost = 1.0 - np.exp(-specimen.eta / masses * element.tick)
-        self._kick = np.sqrt(2.0 * temperature * lost / masses)
+        self._kick = np.sqrt(2.0 * specimen.eta * temperature * element.tick) / specimen.masses
         self._random = np.random.Generator(np.random.PCG64(seed))
 
     def kick(self) -> None:
         """Give every cell the kicks of one tick."""
-        self._velocity += self._kick * self._random.standard_normal(len(self._kick))
+        self._velocity += self._kick * self._random.standard_normal(len(self._velocity))
 
 
 def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:

@@ -9,10 +9,10 @@ machine or a Dask cluster (`workers`). `save_table` writes what came out.
 
 from .campaign import Campaign, Row
 from .errors import CampaignError
+from .execution import run
+from .executors import workers
 from .ledger import Ledger
-from .run import run
 from .table import FORMATS, save_table
-from .workers import workers
 
 __all__ = [
     'FORMATS',
