@@ -16,6 +16,8 @@ EXTRAS = {
     'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
     'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],
     'cli': ['rich>=13.0'],
+    # Studies on many machines, and their tables as Parquet.
+    'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
     'test': [
         'pytest>=7.4',
         'pytest-timeout>=2.1',
@@ -23,6 +25,8 @@ EXTRAS = {
         'hypothesis>=6.98',
         'scipy>=1.11',
         'mpmath>=1.3',
+        'distributed>=2023.5',
+        'pyarrow>=14',
     ],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }

@@ -62,14 +62,18 @@ def test_processes_give_the_table_that_one_gives(tmp_path):
         assert table(squares(), tmp_path / 'there.jsonl', executor) == here
 
 
-def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path):
+def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeypatch):
     distributed = pytest.importorskip('distributed')
     here = table(squares(), tmp_path / 'here.jsonl')
-    with (
-        distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster,
-        workers(1, cluster.scheduler_address) as executor,
-    ):
-        assert table(squares(), tmp_path / 'there.jsonl', executor) == here
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        with workers(1, address) as executor:
+            assert table(squares(), tmp_path / 'there.jsonl', executor) == here
+
+        monkeypatch.setattr('mlmem_ros.studies.campaign.executors.__version__', '9.9.9')
+        refused = pytest.raises(CampaignError, match=r'must have mlmem_ros 9\.9\.9 installed; got')
+        with refused, workers(1, address):
+            pass
 
 
 def test_a_cluster_that_is_not_there_is_told(monkeypatch):

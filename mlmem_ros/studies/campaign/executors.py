@@ -12,8 +12,13 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing.connection import wait
+from typing import TYPE_CHECKING
 
+from ... import __version__
 from .errors import CampaignError
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 PATIENCE = '10s'
 """How long we wait for the scheduler of a cluster to answer."""
@@ -79,8 +84,24 @@ def _cluster(address: str) -> Iterator[Executor]:
             f'no Dask scheduler answers at {address!r} (as tcp://host:8786); {error}'
         ) from error
     with client:
+        _check_versions(client, address)
         executor = client.get_executor(pure=False)
         try:
             yield executor
         finally:
             executor.shutdown(wait=False)
+
+
+def _check_versions(client: Client, address: str) -> None:
+    def version() -> str:  # local, so that it is sent as code: the worker may have no mlmem_ros
+        try:
+            from mlmem_ros import __version__ as installed
+        except ImportError:
+            return 'none'
+        return installed
+
+    if found := set(client.run(version).values()) - {__version__}:
+        raise CampaignError(
+            f'the workers of {address} must have mlmem_ros {__version__} installed; got '
+            f'{", ".join(sorted(found))}'
+        )

@@ -41,13 +41,13 @@ AXES: dict[str, Span] = {
     'write.release': Span(0.01, 2.0),
     'write.hold': Span(0.0, 2.0),
     'write.settle': Span(0.0, 2.0),
-    'probe.v_th': Span(0.01, 100.0, log=True),
+    'probe.v_th': Span(0.1, 10.0, log=True),
     'probe.omega_c': Span(0.8, 1.1),
     NOISE: Span(0.0, 0.0, log=True),
 }
 """The axes with a default range; a noise has none to multiply, see `NOISE_RANGE`."""
 
-NOISE_RANGE = (1e-13, 1e-1)
+NOISE_RANGE = (1e-12, 1e-6)
 OTHER = Span(0.5, 1.5)
 """The range of any other setting."""
 

@@ -48,10 +48,13 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Figure:
     _draw_signs(axes, shmoo, rows, x, y)
     _draw_distance(axes, shmoo, margins)
     row, column = shmoo.operating
-    axes.plot(x[column], y[row], 'o', color='w', mec=INK, ms=5.0, label='operating point')
+    axes.plot(
+        x[column], y[row], 'o', color='w', mec=INK, ms=5.0, clip_on=False, label='operating point'
+    )
+    x_edges, y_edges = _edges(x, shmoo.x.log), _edges(y, shmoo.y.log)
     axes.set(
         xlabel=_label(shmoo.x), ylabel=_label(shmoo.y),
-        xlim=sorted((x[0], x[-1])), ylim=sorted((y[0], y[-1])),
+        xlim=(x_edges[0], x_edges[-1]), ylim=(y_edges[0], y_edges[-1]),
     )  # fmt: skip
     axes.set_title(f'{margins.share:.0%} of {len(rows)} points pass{_distance(margins)}')
     figure.legend(loc='outside lower left', ncols=2)
