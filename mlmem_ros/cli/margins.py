@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,6 @@ SUMMARY = 'map over which settings the memory works, and measure its margins'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
-    from ..physics.presets import PRESETS
     from ..studies.run import cores
 
     parser.add_argument('--x', default='write.compression', help='axis to the right')
@@ -41,7 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help=f'where the map begins and ends along {axis}; wide by default',
         )  # fmt: skip
     parser.add_argument('--size', type=int, default=64, help='points along either axis')
-    parser.add_argument('--design', default='case_2', choices=PRESETS, help='preset')
+    parser.add_argument(
+        '--design', default='case_2', metavar='FILE|PRESET',
+        help='ROS parameter file or preset: the design, and the operating point',
+    )  # fmt: skip
     parser.add_argument(
         '--tick', type=float, default=50.0,
         help='time units to which every wait is rounded up; longer ones are faster to simulate',
@@ -63,15 +66,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
     from rich.console import Console
 
-    from ..device import Settings
-    from ..device.settings import TimeSettings
-    from ..physics.presets import preset
+    from ..parameter_file import load
     from ..studies.campaign import CampaignError
     from ..studies.margins import Shmoo, make_axis
 
     console = Console()
     try:
-        settings = Settings(time=TimeSettings(tick=arguments.tick))
+        design, settings = load(arguments.design)
+        settings = replace(settings, time=replace(settings.time, tick=arguments.tick))
         x, y = (
             make_axis(name, settings, span)
             for name, span in (
@@ -79,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
                 (arguments.y, arguments.y_range),
             )
         )
-        shmoo = Shmoo(preset(arguments.design), settings, x, y, arguments.size, arguments.seed)
+        shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed)
         if arguments.point is not None:
             return _run_point(console, shmoo, arguments.point)
         folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
