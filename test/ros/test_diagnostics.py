@@ -10,13 +10,14 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
-from mlmem_ros.device import MemoryElement, SetStrain, Settings
+from mlmem_ros.device import Faults, MemoryElement, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.ros.diagnostics.faults import FaultsComponent
 from mlmem_ros.ros.diagnostics.health import ERROR, OK, STALE, WARN, Health, Hysteresis
 from mlmem_ros.ros.diagnostics.material import LARGEST_IMBALANCE, MaterialComponent
 
-COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'recorder')
+COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
 
 def reported(array):
@@ -156,6 +157,17 @@ def test_two_walls_at_rest_are_a_warning(element):
     health = audited(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
+
+
+def test_a_fault_that_is_set_is_a_warning(element):
+    component = FaultsComponent()
+    assert component.health(Turned(element)) == Health(OK, 'healthy')
+    element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.5, seed=3)))
+    health = component.health(Turned(element))
+    assert health.level == WARN
+    assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.5}
+    element.apply(SetFaults(Faults(seed=3)))
+    assert component.health(Turned(element)).level == OK
 
 
 # On a live node

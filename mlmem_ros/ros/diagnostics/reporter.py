@@ -14,6 +14,7 @@ from ..gate import Gate
 from ..messages import key_values
 from ..recording import Recording
 from .actuator import ActuatorComponent
+from .faults import FaultsComponent
 from .health import Component, Health, Hysteresis
 from .loop import LoopComponent
 from .material import MaterialComponent
@@ -38,6 +39,7 @@ class Diagnostics:
             ActuatorComponent(),
             TransducerComponent(),
             MemoryComponent(),
+            FaultsComponent(),
             self._recorder,
         ]
         self._components = [(component, Hysteresis()) for component in components]
