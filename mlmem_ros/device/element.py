@@ -109,10 +109,14 @@ class MemoryElement:
         return self._running.name if self._running else ''
 
     @property
+    def resting(self) -> bool:
+        """Whether nothing is under way: no procedure runs and the strain stands still."""
+        return not (self._running or self.actuator.moving)
+
+    @property
     def idle(self) -> bool:
         """Whether no procedure runs, and no strain is on or on its way."""
-        actuator = self.actuator
-        return not (self._running or actuator.moving or actuator.strain)
+        return self.resting and self.actuator.strain == 0.0
 
     def apply(self, command: Command) -> None:
         """Take a command; it takes effect in the next tick.

@@ -4,6 +4,10 @@
 
 The clock decides only when the next tick runs, never what it computes. A tick that comes late
 is counted, and the time that was lost is skipped, not caught up.
+
+To wake up costs more than a tick. While nothing is under way, ticks are therefore put off and run
+several at a time, no later than what they are published by. A command ends such a rest: it takes
+effect in the tick that it falls into.
 """
 
 from __future__ import annotations
@@ -32,6 +36,9 @@ Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop looks again whether the clock has jumped."""
 
+LONGEST_REST = 0.04
+"""Seconds for which the ticks of a resting device are put off at most."""
+
 
 class Loop:
     """Runs a device and hands it commands at tick boundaries.
@@ -49,6 +56,7 @@ class Loop:
         *,
         pacer: Pacer | None = None,
         speed: float = 1.0,
+        rest_ticks: int = 1,
     ) -> None:
         """Prepare a loop; `start` sets it going.
 
@@ -57,12 +65,15 @@ class Loop:
             listener: Called after every tick with the commands it began with and its events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Factor on the scale's real time; 0 runs as fast as it can.
+            rest_ticks: Ticks that a resting device may run at a time: whoever listens is served
+                in time where every tick that matters to it is a multiple of this number.
         """
         self.element = element
         self.statistics = LoopStatistics()
         self.failure: Exception | None = None
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
+        self._rest_ticks = rest_ticks
         self.set_speed(speed)
         self._calls: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._inbox: deque[tuple[Command, Future[Outcome | None]]] = deque()
@@ -106,6 +117,12 @@ class Loop:
         """Run at a factor of the scale's real time; 0 runs as fast as it can."""
         real_time = self.element.tick * self.element.settings.scale.time
         self._period = real_time / speed if speed > 0.0 else 0.0
+        longest = LONGEST_REST + 1e-9  # a rest of that length is not lost by rounding
+        self._together = max(
+            ticks
+            for ticks in range(1, self._rest_ticks + 1)
+            if ticks == 1 or (self._rest_ticks % ticks == 0 and ticks * self._period <= longest)
+        )
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Have a function called between two ticks, in the loop's thread, paused or not."""
@@ -134,6 +151,7 @@ class Loop:
                 if isinstance(command, Disturb) and self._inbox:
                     superseded = self._supersede()
                 self._inbox.append((command, answer))
+                self._changed.notify_all()
         if superseded and superseded.set_running_or_notify_cancel():
             superseded.set_result(None)
         if refusal:
@@ -212,19 +230,26 @@ class Loop:
             self._refuse_all()
 
     def _run_ticks(self) -> None:
-        next_due = self._pacer.now()
-        while (due := self._wait(next_due)) is not None:
-            begun = self._pacer.now()
-            single = bool(self._single_ticks)  # asked for before this tick began
-            commands = self._take_commands()
-            events = self.element.advance()
-            self._answer(events)
-            self._listener(commands, events)
-            if single and (done := self._single_ticks.popleft()).set_running_or_notify_cancel():
-                done.set_result(self.element.ticks)
-            now = self._pacer.now()
-            self.statistics.count(max(0.0, begun - due), now - begun)
-            next_due = self._after(due, now)
+        due = self._pacer.now()
+        while (begin := self._wait(due)) is not None:
+            due, put_off = begin
+            due += put_off * self._period
+            for _ in range(put_off):
+                self._tick(due, [])
+            due = self._after(due, self._tick(due, self._take_commands()))
+
+    def _tick(self, due: float, commands: list[Stamped]) -> float:
+        """Run one tick with the commands that take effect in it; return when it ended."""
+        begun = self._pacer.now()
+        single = bool(self._single_ticks)  # asked for before this tick began
+        events = self.element.advance()
+        self._answer(events)
+        self._listener(commands, events)
+        if single and (done := self._single_ticks.popleft()).set_running_or_notify_cancel():
+            done.set_result(self.element.ticks)
+        now = self._pacer.now()
+        self.statistics.count(max(0.0, begun - due), now - begun)
+        return now
 
     def _after(self, due: float, now: float) -> float:
         """Return when the next tick is due; time that was lost is counted and skipped."""
@@ -235,8 +260,13 @@ class Loop:
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
 
-    def _wait(self, due: float) -> float | None:
-        """Wait for the next tick; return when it was due, or None when the loop shall end."""
+    def _wait(self, due: float) -> tuple[float, int] | None:
+        """Wait until ticks shall run.
+
+        Returns:
+            When the first of them was due, and how many have been put off before the last of
+            them, which takes the commands; None when the loop shall end.
+        """
         while True:
             self._make_calls()
             with self._changed:
@@ -254,11 +284,23 @@ class Loop:
                     due = self._pacer.now()
                     continue
                 unpaced = self._paused or self._finishing  # paused: a single tick is asked for
-            now = self._pacer.now()
-            if now >= due or unpaced:
-                return min(due, now)
-            due = min(due, now + self._period)  # a clock that jumped back is not waited for
-            self._pacer.sleep(min(due - now, LONGEST_SLEEP))
+                now = self._pacer.now()
+                if unpaced:
+                    return min(due, now), 0
+                due = min(due, now + self._period)  # a clock that jumped back is not waited for
+                put_off = self._put_off(now - due)
+                wake = due + put_off * self._period
+                if now >= wake:
+                    return due, put_off
+                if not self._calls:
+                    self._pacer.wait(self._changed, min(wake - now, LONGEST_SLEEP))
+
+    def _put_off(self, late: float) -> int:
+        """Return how many ticks to put off, when the next is late by a time (if positive)."""
+        if self._together == 1 or not self.element.resting:
+            return 0
+        ticks = -(self.element.ticks + 1) % self._together
+        return min(ticks, max(0, int(late / self._period))) if self._inbox else ticks
 
     def _make_calls(self) -> None:
         while self._calls:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import time
+from threading import Condition
 from typing import Protocol
 
 
@@ -21,8 +22,11 @@ class Pacer(Protocol):
     def now(self) -> float:
         """Return the time in seconds."""
 
-    def sleep(self, seconds: float) -> None:
-        """Sleep for at most this time; return early when the clock may have moved."""
+    def wait(self, changed: Condition, seconds: float) -> None:
+        """Wait for at most this time on a condition, whose lock is held.
+
+        Returns early when the condition has been notified, or the clock may have moved.
+        """
 
 
 class SteadyPacer:
@@ -34,6 +38,6 @@ class SteadyPacer:
         """Return the time in seconds."""
         return time.monotonic()
 
-    def sleep(self, seconds: float) -> None:
-        """Sleep for a time."""
-        time.sleep(seconds)
+    def wait(self, changed: Condition, seconds: float) -> None:
+        """Wait on a condition, for a time at most."""
+        changed.wait(seconds)

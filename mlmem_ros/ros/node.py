@@ -173,6 +173,7 @@ class MemoryNode(LifecycleNode):
             self._after_tick,
             pacer=SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
             speed=self.get_parameter('time.speed').value,
+            rest_ticks=self._given.values().publish.common_ticks,
         )
         self._faults.begin(loop)
         self.gate.loop = loop

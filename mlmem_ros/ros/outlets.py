@@ -75,17 +75,17 @@ class Outlets:
         """Publish a message, and hand it to the tap."""
         publisher = self._publishers[topic]
         publisher.publish(message)
-        if self.tap is not None and (self.tap_views or topic not in self._VIEW_NAMES):
+        if self.tap is not None and self._tapped(topic):
             self.tap(publisher.topic_name, serialize_message(message))
 
     def tick(self, events: Sequence[Event]) -> None:
         """Publish the streams that are due after a tick, and what happened in it."""
         element, settings, ticks = self._element, self._settings, self._element.ticks
-        if _due(ticks, settings.field_every):
+        if _due(ticks, settings.field_every) and self._watched('~/field'):
             self.publish('~/field', messages.field(element))
-        if _due(ticks, settings.wall_every):
+        if _due(ticks, settings.wall_every) and self._watched('~/wall'):
             self.publish('~/wall', messages.wall_positions(element))
-        if _due(ticks, settings.joint_states_every):
+        if _due(ticks, settings.joint_states_every) and self._watched('~/joint_states'):
             self.publish(
                 '~/joint_states', messages.joint_states(element, self._stamp(), settings.frame_id)
             )
@@ -100,12 +100,16 @@ class Outlets:
             else:
                 self._publish_outcome(event)
 
-    def _watched(self, view: str) -> bool:
-        recorded = self.tap is not None and self.tap_views
-        return recorded or self._publishers[view].get_subscription_count() > 0
+    def _watched(self, topic: str) -> bool:
+        """Return whether anybody takes a message that is not kept for those who come late."""
+        return self._tapped(topic) or self._publishers[topic].get_subscription_count() > 0
+
+    def _tapped(self, topic: str) -> bool:
+        return self.tap is not None and (self.tap_views or topic not in self._VIEW_NAMES)
 
     def _publish_heard(self, heard: Heard) -> None:
-        self.publish('~/echo', messages.echo(heard.echo))
+        if self._watched('~/echo'):
+            self.publish('~/echo', messages.echo(heard.echo))
         self.publish('~/level', messages.level(heard.reading))
         distance = messages.distance(
             heard.reading, self._element, self._stamp(), self._settings.frame_id

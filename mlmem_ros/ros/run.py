@@ -15,9 +15,10 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from .node import REFUSALS, MemoryNode
+from .signal_wakeup import woken_by_signals
 
-POLL = 0.1
-"""Seconds between two looks for a signal: one does not interrupt the executor's wait."""
+POLL = 1.0
+"""Seconds between two looks whether the device has failed."""
 
 LAST_ANSWERS = 1.0
 """Longest time in seconds for telling those who wait that the node ends."""
@@ -52,10 +53,11 @@ def run(arguments: Sequence[str] | None, stop: Sequence[int]) -> int:
             get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
             return 1
         raise
-    while not stop:
-        executor.spin_once(timeout_sec=POLL)
-        if node.failure is not None:
-            node.trigger_deactivate()  # by way of its error handling: unconfigured
+    with woken_by_signals(executor):
+        while not stop:
+            executor.spin_once(timeout_sec=POLL)
+            if node.failure is not None:
+                node.trigger_deactivate()  # by way of its error handling: unconfigured
     return _shut_down(node, executor)
 
 

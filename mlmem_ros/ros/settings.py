@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..described import described
@@ -14,10 +15,10 @@ from ..device.settings import Checked
 class PublishSettings(Checked):
     """How often streams are published, in ticks; 0 turns a stream off."""
 
-    field_every: int = described(10, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
-    wall_every: int = described(10, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
+    field_every: int = described(20, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
+    wall_every: int = described(20, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
     joint_states_every: int = described(
-        10, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
+        20, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
     )
     image_every: int = described(50, 'ticks between two ~/image', unit='ticks', low=0, high=10**6)
     image_span: int = described(
@@ -27,6 +28,14 @@ class PublishSettings(Checked):
         50, 'ticks between two ~/markers', unit='ticks', low=0, high=10**6
     )
     frame_id: str = described('mlmem', 'frame of stamped messages')
+
+    @property
+    def common_ticks(self) -> int:
+        """Largest number of ticks that no stream is published in the middle of.
+
+        The views may come that much late: people look at them.
+        """
+        return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
 
 
 @dataclass(frozen=True)

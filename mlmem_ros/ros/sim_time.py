@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-import time
+from threading import Condition
 
 from rclpy.clock import Clock
 
@@ -24,6 +24,6 @@ class SimTimePacer:
         """Return the ROS time in seconds."""
         return self._clock.now().nanoseconds * 1e-9
 
-    def sleep(self, seconds: float) -> None:
+    def wait(self, changed: Condition, seconds: float) -> None:
         """Return soon: how fast ROS time runs is not known."""
-        time.sleep(min(seconds, POLL))
+        changed.wait(min(seconds, POLL))

@@ -54,9 +54,9 @@ class Clock:
     def now(self):
         return self.time
 
-    def sleep(self, seconds):
+    def wait(self, changed, seconds):
         if self.time >= self.end:
-            time.sleep(1e-3)
+            changed.wait(1e-3)
         else:
             self.time = min(self.time + seconds, self.end)
 
@@ -130,6 +130,51 @@ def test_the_scale_sets_the_pace(start):
     assert begun == pytest.approx([float(n) for n in range(11)], abs=1e-9)
 
 
+def test_the_ticks_of_a_resting_device_run_together(start):
+    """Five at a time, when the last of them is due: it is the one that a listener waits for."""
+    clock, begun = Clock(end=0.0481), []
+    loop = start(
+        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, rest_ticks=5
+    )
+    until(lambda: len(begun) == 25)
+    loop.stop()
+    expected = [(5 * (n // 5) + 4) * PERIOD for n in range(25)]
+    assert begun == pytest.approx(expected, abs=1e-12)
+    assert loop.statistics.overruns == 0
+    assert loop.statistics.lateness_mean == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start):
+    """It comes at 0.0151: tick 5 was to wait until 0.018, and tick 7 is the one of 0.014."""
+    clock, begun, stamped = Clock(end=0.0081), [], []
+
+    def listen(commands, _):
+        begun.append(clock.time)
+        stamped.extend(commands)
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, rest_ticks=5)
+    until(lambda: len(begun) == 5)
+    clock.end = clock.time = 0.0151
+    loop.submit(SetStrain(0.03))
+    until(lambda: len(begun) == 8)
+    assert begun == pytest.approx([0.008] * 5 + [0.0151] * 3)
+    assert stamped == [(7, SetStrain(0.03))]
+    clock.end = 0.0301  # the strain is on its way: no more rest
+    until(lambda: len(begun) == 16)
+    assert begun[8:] == pytest.approx([n * PERIOD for n in range(8, 16)], abs=1e-12)
+
+
+@pytest.mark.parametrize(('speed', 'together'), [(1.0, 20), (0.5, 10), (0.4, 5), (0.01, 1)])
+def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, speed, together):
+    """At most 0.04 s, and a divisor of the 20 ticks."""
+    clock, begun = Clock(), []
+    start(
+        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, rest_ticks=20
+    )
+    until(lambda: len(begun) >= 40)
+    assert [begun.count(time) for time in sorted(set(begun[:20]))] == [together] * (20 // together)
+
+
 def test_time_that_was_lost_is_counted_and_skipped(start):
     """The tick at 0.020 takes 3.75 periods: those due at 0.022 and 0.024 are left out.
 
@@ -174,7 +219,7 @@ def test_a_clock_that_moves_in_steps_is_made_up_for(start):
     period = 20 * 2.0**-13  # so that all sums are exact
     clock, begun = Clock(), []
     clock.slack = 10 * period
-    clock.sleep = lambda seconds: setattr(clock, 'time', clock.time + 5 * period)
+    clock.wait = lambda changed, seconds: setattr(clock, 'time', clock.time + 5 * period)
     element = rig.device(scale=ScaleSettings(time=2.0**-13))
     loop = start(element, lambda *_: begun.append(clock.time), pacer=clock, speed=1.0)
     until(lambda: len(begun) > 50)
@@ -214,8 +259,10 @@ def test_the_real_clock_paces_too(start):
 # --- the same whatever the pace ---------------------------------------------------------------
 
 
-@pytest.mark.parametrize('speed', [0.0, 40.0])
-def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed):
+@pytest.mark.parametrize(('speed', 'rest_ticks'), [(0.0, 1), (40.0, 1), (40.0, 20)])
+def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(
+    start, speed, rest_ticks
+):
     """Commands come at ticks that the clock decides; the stamps tell which."""
     stamped, heard = [], []
 
@@ -223,7 +270,7 @@ def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, s
         stamped.extend(commands)
         heard.extend(str(event) for event in events)
 
-    loop = start(rig.device(), listen, speed=speed)
+    loop = start(rig.device(), listen, speed=speed, rest_ticks=rest_ticks)
     assert result(loop.submit(Write(1))).success
     assert result(loop.submit(SetStrain(0.02))) is None
     time.sleep(0.01)
@@ -493,7 +540,7 @@ def test_a_listener_that_fails_stops_the_loop(start):
     assert str(loop.failure) == 'no room left'
 
 
-@pytest.mark.parametrize('of', ['now', 'sleep'])
+@pytest.mark.parametrize('of', ['now', 'wait'])
 def test_a_clock_that_fails_stops_the_loop(start, of):
     """A ROS clock does when its context has been shut down."""
 

@@ -266,7 +266,7 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
     try:
         robot.publish('strain', 0.06)  # takes 600 time units, 30 ticks
         strains, ticks = {strain_of(robot)}, []
-        while len(strains) < 3:  # joint states come every few ticks
+        while len(strains) < 2:  # joint states come every few ticks
             stepped = robot.trigger('step')
             assert stepped.success, stepped
             ticks.append(stepped['tick'])
@@ -274,7 +274,7 @@ def test_pause_holds_time_and_step_makes_one_tick(robot):
             assert len(ticks) < 100
         assert ticks == list(range(ticks[0], ticks[-1] + 1))
         assert sorted(strains)[0] == pytest.approx(0.0, abs=1e-6)
-        assert sorted(strains)[-1] < 0.06
+        assert 0.0 < sorted(strains)[-1] < 0.06
     finally:
         assert robot.pause(False).success
     robot.wait(lambda: strain_is(robot, 0.06), 'the strain after the pause')
