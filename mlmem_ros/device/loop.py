@@ -46,6 +46,7 @@ class Loop:
     Attributes:
         element: The device; only the loop's thread changes it.
         statistics: How the loop keeps time.
+        speed: Factor on real time that is asked for; 0 for as fast as it can.
         failure: What stopped the loop, or None.
     """
 
@@ -115,14 +116,19 @@ class Loop:
 
     def set_speed(self, speed: float) -> None:
         """Run at a factor of the scale's real time; 0 runs as fast as it can."""
-        real_time = self.element.tick * self.element.settings.scale.time
-        self._period = real_time / speed if speed > 0.0 else 0.0
+        self.speed = speed
+        self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
         longest = LONGEST_REST + 1e-9  # a rest of that length is not lost by rounding
         self._together = max(
             ticks
             for ticks in range(1, self._rest_ticks + 1)
             if ticks == 1 or (self._rest_ticks % ticks == 0 and ticks * self._period <= longest)
         )
+
+    @property
+    def tick_seconds(self) -> float:
+        """Real time that a tick stands for: times the ticks in a second, the factor."""
+        return self.element.tick * self.element.settings.scale.time
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Have a function called between two ticks, in the loop's thread, paused or not."""
@@ -256,7 +262,9 @@ class Loop:
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
-        skipped = int(lag / self._period) if lag > max(self._period, self._pacer.slack) else 0
+        rested = LONGEST_REST if self._together > 1 and self.element.resting else 0.0
+        borne = max(self._period, self._pacer.slack, rested)  # who rests may come late, too
+        skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. It knows no device, no ROS, no files and no clock."""
 
-from .chain import Chain, Drive, stable_step, substep_times
+from .chain import Chain, Drive, kernel_in_cache, stable_step, substep_times
 from .design import Design
 from .errors import DesignError, StateError
 from .presets import CASE_I, CASE_II, PRESETS, preset
@@ -21,6 +21,7 @@ __all__ = [
     'Specimen',
     'StateError',
     'Wall',
+    'kernel_in_cache',
     'preset',
     'scattered',
     'stable_step',

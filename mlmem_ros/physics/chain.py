@@ -13,6 +13,7 @@ from .design import Design
 from .energy import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
 from .field import Field, aligned
+from .jit import in_cache
 from .kernel import advance_elastic, advance_rigid
 from .noh_bathe import OMEGA_DT_LIMIT, P, coefficients
 from .potential import Array
@@ -23,6 +24,11 @@ STABILITY_MARGIN = 0.95
 
 ACCURATE_STEP = 0.25
 """Largest step with the rigid substrate: 12 steps per period of the probe's carrier."""
+
+
+def kernel_in_cache(design: Design) -> bool:
+    """Return whether the loop that advances a design is compiled already; see `jit.in_cache`."""
+    return in_cache(advance_rigid if design.substrate == 'rigid' else advance_elastic)
 
 
 def highest_frequency(element: Design | Specimen) -> float:

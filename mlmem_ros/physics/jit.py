@@ -14,7 +14,9 @@ ten times slower.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import llvmlite.binding
@@ -43,6 +45,28 @@ def kernel(function: Function) -> Function:
     except RuntimeError:  # neither the package nor a home folder is writable: compile each time
         compiled = numba.njit(**SETTINGS)(function)
     return cast(Function, compiled)
+
+
+def in_cache(compiled: Callable[..., Any]) -> bool:
+    """Return whether a loop is compiled already, here or in the cache on disk.
+
+    The cache is looked at from outside (numba's index of the loop, no older than its source), as
+    it is for those who want to know how long the first call will take: after a change of the
+    processor or of numba alone it may say yes, and the loop is compiled all the same.
+
+    Args:
+        compiled: What `kernel` returned.
+    """
+    dispatcher: Any = compiled
+    if dispatcher.signatures:
+        return True
+    if (folder := dispatcher.stats.cache_path) is None:
+        return False
+    loop = dispatcher.py_func
+    source = Path(inspect.getfile(loop))
+    name = f'{source.stem}.{loop.__qualname__}-{loop.__code__.co_firstlineno}.*.nbi'
+    age = source.stat().st_mtime
+    return any(index.stat().st_mtime >= age for index in Path(folder).glob(name))
 
 
 def inlined(function: Function) -> Function:

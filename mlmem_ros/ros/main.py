@@ -17,7 +17,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     closed and before those who wait are answered.
 
     Args:
-        arguments: Command line with ROS arguments; by default that of the process.
+        arguments: Command line, the program first; by default that of the process.
 
     Returns:
         Exit status: 0, or 1 when the node could not be started.
@@ -29,9 +29,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
+    from .command_line import ros_arguments
+
+    given = ros_arguments(sys.argv if arguments is None else arguments)
     from .run import run  # a second or two, in which a signal must not raise
 
-    return 0 if received else run(arguments, received)
+    return 0 if received else run(given, received)
 
 
 if __name__ == '__main__':

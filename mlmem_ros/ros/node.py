@@ -15,6 +15,7 @@ from ..device import Event, Faults, Loop, MemoryElement, Refused, SettingsError
 from ..device.loop import Stamped
 from ..device.pacing import SteadyPacer
 from ..physics import DesignError, StateError
+from .compiling import telling_compilation
 from .design_check import check_design
 from .diagnostics import Diagnostics
 from .fault_parameters import FaultParameters
@@ -27,6 +28,7 @@ from .recording import Recording
 from .services import Services
 from .sessions import Sessions
 from .sim_time import SimTimePacer
+from .speedometer import Speedometer
 
 REFUSALS = (ParameterError, DesignError, SettingsError, StateError, BagError)
 """What a transition may fail with: the message is for the user."""
@@ -63,6 +65,7 @@ class MemoryNode(LifecycleNode):
         self._requests = Services(self, self.gate, self._sessions)
         self._diagnostics = Diagnostics(self, self.gate)
         self._faults = FaultParameters(self, self.gate)
+        self._speedometer = Speedometer(self, self.gate)
         self._element: MemoryElement | None = None
         self._outlets: Outlets | None = None
         self._memory_file: MemoryFile | None = None
@@ -144,11 +147,12 @@ class MemoryNode(LifecycleNode):
 
     def _configure(self) -> None:
         given = self._given.values()
+        self.get_logger().info('preparing the device')
         check_design(given.design, given.settings, given.check, self.get_logger())
-        self.get_logger().info('preparing the kernels (they are compiled at the first start)')
         memory_file = MemoryFile(self, given.state, given.files.root, self.gate)
         try:
-            element = memory_file.new_element(given.design, given.settings)
+            with telling_compilation(self, given.design, self._diagnostics.announce):
+                element = memory_file.new_element(given.design, given.settings)
             _check_faults(element, given.faults)
             memory_file.restore(element)
         except REFUSALS:
@@ -177,10 +181,12 @@ class MemoryNode(LifecycleNode):
         )
         self._faults.begin(loop)
         self.gate.loop = loop
+        self._speedometer.begin(loop)
         loop.start()
 
     def _deactivate(self) -> None:
         loop, self.gate.loop = self.gate.open_loop(), None
+        self._speedometer.end(loop)
         loop.finish()
         self._sessions.close()
         if loop.failure is None and self._memory_file is not None:

@@ -27,18 +27,18 @@ DELIVERY = 0.2
 """Seconds left to the middleware to deliver these answers before it is shut down."""
 
 
-def run(arguments: Sequence[str] | None, stop: Sequence[int]) -> int:
+def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
     """Run one memory node until a signal has been received.
 
     Args:
-        arguments: Command line with ROS arguments; None for that of the process.
+        arguments: Command line with ROS arguments.
         stop: The signals received so far; whoever handles them adds to it.
 
     Returns:
         Exit status: 0, or 1 when the node could not be started.
     """
     try:
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
         executor = SingleThreadedExecutor()
         node = MemoryNode()
         executor.add_node(node)

@@ -164,6 +164,22 @@ def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start)
     assert begun[8:] == pytest.approx([n * PERIOD for n in range(8, 16)], abs=1e-12)
 
 
+@pytest.mark.parametrize(('late', 'overruns', 'following'), [(0.03, 0, 0.078), (0.051, 24, 0.126)])
+def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following):
+    """The ticks that it was late for are run with the next; after more than 0.04 s, skipped."""
+    clock, begun = Clock(end=0.15), []
+
+    def listen(*_):
+        begun.append(clock.time)
+        if len(begun) == 20:
+            clock.time += late
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, rest_ticks=20)
+    until(lambda: len(begun) >= 40)
+    assert loop.statistics.overruns == overruns
+    assert begun[20:40] == pytest.approx([following] * 20)
+
+
 @pytest.mark.parametrize(('speed', 'together'), [(1.0, 20), (0.5, 10), (0.4, 5), (0.01, 1)])
 def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, speed, together):
     """At most 0.04 s, and a divisor of the 20 ticks."""
@@ -260,9 +276,7 @@ def test_the_real_clock_paces_too(start):
 
 
 @pytest.mark.parametrize(('speed', 'rest_ticks'), [(0.0, 1), (40.0, 1), (40.0, 20)])
-def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(
-    start, speed, rest_ticks
-):
+def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed, rest_ticks):
     """Commands come at ticks that the clock decides; the stamps tell which."""
     stamped, heard = [], []
 

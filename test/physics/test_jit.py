@@ -3,6 +3,8 @@
 """The compiler settings: no GIL, no fast-math, and a machine where nothing can be cached."""
 
 import dataclasses
+import importlib.util
+import os
 import re
 
 import numba
@@ -47,3 +49,26 @@ def test_where_nothing_can_be_cached_it_compiles_all_the_same(monkeypatch):
         return result
 
     assert total(np.arange(5.0)) == 10.0
+
+
+def test_a_loop_that_is_in_the_cache_is_known(tmp_path, monkeypatch):
+    """From outside, without loading it; a change of the source makes it stale."""
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'cache'))
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
+    source = tmp_path / 'doubling.py'
+    source.write_text('def double(x):\n    return 2.0 * x\n')
+
+    def loaded():
+        spec = importlib.util.spec_from_file_location('doubling', source)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return jit.kernel(module.double)
+
+    first = loaded()
+    assert not jit.in_cache(first)
+    first(1.0)
+    assert jit.in_cache(first)
+    assert jit.in_cache(loaded())
+    later = source.stat().st_mtime + 10.0
+    os.utime(source, (later, later))
+    assert not jit.in_cache(loaded())

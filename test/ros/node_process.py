@@ -29,10 +29,13 @@ class NodeProcess:
         file: Parameter file.
         name: Name of the node, `mlmem` unless given.
         namespace: Its namespace.
+        options: Plain options of the executable.
     """
 
-    def __init__(self, folder: Path, parameters=(), file=None, name=None, namespace=None):
-        command = [*NODE, '--ros-args']
+    def __init__(
+        self, folder: Path, parameters=(), file=None, name=None, namespace=None, options=()
+    ):
+        command = [*NODE, *options, '--ros-args']
         if file is not None:
             command += ['--params-file', str(file)]
         for key, value in dict(parameters).items():

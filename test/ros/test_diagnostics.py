@@ -162,10 +162,10 @@ def test_two_walls_at_rest_are_a_warning(element):
 def test_a_fault_that_is_set_is_a_warning(element):
     component = FaultsComponent()
     assert component.health(Turned(element)) == Health(OK, 'healthy')
-    element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.5, seed=3)))
+    element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
     health = component.health(Turned(element))
     assert health.level == WARN
-    assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.5}
+    assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
     assert component.health(Turned(element)).level == OK
 

@@ -24,6 +24,23 @@ def state(robot):
     return robot.response(robot.send('get_state', GetState.Request(), GetState)).current_state.id
 
 
+def test_a_cold_cache_is_told(start, tmp_path, monkeypatch):
+    """In the log and on /diagnostics, while it compiles; the second start need not."""
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    first = start(parameters=BY_HAND)
+    with Robot() as robot:
+        reports = robot.received('/diagnostics')
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+        assert any('compiling' in s.message for report in reports for s in report.status)
+    assert 'compiling the kernels of the rigid substrate' in first.output
+    first.terminate()
+    first.exit_status()
+    second = start(parameters=BY_HAND)
+    with Robot() as robot:
+        assert change(robot, Transition.TRANSITION_CONFIGURE)
+    assert 'compiling' not in second.output
+
+
 def wall(robot):
     return list(robot.next('wall').data)
 

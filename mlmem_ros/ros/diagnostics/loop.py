@@ -27,6 +27,7 @@ class LoopComponent(Component):
         rate, lost = self._since_last(statistics)
         values = {
             'rate': rate,
+            'real_time_factor': rate * loop.tick_seconds,
             'ticks': statistics.ticks,
             'overruns': statistics.overruns,
             'lateness_mean': statistics.lateness_mean,

@@ -15,7 +15,7 @@ from ..messages import key_values
 from ..recording import Recording
 from .actuator import ActuatorComponent
 from .faults import FaultsComponent
-from .health import Component, Health, Hysteresis
+from .health import OK, Component, Health, Hysteresis
 from .loop import LoopComponent
 from .material import MaterialComponent
 from .memory import MemoryComponent
@@ -67,11 +67,19 @@ class Diagnostics:
 
     def _report(self) -> None:
         loop = self._gate.loop
-        message = DiagnosticArray()
-        message.header.stamp = self._node.get_clock().now().to_msg()
+        status = []
         for component, hysteresis in self._components:
             now = component.rest() if loop is None else component.health(loop)
-            message.status.append(self._status(component.name, hysteresis.smooth(now)))
+            status.append(self._status(component.name, hysteresis.smooth(now)))
+        self._publish(status)
+
+    def announce(self, text: str) -> None:
+        """Report what keeps the node from reporting by itself; from any thread."""
+        self._publish([self._status(LoopComponent.name, Health(OK, text))])
+
+    def _publish(self, status: list[DiagnosticStatus]) -> None:
+        message = DiagnosticArray(status=status)
+        message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
 
     def _status(self, component: str, health: Health) -> DiagnosticStatus:

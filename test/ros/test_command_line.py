@@ -1,0 +1,48 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The executable's plain options, what they turn into, and how fast time runs with them."""
+
+import pytest
+from robot import Robot, values
+
+from mlmem_ros.ros.command_line import ros_arguments
+
+
+@pytest.mark.parametrize(
+    ('given', 'speed'), [(['--speed', 'max'], '0.0'), (['--speed=2.5'], '2.5')]
+)
+def test_the_speed_is_a_parameter_that_wins_over_all_before(given, speed):
+    others = ['node', '--ros-args', '-p', 'time.speed:=7.0', '-r', '__node:=other']
+    expected = [*others, '--ros-args', '-p', f'time.speed:={speed}']
+    assert ros_arguments([*others[:1], *given, *others[1:]]) == expected
+
+
+def test_the_options_of_ros_pass():
+    arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
+    assert ros_arguments(arguments) == arguments
+    assert ros_arguments(['node']) == ['node']
+
+
+@pytest.mark.parametrize('factor', ['nan', 'inf', '-1', '0', '1e7', 'fast'])
+def test_a_bad_speed_is_refused_with_what_was_expected(factor, capsys):
+    with pytest.raises(SystemExit) as refused:
+        ros_arguments(['node', f'--speed={factor}'])
+    assert refused.value.code == 2
+    said = capsys.readouterr().err
+    assert factor in said
+    assert '"max"' in said
+
+
+def test_as_fast_as_it_can_and_how_fast_that_is(start):
+    """The factor in the diagnostics is ticks a second times 2 ms, and the log tells it too."""
+    node = start(options=['--speed', 'max'])
+    with Robot() as robot:
+        robot.next('/diagnostics')  # the first may hold the start
+        (loop,) = (s for s in robot.next('/diagnostics').status if s.name.endswith('loop'))
+        assert robot.get('time.speed') == 0.0
+    told = {key: float(values(loop)[key]) for key in ('rate', 'real_time_factor')}
+    assert told['real_time_factor'] == pytest.approx(0.002 * told['rate'], rel=1e-4)
+    assert told['real_time_factor'] > 1.5  # 20 on an idle machine
+    node.terminate()
+    assert node.exit_status() == 0
+    assert 'times real time' in node.output
