@@ -23,6 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--list', action='store_true', help='say which there are')
     parser.add_argument('--repeats', type=int, default=7, help='rounds of every comparison')
     parser.add_argument(
+        '--minutes', type=float, help='watch one idle node for so long (only for: bench node)'
+    )
+    parser.add_argument(
         '--output', type=Path, default=Path('benchmarks'), help='folder of the results'
     )
 
@@ -42,6 +45,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats < 1:
         print(f'mlmem bench: repeats must be at least 1; got {arguments.repeats}', file=sys.stderr)
         return 2
+    options = {}
+    if arguments.minutes is not None:
+        if selected != ['node'] or not 0.0 < arguments.minutes < 1e5:
+            print(
+                'mlmem bench: --minutes must be above 0, and be given with the benchmark node '
+                'alone: mlmem bench node --minutes 10',
+                file=sys.stderr,
+            )
+            return 2
+        options['minutes'] = arguments.minutes
     if arguments.list:
         for name in selected:
             console.print(f'{name:10} {registry.load(name).TITLE}', highlight=False)
@@ -50,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     for name in selected:
         benchmark = registry.load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
-            comparisons = benchmark.run(arguments.repeats)
+            comparisons = benchmark.run(arguments.repeats, **options)
         for comparison in comparisons:
             console.print(comparison.table())
             files = ', '.join(str(file) for file in comparison.save(arguments.output))

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.studies.bench import peers, recorder, registry
+from mlmem_ros.cli.main import main
+from mlmem_ros.studies.bench import node, peers, recorder, registry
 from mlmem_ros.studies.bench.c_program import NoCompiler, c_runner
 from mlmem_ros.studies.bench.comparison import Comparison
 from mlmem_ros.studies.bench.integrators import SCHEMES, solver
@@ -122,3 +123,23 @@ def test_benchmarks_are_found_by_name():
         module = registry.load(name)
         assert module.TITLE
         assert callable(module.run)
+
+
+@pytest.mark.parametrize(
+    'arguments', [['--minutes', '1'], ['kernel', '--minutes', '1'], ['node', '--minutes', 'nan']]
+)
+def test_minutes_are_for_the_node_alone(arguments, capsys, tmp_path):
+    assert main(['bench', *arguments, '--output', str(tmp_path)]) == 2
+    assert 'mlmem bench node --minutes 10' in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_node_is_watched_for_a_time():
+    """A tick is 2 ms: as many as fit were run or skipped, give or take a rest of 20."""
+    pytest.importorskip('rclpy')
+    (comparison,) = node.run(1, minutes=0.05)
+    seen = {entry.name: entry.spread.median for entry in comparison.entries}
+    ticks = seen[node.NAMES['ticks']] + seen[node.NAMES['overruns']]
+    assert ticks == pytest.approx(0.05 * 60.0 / 0.002, abs=40)
+    assert seen[node.NAMES['p50']] <= seen[node.NAMES['p99']] <= seen[node.NAMES['worst']]
+    assert 0.0 < seen[node.NAMES['share']] < 100.0

@@ -85,7 +85,7 @@ class Comparison:
             cells += (
                 [str(entry.spread), str(self.ratio(entry))]
                 if self.measured
-                else [f'{entry.spread.median:.2g}']
+                else [f'{entry.spread.median:.3g}']
             )
             cells += [f'{entry.values[k]:.3g}' if k in entry.values else '' for k in extra]
             table.add_row(*cells)

@@ -3,109 +3,89 @@
 """The node at its defaults: share of a core, tick lateness, read latency, start, memory.
 
 Reads go through the service, from another process. What a read takes beyond the ticks that the
-material needs is the latency of command, loop and transport; half a tick of it is the wait for
-the next tick.
+material needs is the latency of transport, command and loop; a request that is refused at once
+shows the transport alone.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import random
 import statistics
-import subprocess
-import sys
 import tempfile
-import time
-from typing import Any
 
 from .comparison import Comparison
 from .measure import Entry
+from .node_process import NodeProcess, Robot
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
+
+SETTLED = 5.0
+"""Seconds after the start in which nothing is measured: discovery is under way."""
 
 SECONDS = 10.0
 """Idle time per repeat."""
 
-READS = 5
+READS = 15
 """Reads per repeat."""
 
 NAMES = {
-    'share': 'processor, % of a core',
+    'share': 'processor, nobody listens, % of a core',
+    'heard': 'processor, the streams are listened to, % of a core',
     'busy': 'work per tick, us',
     'p50': 'tick lateness p50, ms',
     'p99': 'tick lateness p99, ms',
+    'worst': 'tick lateness, greatest, ms',
+    'ticks': 'ticks run',
     'overruns': 'ticks skipped',
-    'latency': 'read latency beyond the physics, ms',
+    'factor': 'time over real time',
+    'latency': 'read latency beyond the physics, p50, ms',
+    'transport': 'a refused request, p50, ms',
     'ready': 'ready after, warm cache, s',
     'cold': 'ready after, cold cache, s',
     'memory': 'memory, MB',
+    'memory_first': 'memory after the first minute, MB',
 }
 
 
-def run(repeats: int) -> list[Comparison]:
-    """Start nodes one after the other and collect what they tell."""
-    import rclpy
-    from std_srvs.srv import Trigger
+def run(repeats: int, minutes: float = 0.0) -> list[Comparison]:
+    """Start nodes one after the other and collect what they tell.
 
-    os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
-    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    rclpy.init()
-    reader = rclpy.create_node('reader')
-    service = reader.create_client(Trigger, '/mlmem/read')
-    with tempfile.TemporaryDirectory() as cache:
-        cold = _one_node(1.0, NUMBA_CACHE_DIR=cache)['ready']
-    found: list[dict[str, Any]] = []
-    for _ in range(max(3, repeats // 2)):
-        found.append(_one_node(SECONDS, during=lambda: _latency(reader, service)))
-    rclpy.shutdown()
-    entries = []
-    for key, name in NAMES.items():
-        samples = [cold] if key == 'cold' else [each[key] for each in found]
-        entries.append(Entry(name, tuple(samples)))
-    return [
-        Comparison(
-            'node',
-            'The node at its defaults',
-            'value',
-            f'{len(found)} nodes, each idle for {SECONDS:g} s, then read {READS} times',
-            entries,
-            measured=False,
-        )
+    Args:
+        repeats: Twice the number of nodes.
+        minutes: Idle time of one single node instead, of which only the keeping of time,
+            processor and memory are told.
+    """
+    if minutes:
+        found, terms = [_endure(60.0 * minutes)], f'one node, idle for {minutes:g} min'
+    else:
+        found = _short_runs(max(3, repeats // 2))
+        terms = f'{len(found)} nodes, each idle for {SECONDS:g} s, then read {READS} times'
+    entries = [
+        Entry(name, tuple(each[key] for each in found if key in each))
+        for key, name in NAMES.items()
+        if any(key in each for each in found)
     ]
+    name = 'node_endurance' if minutes else 'node'
+    return [Comparison(name, 'The node at its defaults', 'value', terms, entries, measured=False)]
 
 
-def _one_node(seconds: float, during: Any = None, **environment: str) -> dict[str, Any]:
-    command = [sys.executable, '-m', f'{__package__}.node_probe', str(time.time()), str(seconds)]
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-        stderr=subprocess.DEVNULL, env=os.environ | environment,
-    )  # fmt: skip
-    with process:
-        assert process.stdout is not None
-        line = ''
-        while not line.startswith('{'):
-            line = process.stdout.readline()
-            if not line:
-                raise RuntimeError('the node ended before it told anything')
-        found: dict[str, Any] = json.loads(line)
-        if during is not None:
-            found['latency'] = during()
+def _short_runs(repeats: int) -> list[dict[str, float]]:
+    robot = Robot()
+    found = []
+    with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
+        found.append({'cold': cold.ready})
+    for _ in range(repeats):
+        with NodeProcess() as node:
+            node.watch(SETTLED)
+            seen = {'ready': node.ready, **node.watch(SECONDS)}
+            seen['heard'] = robot.listen(node, SECONDS)['share']
+            for key, service in (('transport', 'step'), ('latency', 'read')):
+                seen[key] = statistics.median(robot.beyond(service) for _ in range(READS))
+        found.append(seen)
+    robot.close()
     return found
 
 
-def _latency(reader: Any, service: Any) -> float:
-    """Return the median time of a read beyond its ticks, in milliseconds."""
-    import rclpy
-    from std_srvs.srv import Trigger
-
-    assert service.wait_for_service(10.0)
-    beyond: list[float] = []
-    for _ in range(READS):
-        begun = time.monotonic()
-        future = service.call_async(Trigger.Request())
-        rclpy.spin_until_future_complete(reader, future, timeout_sec=20.0)
-        taken = time.monotonic() - begun
-        answer = json.loads(future.result().message)
-        beyond.append(1e3 * taken - 2.0 * answer['ticks'])
-    return statistics.median(beyond)
+def _endure(seconds: float) -> dict[str, float]:
+    with NodeProcess() as node:
+        first = node.watch(min(60.0, 0.5 * seconds))
+        return {'memory_first': first['memory'], **node.watch(seconds)}

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A memory node that watches itself: run by the benchmark `node` as a process of its own.
 
-After its idle time it prints what it saw as one JSON line, and then serves until its standard
-input is closed.
+It prints one JSON line when it is ready. Every number that it reads then is a time in seconds
+for which it watches itself, idle, and prints what it saw as one more line; between them it serves,
+until its standard input is closed.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import json
 import select
 import sys
 import time
+from array import array
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from ...device.loop_statistics import LoopStatistics
 from ...ros.node import MemoryNode
+from ...ros.run import POLL
 
 
 class Watched(LoopStatistics):
@@ -27,7 +30,7 @@ class Watched(LoopStatistics):
 
     def __init__(self) -> None:
         super().__init__()
-        self.all: list[float] = []
+        self.all = array('f')
 
     def count(self, lateness: float, busy: float) -> None:
         """Take the times of one tick."""
@@ -35,48 +38,53 @@ class Watched(LoopStatistics):
         self.all.append(lateness)
 
 
-def main(begun: float, seconds: float) -> None:
-    """Run a node idle, print, serve.
+def main(begun: float) -> None:
+    """Run a node, print, serve.
 
     Args:
         begun: When the process was started, in seconds since the epoch.
-        seconds: Idle time.
     """
     rclpy.init()
     node = MemoryNode()
-    node.trigger_configure()
-    node.trigger_activate()
-    ready = time.time() - begun
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    _spin(executor, 1.0)
-    loop = node.gate.loop
-    assert loop is not None
-    statistics = loop.statistics = Watched()
-    used = time.process_time()
-    _spin(executor, seconds)
-    used = time.process_time() - used
-    late = 1e3 * np.array(statistics.all)
-    result = {
-        'ready': ready,
-        'share': 100.0 * used / seconds,
-        'busy': 1e6 * statistics.busy,
-        'p50': float(np.percentile(late, 50)),
-        'p99': float(np.percentile(late, 99)),
-        'overruns': statistics.overruns,
-        'memory': _resident(),
-    }
-    print(json.dumps(result), flush=True)
-    while not select.select([sys.stdin], [], [], 0.0)[0]:
+    node.start()
+    _tell({'ready': time.time() - begun})
+    while True:
         executor.spin_once(timeout_sec=0.1)
+        if select.select([sys.stdin], [], [], 0.0)[0]:
+            if not (line := sys.stdin.readline()):
+                break
+            _tell(_watch(node, executor, float(line)))
     node.close()
     rclpy.shutdown()
 
 
-def _spin(executor: SingleThreadedExecutor, seconds: float) -> None:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        executor.spin_once(timeout_sec=0.1)
+def _watch(node: MemoryNode, executor: SingleThreadedExecutor, seconds: float) -> dict[str, float]:
+    """Return what is seen of a node, turned as `memory_node` turns it."""
+    loop = node.gate.open_loop()
+    statistics = loop.statistics = Watched()
+    used, begun = time.process_time(), time.monotonic()
+    while (now := time.monotonic()) - begun < seconds:
+        executor.spin_once(timeout_sec=min(POLL, begun + seconds - now))
+    used = time.process_time() - used
+    late = 1e3 * np.array(statistics.all)
+    p50, p99 = np.percentile(late, (50.0, 99.0))
+    return {
+        'share': 100.0 * used / (now - begun),
+        'busy': 1e6 * statistics.busy,
+        'p50': float(p50),
+        'p99': float(p99),
+        'worst': float(late.max()),
+        'ticks': statistics.ticks,
+        'overruns': statistics.overruns,
+        'factor': statistics.ticks * loop.tick_seconds / (now - begun),
+        'memory': _resident(),
+    }
+
+
+def _tell(values: dict[str, float]) -> None:
+    print(json.dumps(values), flush=True)
 
 
 def _resident() -> float:
@@ -86,4 +94,4 @@ def _resident() -> float:
 
 
 if __name__ == '__main__':
-    main(float(sys.argv[1]), float(sys.argv[2]))
+    main(float(sys.argv[1]))

@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node under test in a process of its own, and who talks to it from this one."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+import time
+from typing import Any
+
+TICK = 2.0
+"""Milliseconds of a tick at the defaults."""
+
+
+class NodeProcess:
+    """A `node_probe` that runs within a `with`.
+
+    Attributes:
+        ready: Seconds it took from the start of its process.
+    """
+
+    def __init__(self, **environment: str) -> None:
+        command = [sys.executable, '-m', f'{__package__}.node_probe', str(time.time())]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            stderr=subprocess.DEVNULL, env=os.environ | environment,
+        )  # fmt: skip
+        self.ready: float = self.told()['ready']
+
+    def __enter__(self) -> NodeProcess:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.__exit__(None, None, None)  # closes its input, and waits for its end
+
+    def ask(self, seconds: float) -> None:
+        """Have it watch itself; `told` returns what it saw."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(f'{seconds}\n')
+        self._process.stdin.flush()
+
+    def told(self) -> dict[str, float]:
+        """Wait for what it tells."""
+        assert self._process.stdout is not None
+        while line := self._process.stdout.readline():
+            if line.startswith('{'):
+                values: dict[str, float] = json.loads(line)
+                return values
+        raise RuntimeError('the node ended before it told anything')
+
+    def watch(self, seconds: float) -> dict[str, float]:
+        """Have it watch itself, and return what it saw."""
+        self.ask(seconds)
+        return self.told()
+
+
+class Robot:
+    """Who reads and listens, in this process, on a ROS graph of its own."""
+
+    def __init__(self) -> None:
+        os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+        from std_srvs.srv import Trigger
+
+        rclpy.init()
+        self._node = rclpy.create_node('robot', start_parameter_services=False)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        self._request = Trigger.Request
+        self._clients = {
+            name: self._node.create_client(Trigger, f'/mlmem/{name}') for name in ('read', 'step')
+        }
+
+    def close(self) -> None:
+        """Leave the graph."""
+        import rclpy
+
+        rclpy.shutdown()
+
+    def beyond(self, service: str) -> float:
+        """Ask for a service; return the milliseconds it took beyond the ticks of its physics."""
+        client = self._clients[service]
+        assert client.wait_for_service(10.0)
+        time.sleep(random.uniform(0.02, 0.06))  # at no certain time of a tick
+        begun = time.monotonic()
+        future = client.call_async(self._request())
+        self._executor.spin_until_future_complete(future, timeout_sec=20.0)
+        taken = 1e3 * (time.monotonic() - begun)
+        return taken - TICK * float(json.loads(future.result().message).get('ticks', 0))
+
+    def listen(self, node: NodeProcess, seconds: float) -> dict[str, float]:
+        """Listen to the streams while a node watches itself; return what it saw."""
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import JointState
+        from std_msgs.msg import Float32MultiArray, Float64MultiArray
+
+        streams: dict[str, type[Any]] = {
+            'joint_states': JointState, 'field': Float32MultiArray, 'wall': Float64MultiArray,
+        }  # fmt: skip
+        subscriptions = [
+            self._node.create_subscription(
+                kind, f'/mlmem/{name}', lambda _: None, qos_profile_sensor_data
+            )
+            for name, kind in streams.items()
+        ]
+        self._turn(1.0)  # they are found by the node
+        node.ask(seconds)
+        self._turn(seconds)
+        for subscription in subscriptions:
+            self._node.destroy_subscription(subscription)
+        return node.told()
+
+    def _turn(self, seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=left)
