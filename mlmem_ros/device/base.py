@@ -63,6 +63,11 @@ class Base:
             )
 
     @property
+    def still(self) -> bool:
+        """Whether it is at rest and stays so."""
+        return self.state.acceleration == self.state.target == 0.0
+
+    @property
     def harmful(self) -> bool:
         """Whether it shakes so that it may move a wall."""
         strongest = max(abs(self.state.acceleration), abs(self.state.target))
@@ -84,7 +89,7 @@ class Base:
             progress: The end of every sub-step as a share of the tick, shape (m,).
         """
         begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
-        if begin == target == 0.0:
+        if self.still:
             return None
         if silence >= self._patience:
             target = 0.0

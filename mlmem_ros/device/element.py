@@ -110,13 +110,14 @@ class MemoryElement:
 
     @property
     def resting(self) -> bool:
-        """Whether nothing is under way: no procedure runs and the strain stands still."""
-        return not (self._running or self.actuator.moving)
+        """Whether nothing is under way: no procedure runs, strain and base stand still."""
+        return not (self._running or self.actuator.moving) and self.base.still
 
     @property
     def idle(self) -> bool:
         """Whether no procedure runs, and no strain is on or on its way."""
-        return self.resting and self.actuator.strain == 0.0
+        actuator = self.actuator
+        return not (self._running or actuator.moving or actuator.strain)
 
     def apply(self, command: Command) -> None:
         """Take a command; it takes effect in the next tick.

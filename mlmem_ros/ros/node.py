@@ -23,7 +23,7 @@ from .gate import Gate
 from .inlets import Inlets
 from .memory_file import MemoryFile
 from .outlets import Outlets
-from .parameters import ParameterError, ParameterSet
+from .parameters import ParameterError, Parameters, ParameterSet
 from .recording import Recording
 from .services import Services
 from .sessions import Sessions
@@ -148,16 +148,9 @@ class MemoryNode(LifecycleNode):
     def _configure(self) -> None:
         given = self._given.values()
         self.get_logger().info('preparing the device')
-        check_design(given.design, given.settings, given.check, self.get_logger())
-        memory_file = MemoryFile(self, given.state, given.files.root, self.gate)
-        try:
-            with telling_compilation(self, given.design, self._diagnostics.announce):
-                element = memory_file.new_element(given.design, given.settings)
-            _check_faults(element, given.faults)
-            memory_file.restore(element)
-        except REFUSALS:
-            memory_file.close()
-            raise
+        with telling_compilation(self, given.design, self._diagnostics.announce):
+            check_design(given.design, given.settings, given.check, self.get_logger())
+            element, memory_file = self._build(given)
         self._given.lock(given.design.levels)
         self._element, self._memory_file = element, memory_file
         self._faults.element = element
@@ -167,6 +160,17 @@ class MemoryNode(LifecycleNode):
             f'{given.design.substrate} substrate, '
             f'{1e3 * element.tick * given.settings.scale.time:g} ms ticks'
         )
+
+    def _build(self, given: Parameters) -> tuple[MemoryElement, MemoryFile]:
+        memory_file = MemoryFile(self, given.state, given.files.root, self.gate)
+        try:
+            element = memory_file.new_element(given.design, given.settings)
+            _check_faults(element, given.faults)
+            memory_file.restore(element)
+        except REFUSALS:
+            memory_file.close()
+            raise
+        return element, memory_file
 
     def _activate(self) -> None:
         assert self._element is not None

@@ -72,11 +72,14 @@ class Outlets:
             self._node.destroy_publisher(publisher)
 
     def publish(self, topic: str, message: Any) -> None:
-        """Publish a message, and hand it to the tap."""
+        """Publish a message, and hand it to the tap: serialized once for both."""
         publisher = self._publishers[topic]
-        publisher.publish(message)
         if self.tap is not None and self._tapped(topic):
-            self.tap(publisher.topic_name, serialize_message(message))
+            cdr = serialize_message(message)
+            publisher.publish(cdr)
+            self.tap(publisher.topic_name, cdr)
+        else:
+            publisher.publish(message)
 
     def tick(self, events: Sequence[Event]) -> None:
         """Publish the streams that are due after a tick, and what happened in it."""

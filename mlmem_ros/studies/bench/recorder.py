@@ -23,7 +23,7 @@ from .comparison import Comparison
 from .measure import Contender, Entry, measure
 from .session_traffic import TYPES, Message, traffic
 
-TITLE = 'recording at the default rates: throughput and share of a processor'
+TITLE = 'recording at four times the default rates: throughput and share of a processor'
 
 SESSION = 20.0
 """Seconds of session in the throughput comparison."""
@@ -96,7 +96,7 @@ def _share(messages: list[Message], folder: Path, repeats: int) -> Comparison:
             samples[name].append(max(feed(WRITERS[name]) - nothing, 1e-3))
     return Comparison(
         'recorder_share',
-        'Recorder: share of one processor at the default rates',
+        'Recorder: share of one processor at four times the default rates',
         '% of a core',
         f'{len(part)} messages fed in {PACED:g} s of real time; processor time of the whole '
         'process, all threads, opening and closing included, less that of the feeding alone',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node at its default rates records: the same messages for every writer."""
+"""What a node records that streams four times as often as by default: for every writer."""
 
 from __future__ import annotations
 
