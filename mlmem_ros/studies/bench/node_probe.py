@@ -9,6 +9,7 @@ until its standard input is closed.
 
 from __future__ import annotations
 
+import gc
 import json
 import select
 import sys
@@ -49,6 +50,7 @@ def main(begun: float) -> None:
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     node.start()
+    gc.freeze()
     _tell({'ready': time.time() - begun})
     while True:
         executor.spin_once(timeout_sec=0.1)
