@@ -71,7 +71,8 @@ def _delay(twin: MemoryElement, v: np.ndarray, end: str) -> float | None:
     twin.chain.place(v)
     twin.transducer.settle()
     if twin.design.substrate == 'elastic':  # which the wall pulls at: let that come to rest
-        for _ in range(math.ceil(twin.settings.write.settle / twin.tick)):
+        write = twin.settings.write
+        for _ in range(math.ceil((write.settle + write.final_settle) / twin.tick)):
             twin.advance()
     twin.apply(Read(end))
     while True:

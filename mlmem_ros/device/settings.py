@@ -40,10 +40,21 @@ class ActuatorSettings(Checked):
 
 @dataclass(frozen=True)
 class CycleSettings(Checked):
-    """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth."""
+    """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth.
+
+    The way back can pause at a share of the peak, so that a wall set free in haste swings in a
+    well that becomes shallow before it is let go.
+    """
 
     ramp: float = described(1200.0, 'ramp to the peak strain', unit='time', low=1.0, high=1e6)
     hold: float = described(600.0, 'hold at the peak strain', unit='time', low=0.0, high=1e6)
+    ease: float = described(
+        0.0, 'ramp from the peak to the pause on the way back; 0: none', unit='time', low=0.0,
+        high=1e6,
+    )
+    ease_to: float = described(
+        0.5, 'strain of that pause, as a share of the peak', low=-1.0, high=1.0
+    )
     release: float = described(1200.0, 'ramp back to no strain', unit='time', low=1.0, high=1e6)
     settle: float = described(1500.0, 'rest after the cycle', unit='time', low=0.0, high=1e6)
 
@@ -63,6 +74,9 @@ class WriteSettings(CycleSettings):
     )
     launch_speed: float = described(
         0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
+    )
+    final_settle: float = described(
+        0.0, 'further rest after the last cycle of a write', unit='time', low=0.0, high=1e6
     )
     attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
     escalation: float = described(

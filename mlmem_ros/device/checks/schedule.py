@@ -161,7 +161,8 @@ def _durations(subject: Subject) -> Finding:
 def cycle_time(subject: Subject, times: CycleSettings, peak: float) -> float:
     """Return how long a strain cycle takes, with the actuator's rate limit."""
     least = SMOOTH_PEAK_RATE * abs(peak) / subject.settings.actuator.max_rate
-    return max(times.ramp, least) + times.hold + max(times.release, least) + times.settle
+    back = times.ease + max(times.release, least)
+    return max(times.ramp, least) + times.hold + back + times.settle
 
 
 def _cycles(subject: Subject) -> dict[str, CycleSettings]:

@@ -69,6 +69,13 @@ def cycle(element: MemoryElement, peak: float, times: CycleSettings) -> Procedur
     element.statistics.cycles += 1
     yield from ramp(element, peak, times.ramp)
     yield from wait(element, times.hold)
+    yield from let_go(element, times)
+
+
+def let_go(element: MemoryElement, times: CycleSettings) -> Procedure[None]:
+    """Bring the strain back to zero, by a pause at a share of it if there is one, and settle."""
+    if times.ease:
+        yield from ramp(element, times.ease_to * element.actuator.strain, times.ease)
     yield from ramp(element, 0.0, times.release)
     yield from wait(element, times.settle)
 
@@ -83,8 +90,7 @@ def launch(
     while element.transducer.driving:
         yield
     yield from wait(element, times.hold)
-    yield from ramp(element, 0.0, times.release)
-    yield from wait(element, times.settle)
+    yield from let_go(element, times)
 
 
 def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
@@ -107,3 +113,4 @@ def slacken(element: MemoryElement) -> Procedure[None]:
         element.forget()
         yield from ramp(element, 0.0, element.settings.write.release)
         yield from wait(element, element.settings.write.settle)
+        yield from wait(element, element.settings.write.final_settle)

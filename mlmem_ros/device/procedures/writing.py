@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import ProcedureFailed
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from .blocks import Procedure, Result, cycle, launch, slacken
+from .blocks import Procedure, Result, cycle, launch, slacken, wait
 from .erasing import erase
 from .listening import look
 
@@ -88,3 +88,4 @@ def drive(element: MemoryElement, present: int, level: int, force: float = 1.0) 
         compress = element.design.freed_by_compression(step)
         peak = force * (settings.compression if compress else settings.tension)
         yield from cycle(element, max(-limit, min(peak, limit)), settings)
+    yield from wait(element, settings.final_settle)
