@@ -7,7 +7,7 @@ See docs/fast_write.md for how it was found, and config/fast.yaml for the same a
 
 from __future__ import annotations
 
-from .settings import ActuatorSettings, Settings, TimeSettings, WriteSettings
+from .settings import ActuatorSettings, ReadSettings, Settings, TimeSettings, WriteSettings
 
 FAST = Settings(
     actuator=ActuatorSettings(max_rate=1e-3),
@@ -19,10 +19,11 @@ FAST = Settings(
         release=660.0,
         settle=1130.0,
         final_settle=1000.0,
-        compression=-0.021,
-        tension=0.0125,
+        compression=-0.022,
+        tension=0.0135,
         start_strain=0.03,
     ),
+    read=ReadSettings(min_margin=0.5),
     time=TimeSettings(tick=10.0),
 )
 """2200 time units per level instead of 4500, and a longer rest at the end of a write."""

@@ -49,7 +49,10 @@ class CycleSettings(Checked):
     ramp: float = described(1200.0, 'ramp to the peak strain', unit='time', low=1.0, high=1e6)
     hold: float = described(600.0, 'hold at the peak strain', unit='time', low=0.0, high=1e6)
     ease: float = described(
-        0.0, 'ramp from the peak to the pause on the way back; 0: none', unit='time', low=0.0,
+        0.0,
+        'ramp from the peak to the pause on the way back; 0: none',
+        unit='time',
+        low=0.0,
         high=1e6,
     )
     ease_to: float = described(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..device import MemoryElement
 from ..device.transducer import Transducer
-from ..physics import Chain, Design, Drive
+from ..physics import Chain, Design, Drive, StateError
 from ..physics.energy import actuator_force, energy, metamaterial_force
 from ..physics.potential import Array
 
@@ -33,9 +33,13 @@ class MeteredChain(Chain):
         self.heat = np.zeros(design.N)
 
     def advance(self, V_N: Array, drive: Drive | None = None, shake: Array | None = None) -> Array:
-        """Advance by whole steps as `Chain.advance` does; a base must be at rest."""
+        """Advance by whole steps as `Chain.advance` does.
+
+        Raises:
+            StateError: As there, or the base is shaken, whose work is not metered.
+        """
         if shake is not None:
-            raise NotImplementedError('the work of a shaken base is not metered')
+            raise StateError('shake must be None: the work of a shaken base is not metered')
         self.check_inputs(V_N, drive)
         ends = np.empty((2, len(V_N) // 2))
         pull, power = None, self._power()

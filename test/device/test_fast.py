@@ -1,0 +1,82 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The faster schedule: it writes every level, one by one, in one go, and down again."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from mlmem_ros.device import Read, Settings, Write, new_element
+from mlmem_ros.device.fast import FAST
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from .rig import holds, run, succeed, wall
+
+FILE = Path(__file__).parents[2] / 'config' / 'fast.yaml'
+
+
+@pytest.fixture(scope='module')
+def element():
+    return new_element(CASE_II, FAST)
+
+
+def test_every_level_is_written_one_by_one_and_down_again(element):
+    for level in (*range(CASE_II.levels), 2):
+        assert succeed(element, Write(level)).level == level
+        assert holds(element, level)
+
+
+def test_a_wall_that_sticks_between_two_levels_is_noticed():
+    """At rest some nine cells before a defect the lattice holds it, and its echo says so."""
+    element = new_element(CASE_II, FAST)
+    v = np.roll(resting_wall(CASE_II, 1), 16)
+    v[:16] = CASE_II.D_s2
+    element.chain.place(v)
+    element.chain.rest(20_000)
+    element.transducer.settle()
+    assert wall(element) == pytest.approx(65.95, abs=0.05)
+    outcome = run(element, Read())
+    assert not outcome.success
+    assert 'margin' in outcome.error
+    assert succeed(element, Write(3)).level == 3  # it is erased and written anew
+    assert holds(element, 3)
+
+
+@pytest.mark.parametrize('level', [5, 7])
+def test_several_levels_are_written_in_one_go(element, level):
+    """From level 2, and on from 5: the wall is given no long rest on the way."""
+    before = element.ticks
+    assert succeed(element, Write(level)).level == level
+    assert holds(element, level)
+    assert (element.ticks - before) * element.tick < 3 * 2200 + 1000 + 1500  # and the read
+
+
+def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
+    settings = dataclasses.replace(FAST, write=dataclasses.replace(FAST.write, final_settle=0.0))
+    element = new_element(CASE_II, settings)
+    succeed(element, Write(0))
+    element.apply(Write(1))
+    strain = []
+    for _ in range(round(2200.0 / element.tick)):
+        element.advance()
+        strain.append(element.actuator.strain)
+    write = FAST.write
+    at = np.cumsum([write.ramp, write.hold, write.ease, write.release]) / element.tick - 1
+    seen = np.array(strain)[at.astype(int)] / write.compression
+    np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
+    assert np.all(np.array(strain)[int(at[-1]) :] == 0.0)
+    assert element.procedure == 'write'  # which ends with a read
+
+
+def test_the_file_holds_the_schedule():
+    file = yaml.safe_load(FILE.read_text())['/**']['ros__parameters']
+    assert file.pop('design') == {'preset': 'case_2'}
+    groups = {
+        name: dataclasses.replace(getattr(Settings(), name), **values)
+        for name, values in file.items()
+    }
+    assert dataclasses.replace(Settings(), **groups) == FAST
