@@ -12,6 +12,9 @@ from ..physics import Chain, Design, Drive, StateError
 from ..physics.energy import actuator_force, energy, metamaterial_force
 from ..physics.potential import Array
 
+RESTING = 2
+"""Steps between two entries of the heat while nothing is driven: six a period at the least."""
+
 
 class MeteredChain(Chain):
     """A chain with the same bits whose work and heat are summed by the trapezoidal rule.
@@ -43,8 +46,9 @@ class MeteredChain(Chain):
         self.check_inputs(V_N, drive)
         ends = np.empty((2, len(V_N) // 2))
         pull, power = None, self._power()
-        for k in range(ends.shape[1]):
-            step = slice(2 * k, 2 * k + 2)
+        resting = drive is None and bool(np.all(V_N == self.V_N))
+        for k in range(0, ends.shape[1], stride := RESTING if resting else 1):
+            step = slice(2 * k, 2 * (k + stride))
             before, moving = self.V_N, V_N[2 * k + 1] != self.V_N
             if moving and pull is None:
                 pull = actuator_force(self)
@@ -52,12 +56,13 @@ class MeteredChain(Chain):
             if drive is not None and drive.motion[:, step].size:
                 held = Drive(drive.site, drive.motion[:, step])
                 place, speed, push = self._driven(drive.site)
-            ends[:, k : k + 1] = super().advance(V_N[step], held)
+            ran = ends[:, k : k + stride]
+            ran[:] = super().advance(V_N[step], held)
             old_pull, pull = pull, actuator_force(self) if moving else None
             if old_pull is not None and pull is not None:
                 self.actuator_work += 0.5 * (old_pull + pull) * (self.V_N - before)
             old_power, power = power, self._power()
-            self.heat += 0.5 * (old_power + power) * self.dt
+            self.heat += 0.5 * (old_power + power) * self.dt * ran.shape[1]
             if held is not None:
                 new_place, new_speed, new_push = self._driven(held.site)
                 self.transducer_work += 0.5 * (push + new_push) * (new_place - place)
