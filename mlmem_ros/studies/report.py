@@ -59,8 +59,8 @@ CAPTIONS = {
     'retention': 'The base shakes along the chain for 2500 time units, then rests. Dashed: a '
     'constant acceleration that the landscape holds out against no more. SI: default scale.',
     'fast': 'Blue: all 28 writes upward succeed, from every level to every higher one, without a '
-    'long rest on the way. Cross: the operating point. See [fast_write.md](fast_write.md).',
-    'energy': 'Heat of a write, marks: work put in. See [energy.md](energy.md).',
+    'long rest on the way. Cross: the operating point. fast_write.md tells more.',
+    'energy': 'Heat of a write, marks: work put in. energy.md tells more.',
     'check': 'Lower panel: relative differences of the table below.',
 }
 
