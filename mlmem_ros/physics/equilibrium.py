@@ -12,6 +12,7 @@ from .design import Design
 from .energy import metamaterial_force
 from .errors import StateError
 from .potential import Array
+from .specimen import Specimen
 from .wall import walls
 
 
@@ -35,7 +36,12 @@ def wall_profile(design: Design, position: float, *, width: float | None = None)
 
 
 def relax(
-    design: Design, v: Array, V: Array, *, tolerance: float = 1e-12, iterations: int = 200
+    element: Design | Specimen,
+    v: Array,
+    V: Array,
+    *,
+    tolerance: float = 1e-12,
+    iterations: int = 200,
 ) -> Array:
     """Return the stable equilibrium displacements v next to a guess, the substrate held at V.
 
@@ -43,7 +49,7 @@ def relax(
     at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
 
     Args:
-        design: The element.
+        element: The element, as designed or as made.
         v: Guess, shape (N,).
         V: Substrate displacements, shape (N,).
         tolerance: Largest residual force per cell, over the stiffness of the stiffest cell.
@@ -54,8 +60,9 @@ def relax(
     """
     v = np.array(v, dtype=np.float64)
     for _ in range(iterations):
-        force = metamaterial_force(design, v, V)
-        diagonal = design.alpha * design.potential.stiffness(v - V) + 2.0
+        force = metamaterial_force(element, v, V)
+        configuration = v - (V + element.offsets)
+        diagonal = element.alpha * element.potential.stiffness(configuration) + 2.0
         diagonal[0] -= 1.0
         diagonal[-1] -= 1.0
         if np.abs(force).max() < tolerance * diagonal.max():
@@ -70,11 +77,11 @@ def relax(
     )
 
 
-def resting_wall(design: Design, level: int) -> Array:
+def resting_wall(element: Design | Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
     Args:
-        design: The element.
+        element: The element, as designed or as made.
         level: 0 ... p - 1.
 
     Returns:
@@ -84,10 +91,12 @@ def resting_wall(design: Design, level: int) -> Array:
         StateError: There is no such level, or the wall finds no rest near its defect: the
             design does not pin it.
     """
+    design = element.design if isinstance(element, Specimen) else element
     if not 0 <= level < design.levels:
         raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
     defect = design.defect(level)
-    v = relax(design, wall_profile(design, defect + 0.3), np.zeros(design.N))
+    guess = wall_profile(design, defect + 0.3) + element.offsets
+    v = relax(element, guess, np.zeros(design.N))
     found = walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
