@@ -22,6 +22,7 @@ SUBCOMMANDS = (
     'replay',
     'inspect',
     'bench',
+    'tolerance',
     'doctor',
 )
 """Modules of this package, each with SUMMARY, add_arguments(parser) and run(arguments)."""

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 
 import numpy as np
@@ -14,7 +14,12 @@ from .errors import CampaignError
 from .ledger import Ledger
 
 
-def run(campaign: Campaign, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
+def run(
+    campaign: Campaign,
+    ledger: Ledger,
+    executor: Executor | None,
+    points: Sequence[int] | None = None,
+) -> Iterator[Row]:
     """Evaluate the points that the ledger does not hold; yield every row once it is kept.
 
     They are taken in a shuffled order, so that what is done tells how long the rest takes.
@@ -23,12 +28,14 @@ def run(campaign: Campaign, ledger: Ledger, executor: Executor | None) -> Iterat
         campaign: What to evaluate.
         ledger: Its ledger, opened; rows are appended to it.
         executor: Where (see `workers`); None for this process.
+        points: Which points; by default all.
 
     Raises:
         CampaignError: A worker died, or a point could not be evaluated, which its own error
             follows as the cause. What was done before is kept.
     """
-    order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(len(campaign.points))
+    wanted = range(len(campaign.points)) if points is None else points
+    order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(wanted)
     todo = [int(point) for point in order if int(point) not in ledger.rows]
     for row in _here(campaign, todo) if executor is None else _there(campaign, todo, executor):
         ledger.append(row)

@@ -1,0 +1,121 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tolerance: the statistics against known laws, and elements that chance has made."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import Settings
+from mlmem_ros.physics import CASE_II, Scatter
+from mlmem_ros.studies import campaign
+from mlmem_ros.studies.tolerance import point
+from mlmem_ros.studies.tolerance.estimate import ENOUGH, Law, Rate, fit, rare_scatter
+from mlmem_ros.studies.tolerance.study import Tolerance
+from mlmem_ros.studies.tolerance.trial import try_element
+
+SHORT = dataclasses.replace(CASE_II, N=75)
+"""Two levels: a step takes a third of the time."""
+
+
+# --- statistics -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(('failures', 'trials'), [(0, 40), (3, 1000), (40, 40)])
+def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
+    expected = binomtest(failures, trials).proportion_ci(0.95, method='exact')
+    assert Rate(failures, trials).interval == pytest.approx((expected.low, expected.high))
+
+
+def test_the_fit_finds_the_law_that_the_counts_were_drawn_from():
+    law = Law(b=0.01, k=5.0)
+    random = np.random.default_rng(1)
+    sigmas = [0.003, 0.004, 0.006, 0.01]
+    rates = [Rate(int(random.binomial(20_000, law.rate(s))), 20_000) for s in sigmas]
+    found = fit(sigmas, rates)
+    assert found.sigma(1e-3) == pytest.approx(law.sigma(1e-3), rel=0.03)
+    assert law.rate(law.sigma(1e-3)) == pytest.approx(1e-3, rel=1e-6)
+    value, low, high = rare_scatter(sigmas, rates, repeats=40)
+    assert low < value < high
+    assert low < law.sigma(1e-3) < high
+
+
+def test_counts_that_tell_no_law_give_none():
+    assert fit([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
+    assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
+
+
+# --- elements ---------------------------------------------------------------------------------
+
+
+def test_an_element_as_designed_does_all_it_should():
+    trial = try_element(SHORT, Settings(), Scatter(), seed=0)
+    assert trial.stepped == (True,)
+    assert trial.read == {'left': (0, 1), 'right': (0, 1)}
+
+
+def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
+    """A tenth in alpha outweighs the gradient; a fiftieth in mass echoes by itself."""
+    held = [try_element(SHORT, Settings(), Scatter(alpha=0.1), seed).stepped for seed in range(6)]
+    assert sum(stepped == (True,) for stepped in held) <= 3
+    heard = [try_element(SHORT, Settings(), Scatter(mass=0.02), seed).read for seed in range(6)]
+    wrong = {end: sum(read[end] != (0, 1) for read in heard) for end in ('left', 'right')}
+    assert wrong['left'] >= 4
+    assert wrong['right'] <= 1
+
+
+def test_the_seed_makes_the_element():
+    scatter = Scatter(offset=0.008)
+    trials = [try_element(SHORT, Settings(), scatter, seed) for seed in (1, 1, 2, 3, 4, 5)]
+    assert trials[0] == trials[1]
+    assert len({trial.stepped for trial in trials}) == 2
+
+
+# --- the study --------------------------------------------------------------------------------
+
+
+def false_counts(shared, values, seed):
+    """Count what a known law lets fail: the study is tested, not the element."""
+    random = np.random.default_rng(seed)
+    rate = float(Law(b=0.003, k=1.0).rate(values['scatter']))
+    counts = dict.fromkeys(point.columns(2), 0)
+    counts['step_0'] = int(random.binomial(point.BATCH, rate))
+    return {'elements': point.BATCH, **counts}
+
+
+def counted(study, folder, rounds=None):
+    with campaign.Ledger(folder / 'ledger.jsonl', study.campaign()) as ledger:
+        for row in study.count(ledger, None):
+            if rounds is not None and row['point'] >= rounds * len(study.cells):
+                break
+        return ledger.table()
+
+
+def test_counting_stops_where_enough_has_failed_and_a_killed_study_goes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_ros.studies.tolerance.study.evaluate', false_counts)
+    study = Tolerance(SHORT, Settings(), ('alpha',), amounts=5, most=400)
+    whole, parts = tmp_path / 'whole', tmp_path / 'parts'
+    whole.mkdir()
+    parts.mkdir()
+    rows = counted(study, whole)
+    assert len(counted(study, parts, rounds=3)) < len(rows)
+    assert counted(study, parts) == rows
+    _, rates = study.curve(rows, 'alpha', 'step')
+    assert rates[0].trials == 400, 'hardly anything fails: counted to the end'
+    assert ENOUGH <= rates[-1].failures < ENOUGH + point.BATCH
+    _, low, high = study.rare(rows, 'alpha', 'step')
+    assert low < Law(b=0.003, k=1.0).sigma(1e-3) < high
+
+
+def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(tmp_path, capsys):
+    options = ['--kinds', 'mass', '--amounts', '2', '--most', '1', '--jobs', '1']
+    output = ['--output', str(tmp_path / 'out')]
+    assert main(['tolerance', *options, *output]) == 0
+    assert 'one in a thousand' in capsys.readouterr().out
+    names = {'batches.csv', 'ledger.jsonl', 'tolerance.png', 'tolerance.svg'}
+    assert {path.name for path in (tmp_path / 'out').iterdir()} == names
+    assert main(['tolerance', *options, *output, '--point', '1']) == 0
+    assert main(['tolerance', *options, *output, '--point', '2']) != 0
