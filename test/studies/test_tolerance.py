@@ -110,7 +110,11 @@ def test_counting_stops_where_enough_has_failed_and_a_killed_study_goes_on(tmp_p
     assert low < Law(b=0.003, k=1.0).sigma(1e-3) < high
 
 
-def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(tmp_path, capsys):
+def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(point, 'BATCH', 2)  # elements, for speed
+    monkeypatch.setattr('mlmem_ros.studies.tolerance.study.BATCH', 2)
     options = ['--kinds', 'mass', '--amounts', '2', '--most', '1', '--jobs', '1']
     output = ['--output', str(tmp_path / 'out')]
     assert main(['tolerance', *options, *output]) == 0
