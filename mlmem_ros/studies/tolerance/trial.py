@@ -16,7 +16,8 @@ from typing import TypeVar
 
 from ...device import UNDECODABLE, MemoryElement
 from ...device.errors import ProcedureFailed
-from ...device.procedures import cycle, probe
+from ...device.procedures.blocks import cycle
+from ...device.procedures.listening import probe
 from ...device.settings import Settings, TimeSettings
 from ...device.transducer import ENDS
 from ...physics import Design, Scatter, Specimen, StateError, scattered
