@@ -4,9 +4,9 @@
 
 Elements are made by chance, with one kind of scatter at a time (the on-site amplification alpha,
 the substrate stiffness s, the masses, the ground states), every level is read from both ends and
-every step up is tried. Counting goes on until enough has failed; a law through the counts tells
-the scatter at which one in a thousand fails. Saved are the table of all batches, the figure and
-the ledger, with which a study that was interrupted or killed goes on. No ROS is needed.
+every step up is tried. Counting goes on until enough has failed; a curve through the foot of the
+counts tells the scatter at which one in a thousand fails. Saved are the table of all batches, the
+figure and the ledger, with which a study that was interrupted or killed goes on. No ROS needed.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
-from .estimate import RARE, Rate, fit
+from .estimate import RARE, Rate, fit, foot
 from .study import FAILURES, Tolerance
 
 COLOURS = dict(zip(FAILURES, (INK, COMPRESSION, TENSION), strict=True))
@@ -45,16 +45,16 @@ def draw(study: Tolerance, rows: Sequence[Row]) -> Figure:
 
 
 def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
-    """Draw rates over the scatter, with their intervals and the fitted law."""
+    """Draw rates over the scatter, with their intervals and the curve through their foot."""
     axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
     for failure in FAILURES:
         amounts, rates = study.curve(rows, kind, failure)
         colour = COLOURS[failure]
         _bars(axes, amounts, rates, colour, WORDS[failure])
-        if (law := fit(amounts, rates)) is not None:
-            fine = np.geomspace(amounts[0] / 2.0, amounts[-1], 200)
-            axes.plot(fine, law.rate(fine), color=colour, linewidth=0.8)
-            axes.plot([law.sigma(RARE)], [RARE], 'v', color=colour, markersize=4)
+        if (curve := fit(amounts, rates)) is not None:
+            fine = np.geomspace(amounts[0] / 2.0, amounts[foot(rates) - 1], 200)
+            axes.plot(fine, curve.rate(fine), color=colour, linewidth=0.8)
+            axes.plot([curve.sigma(RARE)], [RARE], 'v', color=colour, markersize=4)
     axes.set(xscale='log', yscale='log', ylim=(2e-4, 1.3), xlabel=NAMES[kind])
 
 

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error rates from counts: intervals, when to stop counting, and where one in a thousand fails.
 
-The law between scatter and failure is that of structural reliability: what decides a step (a
-barrier less the force that has to cross it) departs from its nominal value b in proportion to
-the scatter, so that one spot of the element fails with probability Phi(-b / sigma) (FORM, first
-order), and a step that passes k independent spots with 1 - (1 - Phi(-b / sigma))^k.
+The curve between scatter and failure is a fragility curve as in structural reliability, the
+normal distribution of the logarithm of the scatter. It is fitted to the foot of the counts
+alone: the levels of an element fail at different scatters, and no single curve fits them all
+from the first failure to the last.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, minimize
-from scipy.special import log_ndtr
+from scipy.optimize import minimize
+from scipy.special import log_ndtr, ndtr, ndtri
 from scipy.stats import beta
 
 CONFIDENCE = 0.95
@@ -27,6 +27,9 @@ error of a rate is then about 1 / sqrt(30), 18 %, however small the rate."""
 
 RARE = 1e-3
 """The failure rate whose scatter is looked for."""
+
+FOOT = 0.1
+"""Rate up to which the curve is fitted."""
 
 
 @dataclass(frozen=True)
@@ -57,51 +60,55 @@ class Rate:
 
 
 @dataclass(frozen=True)
-class Law:
-    """Failure rate against scatter: 1 - (1 - Phi(-b / sigma))^k.
+class Fragility:
+    """Failure rate against scatter: Phi(ln(sigma / median) / spread).
 
     Attributes:
-        b: Scatter at which a spot fails once in 6.3, Phi(-1).
-        k: Number of independent spots.
+        median: Scatter at which every second one fails.
+        spread: Standard deviation of the logarithm of the scatter at which one fails.
     """
 
-    b: float
-    k: float
+    median: float
+    spread: float
 
     def rate(self, sigma: np.ndarray | float) -> np.ndarray:
         """Return the failure rate at scatters above 0."""
-        return -np.expm1(self.k * log_ndtr(self.b / np.asarray(sigma, dtype=float)))
+        return np.asarray(ndtr(np.log(np.asarray(sigma) / self.median) / self.spread))
 
     def sigma(self, rate: float) -> float:
-        """Return the scatter at which a rate is reached."""
-        low, high = self.b / 40.0, self.b * 1e3
-        return float(brentq(lambda sigma: float(self.rate(sigma)) - rate, low, high))
+        """Return the scatter at which a rate between 0 and 1 is reached."""
+        return float(self.median * np.exp(self.spread * ndtri(rate)))
 
 
-def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Law | None:
-    """Return the law of the greatest likelihood, or None where the counts tell none.
+def foot(rates: Sequence[Rate]) -> int:
+    """Return how many counts, in the order of the scatter, belong to the foot of the curve.
+
+    Those up to the first above `FOOT`, so that two of them tell a slope.
+    """
+    steep = [i for i, rate in enumerate(rates) if rate.value > FOOT]
+    return steep[0] + 1 if steep else len(rates)
+
+
+def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
+    """Return the curve of the greatest likelihood, or None where the counts tell none.
 
     Args:
-        sigmas: Scatters above 0.
-        rates: What was counted at each; at least two of them neither none nor all.
+        sigmas: Scatters above 0, rising.
+        rates: What was counted at each; at least two in the foot neither none nor all.
     """
-    inner = [0 < rate.failures < rate.trials for rate in rates]
-    if sum(inner) < 2:
+    end = foot(rates)
+    if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
         return None
-    sigma = np.array(sigmas)
-    failed = np.array([rate.failures for rate in rates], dtype=float)
-    passed = np.array([rate.trials for rate in rates]) - failed
+    logs = np.log(np.array(sigmas[:end]))
+    failed = np.array([rate.failures for rate in rates[:end]], dtype=float)
+    passed = np.array([rate.trials for rate in rates[:end]]) - failed
 
     def loss(x: np.ndarray) -> float:
-        log_pass = np.exp(x[1]) * log_ndtr(np.exp(x[0]) / sigma)
-        log_fail = np.log(np.maximum(-np.expm1(log_pass), 1e-300))
-        return -float(np.sum(failed * log_fail + passed * log_pass))
+        z = (logs - x[0]) / np.exp(x[1])
+        return -float(np.sum(failed * log_ndtr(z) + passed * log_ndtr(-z)))
 
-    starts = [(np.log(sigma[inner].mean() * z), y) for z in (1.0, 3.0) for y in (0.0, 2.0)]
-    best = min(
-        (minimize(loss, start, method='Nelder-Mead') for start in starts), key=lambda r: r.fun
-    )
-    return Law(float(np.exp(best.x[0])), float(np.exp(best.x[1])))
+    best = minimize(loss, (logs[-1] + 1.0, 0.0), method='Nelder-Mead')
+    return Fragility(float(np.exp(best.x[0])), float(np.exp(best.x[1])))
 
 
 def rare_scatter(
@@ -109,7 +116,7 @@ def rare_scatter(
 ) -> tuple[float, float, float] | None:
     """Return the scatter at which one in a thousand fails, and its interval.
 
-    The interval is that of the parametric bootstrap: counts are drawn anew from the law and
+    The interval is that of the parametric bootstrap: counts are drawn anew from the curve and
     fitted again.
 
     Args:
@@ -118,19 +125,20 @@ def rare_scatter(
         seed: Of the bootstrap.
         repeats: Number of draws.
     """
-    law = fit(sigmas, rates)
-    if law is None:
+    curve = fit(sigmas, rates)
+    if curve is None:
         return None
     random = np.random.default_rng(seed)
-    expected = law.rate(np.array(sigmas))
+    end = foot(rates)
+    expected = curve.rate(np.array(sigmas[:end]))
     found = []
     for _ in range(repeats):
         drawn = [
             Rate(int(random.binomial(rate.trials, p)), rate.trials)
-            for rate, p in zip(rates, expected, strict=True)
+            for rate, p in zip(rates, expected, strict=False)
         ]
-        if (again := fit(sigmas, drawn)) is not None:
+        if (again := fit(sigmas[:end], drawn)) is not None:
             found.append(again.sigma(RARE))
     tail = 50.0 * (1.0 - CONFIDENCE)
     low, high = np.percentile(found, [tail, 100.0 - tail])
-    return law.sigma(RARE), float(low), float(high)
+    return curve.sigma(RARE), float(low), float(high)

@@ -19,7 +19,7 @@ from .point import BATCH, common, evaluate
 from .trial import ENDS
 
 SPANS = {'alpha': (5e-4, 2e-2), 's': (2e-2, 3e-1), 'mass': (1e-3, 3e-2), 'offset': (5e-4, 2e-2)}
-"""Least and greatest scatter by kind: from where hardly anything fails to where most does."""
+"""Least and greatest scatter by kind: from where hardly anything fails to where much does."""
 
 FAILURES = ('step', *ENDS)
 """What can fail: a step of a write, and a read from either end."""
