@@ -87,7 +87,7 @@ def test_a_bad_file_is_named_with_what_is_wrong(text, words):
         (wrapped('write: {tension: 0.9}'), SettingsError, 'tension must be'),
         (wrapped('write: {tension: .nan}'), SettingsError, 'tension must be .* got nan'),
         (wrapped('write: {tension: 0.2}'), SettingsError, 'within actuator.max_strain'),
-        (wrapped('design: {N: 20}'), DesignError, 'J must be at most N - 1 = 19'),
+        (wrapped('design: {N: 20}'), DesignError, 'J must be at most N - tail - 1 = 19'),
     ],
 )
 def test_a_value_out_of_range_is_refused_as_by_the_node(text, error, words):
@@ -128,7 +128,7 @@ def test_a_brief_table_has_what_did_not_pass(capsys):
     [
         (None, 2, 'must be a readable parameter file or one of case_1, case_2'),
         ('nothing', 2, 'ros__parameters'),
-        (wrapped('design: {N: 20}'), 1, 'J must be at most N - 1'),
+        (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),
     ],
 )
 def test_what_cannot_be_checked(tmp_path, capsys, text, status, words):

@@ -103,7 +103,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         raise StateError(f'this is no snapshot of a device: {error!r}') from error
     design = dataclasses.asdict(element.design)
     agree = {
-        'its design': snapshot.get('design', design) == design,  # snapshots of 0.1.0 had none
+        'its design': _same_design(snapshot.get('design', design), design),  # 0.1.0 had none
         'its steps per tick': ticks >= 0 and steps == ticks * element.steps_per_tick,
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
@@ -124,6 +124,11 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.reading = reading
     element.statistics = statistics
     element.ticks = ticks
+
+
+def _same_design(known: Any, design: Mapping[str, Any]) -> bool:
+    """Return whether a snapshot is of a design; one of 0.1.0 knew no tail."""
+    return isinstance(known, Mapping) and {'tail': 0, **known} == design
 
 
 def digest(element: MemoryElement) -> str:

@@ -56,6 +56,13 @@ class Design:
     phase: int = described(
         1, 'ground state that is the inactive phase s1; s2 is the next one', low=-100, high=100
     )
+    tail: int = described(
+        0,
+        'cells at the right end without defects, so that the last echo is clear of its pulse',
+        unit='cells',
+        low=0,
+        high=100_000,
+    )
     substrate: str = described(
         'rigid', 'substrate model: Eq. (1a) alone, or with Eq. (1b)', choices=('rigid', 'elastic')
     )
@@ -67,8 +74,10 @@ class Design:
 
     def _inconsistencies(self) -> list[str]:
         found = []
-        if self.J > self.N - 1:
-            found.append(f'J must be at most N - 1 = {self.N - 1}, or no level fits; got {self.J}')
+        if (last := self.N - self.tail - 1) < self.J:
+            found.append(
+                f'J must be at most N - tail - 1 = {last}, or no level fits; got {self.J}'
+            )
         if self.beta <= -1.0:
             found.append(f'beta must be greater than -1; got {self.beta:g}')
         elif self.alpha.min() <= 0.0:
@@ -135,7 +144,7 @@ class Design:
     @cached_property
     def alpha(self) -> Array:
         """Amplification of the on-site potential, shape (N,)."""
-        defect = self.sites % self.J == 0
+        defect = (self.sites % self.J == 0) & (self.sites <= self.N - self.tail)
         return _frozen((1.0 + self.gamma * self.sites) * (1.0 + self.beta * defect))
 
     @cached_property
@@ -155,8 +164,8 @@ class Design:
 
     @property
     def levels(self) -> int:
-        """Number p of levels; a defect at the very end (j = N) is none."""
-        return (self.N - 1) // self.J
+        """Number p of levels; a defect at the very end (j = N - tail) is none."""
+        return (self.N - self.tail - 1) // self.J
 
     @property
     def bits(self) -> int:

@@ -13,6 +13,7 @@ from .energy import metamaterial_force
 from .errors import StateError
 from .potential import Array
 from .specimen import Specimen
+from .tridiagonal import solve
 from .wall import walls
 
 
@@ -123,17 +124,6 @@ def _downhill_step(diagonal: Array, force: Array) -> Array:
 
 
 def _solve(diagonal: Array, right: Array) -> Array | None:
-    """Solve the tridiagonal system (Thomas); None where it is not positive definite."""
-    pivots, reduced = diagonal.tolist(), right.tolist()
-    for j in range(1, len(pivots)):
-        if pivots[j - 1] <= 0.0:
-            return None
-        factor = 1.0 / pivots[j - 1]
-        pivots[j] -= factor
-        reduced[j] += factor * reduced[j - 1]
-    if pivots[-1] <= 0.0:
-        return None
-    reduced[-1] /= pivots[-1]
-    for j in range(len(pivots) - 2, -1, -1):
-        reduced[j] = (reduced[j] + reduced[j + 1]) / pivots[j]
-    return np.array(reduced)
+    """Solve the tridiagonal system; None where it is not positive definite."""
+    solution = np.empty_like(right)
+    return solution if solve(diagonal, right, solution) else None

@@ -46,14 +46,14 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
     margin = reach(design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
     before = max(0, math.floor((low - margin) / design.J) * design.J)
-    before = min(before, (design.N - 2) // design.J * design.J - design.J)
+    before = min(before, (design.N - design.tail - 2) // design.J * design.J - design.J)
     before = max(0, before)
     last = min(design.N, max(math.ceil(high + margin), before + design.J + 1))
     # (1 + gamma (j + before)) is (1 + gamma before) (1 + gamma' j).
     scale = 1.0 + design.gamma * before
     part = dataclasses.replace(
         design, N=last - before, gamma=design.gamma / scale, d=design.d * scale,
-        j_0=design.j_0 - before,
+        j_0=design.j_0 - before, tail=max(0, last - (design.N - design.tail)),
     )  # fmt: skip
     shape = design.end_displacement(1.0) * design.strain_shape[before:last]
     return Excerpt(part, before, shape - shape[len(shape) // 2])

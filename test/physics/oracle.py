@@ -23,7 +23,7 @@ def alpha(p):
     """Return alpha_j, site by site from its definition."""
     return np.array(
         [
-            (1 + p.gamma * j) * (1 + (p.beta if j in range(p.J, p.N + 1, p.J) else 0))
+            (1 + p.gamma * j) * (1 + (p.beta if j in range(p.J, p.N - p.tail + 1, p.J) else 0))
             for j in range(1, p.N + 1)
         ]
     )

@@ -1,0 +1,27 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The chain's linear systems against numpy's dense solver and its eigenvalues."""
+
+import numpy as np
+import pytest
+
+from mlmem_ros.physics.tridiagonal import solve
+
+
+@pytest.mark.parametrize('n', [1, 2, 3, 50])
+def test_it_solves_what_numpy_solves(n):
+    random = np.random.default_rng(n)
+    diagonal, right = 2.0 + random.random(n), random.standard_normal(n)
+    matrix = np.diag(diagonal) - np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)
+    solution = np.empty(n)
+    assert solve(diagonal, right, solution)
+    # the condition number is below 5 / min(random), a few hundred
+    np.testing.assert_allclose(solution, np.linalg.solve(matrix, right), rtol=1e-10, atol=1e-12)
+
+
+def test_it_tells_what_is_not_positive_definite():
+    """Of n cells the springs' least eigenvalue is 2 - 2 cos(pi / (n + 1)): take a little more."""
+    n = 10
+    least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
+    for shift, definite in ((0.99 * least, True), (1.01 * least, False)):
+        assert solve(np.full(n, 2.0 - shift), np.ones(n), np.empty(n)) is definite
