@@ -59,7 +59,7 @@ def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -
     end = min(probes, key=lambda name: _misfit(echo, probes[name]))
     detector = EchoDetector(probes[end], float(echo.t[1] - echo.t[0]))
     detector.feed(echo.v_m)
-    if detector.delay is None:
+    if detector.delay is None or end not in calibration.ends:
         return Redecoded(end, None, None, 0.0, detector.threshold_margin)
     level, margin = calibration.table(end).nearest(detector.delay)
     return Redecoded(end, detector.delay, level, margin, detector.threshold_margin)

@@ -48,11 +48,12 @@ class DelayTable:
                 f'got {[round(delay, 2) for delay in self.delays]}'
             )
 
-    def nearest(self, delay: float) -> tuple[int, float]:
+    def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
         """Return the entry next to a delay, and how clear the choice is.
 
         Args:
             delay: Measured delay.
+            without: An entry that it cannot be: a level, or -1 for the blank entry.
 
         Returns:
             The level, or -1 for the blank entry; and the level margin: 1 on the entry, 0
@@ -61,6 +62,8 @@ class DelayTable:
         entries = dict(enumerate(self.delays))
         if self.blank is not None:
             entries[-1] = self.blank
+        if len(entries) > 1 and without is not None:
+            entries.pop(without, None)
         level = min(entries, key=lambda key: abs(entries[key] - delay))
         offset = delay - entries[level]
         same_side = [
@@ -104,26 +107,46 @@ class DelayTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The delay tables of both ends."""
+    """The delay tables of both ends.
 
-    left: DelayTable
+    Attributes:
+        left: That of the left end, or None where it is not read from: the echoes of a long
+            element are heard at the right alone, where waves are faster.
+        right: That of the right end, which also hears whether the element is blank.
+    """
+
+    left: DelayTable | None
     right: DelayTable
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Ends from which every level can be read."""
+        return ('right',) if self.left is None else ('left', 'right')
+
     def check(self, levels: int) -> None:
-        """Raise `SettingsError` unless both tables have this number of levels."""
-        for table in (self.left, self.right):
-            if (count := len(table.delays)) != levels:
+        """Raise `SettingsError` unless the tables have this number of levels."""
+        for end in self.ends:
+            if (count := len(self.table(end).delays)) != levels:
                 raise SettingsError(
                     f'the calibration must have {levels} levels, as the design; got {count}'
                 )
 
     def table(self, end: str) -> DelayTable:
-        """Return the table of an end, 'left' or 'right'."""
-        return self.left if end == 'left' else self.right
+        """Return the table of an end, 'left' or 'right'.
+
+        Raises:
+            SettingsError: It is the left one, and there is none.
+        """
+        if end == 'right':
+            return self.right
+        if self.left is None:
+            raise SettingsError('the left end is not read from (read.end is right)')
+        return self.left
 
     def as_dict(self) -> dict[str, Any]:
         """Return both tables for a file."""
-        return {'left': self.left.as_dict(), 'right': self.right.as_dict()}
+        left = None if self.left is None else self.left.as_dict()
+        return {'left': left, 'right': self.right.as_dict()}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
@@ -133,10 +156,12 @@ class Calibration:
             SettingsError: The data are not those of two tables.
         """
         try:
-            tables = data['left'], data['right']
+            left, right = data['left'], data['right']
         except (KeyError, TypeError) as error:
             raise SettingsError(f'a calibration needs left and right; {error!r}') from error
-        return cls(*(DelayTable.from_dict(table) for table in tables))
+        return cls(
+            None if left is None else DelayTable.from_dict(left), DelayTable.from_dict(right)
+        )
 
 
 def calibration_key(design: Design, settings: Settings) -> str:
@@ -149,6 +174,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
+        settings.read.end == 'right',  # which leaves the left end out
     ]
     text = json.dumps(values, sort_keys=True)  # which writes every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

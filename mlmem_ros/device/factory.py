@@ -5,11 +5,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ..physics import Design, StateError
 from ..physics.equilibrium import resting_wall
+from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
 from .commands import Read
 from .element import MemoryElement
@@ -40,33 +43,44 @@ def new_element(
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an ideal element, probed with its wall resting at every level.
 
+    The left end has none where `read.end` is 'right'.
+
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
     unknown = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
+    at_rest = replace(settings.read, rest=0.0)  # as the ideal element is: no wait is needed
+    settings = replace(settings, read=at_rest)
     twin = MemoryElement(design, settings, Calibration(unknown, unknown))
-    delays: dict[str, list[float]] = {'left': [], 'right': []}
-    for level in range(design.levels):
-        try:
-            wall = resting_wall(design, level)
-        except StateError as error:
-            raise SettingsError(f'the wall finds no rest at level {level}: {error}') from error
-        for end, known in delays.items():
-            delay = _delay(twin, wall, end)
-            if delay is None:
-                raise SettingsError(
-                    f'level {level} gives no echo at the {end} end: with carrier '
-                    f'{twin.transducer.probes[end].omega_c:g} and threshold '
-                    f'{twin.transducer.probes[end].v_th:g} it cannot be read'
-                )
-            known.append(delay)
+    walls = [_resting(design, level) for level in range(design.levels)]
+    left = None if settings.read.end == 'right' else DelayTable(_delays(twin, walls, 'left'))
     blank = _delay(twin, np.full(design.N, design.D_s1), 'right')
-    return Calibration(
-        DelayTable(tuple(delays['left'])), DelayTable(tuple(delays['right']), blank)
-    )
+    return Calibration(left, DelayTable(_delays(twin, walls, 'right'), blank))
 
 
-def _delay(twin: MemoryElement, v: np.ndarray, end: str) -> float | None:
+def _resting(design: Design, level: int) -> Array:
+    try:
+        return resting_wall(design, level)
+    except StateError as error:
+        raise SettingsError(f'the wall finds no rest at level {level}: {error}') from error
+
+
+def _delays(twin: MemoryElement, walls: Sequence[Array], end: str) -> tuple[float, ...]:
+    """Return the delays of walls at an end."""
+    delays = []
+    for level, wall in enumerate(walls):
+        delay = _delay(twin, wall, end)
+        if delay is None:
+            raise SettingsError(
+                f'level {level} gives no echo at the {end} end: with carrier '
+                f'{twin.transducer.probes[end].omega_c:g} and threshold '
+                f'{twin.transducer.probes[end].v_th:g} it cannot be read'
+            )
+        delays.append(delay)
+    return tuple(delays)
+
+
+def _delay(twin: MemoryElement, v: Array, end: str) -> float | None:
     """Place a configuration, probe it once, and return the echo delay."""
     twin.chain.place(v)
     twin.transducer.settle()

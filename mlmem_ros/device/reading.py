@@ -118,6 +118,8 @@ def decode(
         return _undecodable(echo, f'the {end} end rests in neither phase')
     if echo.end == 'left' and phases[0] == 0:
         return _undecodable(echo, 'the left end is inactive and hears nothing: probe the right')
+    if echo.end not in calibration.ends:
+        return _undecodable(echo, f'the {echo.end} end is not read from (read.end is right)')
     if echo.end == 'right' and phases[1] == 1:
         return _undecodable(echo, 'the right end is active: the wall has left the element')
     if echo.delay is None and echo.raised > 1.0:
@@ -135,8 +137,10 @@ def decode(
             f'threshold {echo.raised:.2g} times, and {MOST_RAISED:g} times is the most that '
             'leaves a delay its level',
         )
-    table = calibration.table(echo.end)
-    level, margin = table.nearest(echo.delay)
+    # The phase of the left end tells the two farthest echoes apart, which may be alike: with a
+    # kink behind it no wall is at the first defect.
+    impossible = BLANK if phases[0] == 1 else 0
+    level, margin = calibration.table(echo.end).nearest(echo.delay, impossible)
     if echo.early and margin < 1.0:  # where a level is so near, its calibrated delay is that
         return _undecodable(
             echo,
@@ -155,12 +159,6 @@ def decode(
             f'the left end is inactive, but the delay {echo.delay:.2f} from the right is that '
             f'of a wall at level {level}: there are two walls, or more',
             walls=2,
-        )
-    if level == BLANK and phases[0] == 1:
-        return _undecodable(
-            echo,
-            f'the left end is active, but the delay {echo.delay:.2f} from the right is that of '
-            'a blank element',
         )
     code = design.code(level) if level >= 0 else ''
     distance = _distance(design, calibration, echo.end, echo.delay) if level >= 0 else math.inf

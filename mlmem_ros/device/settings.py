@@ -155,6 +155,13 @@ class ReadSettings(Checked):
     patience: float = described(
         6000.0, 'longest wait for the element to be quiet', unit='time', low=0.0, high=1e6
     )
+    rest: float = described(
+        0.0,
+        'wait before a pulse in a quiet element, for the motion far from its ends to die away',
+        unit='time',
+        low=0.0,
+        high=1e6,
+    )
     min_margin: float = described(
         0.2,
         'least level margin (1 on the calibrated delay, 0 half-way to the next)',

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Decoding: a level, blank, or undecodable with its reason, never a guess."""
 
+import dataclasses
 import math
 import re
 
@@ -28,8 +29,9 @@ def echo(delay, end='left', margin=3.0):
     return Echo(end, ProbeSettings(), nothing, nothing, nothing, delay, margin)
 
 
-def decoded(delay, end='left', phases=STORED, **settings):
-    return decode(CASE_II, ReadSettings(**settings), CALIBRATION, echo(delay, end), phases)
+def decoded(delay, end='left', phases=STORED, right=CALIBRATION.right, **settings):
+    calibration = dataclasses.replace(CALIBRATION, right=right)
+    return decode(CASE_II, ReadSettings(**settings), calibration, echo(delay, end), phases)
 
 
 @pytest.mark.parametrize('level', range(8))
@@ -74,8 +76,16 @@ def test_how_near_is_a_setting():
 def test_blank_is_an_answer():
     reading = decoded(595.0, 'right', EMPTY)
     assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
-    assert reading.level_margin == pytest.approx(0.9)
+    assert reading.level_margin == pytest.approx(1.0 - 2.0 * 5.0 / 150.0)  # not level 0 beside it
     assert reading.distance == math.inf
+
+
+def test_the_left_end_tells_alike_echoes_apart():
+    """Blank and level 0 are the farthest from the right: no wall is blank, no kink at level 0."""
+    alike = dataclasses.replace(CALIBRATION.right, blank=503.0)
+    for delay in (498.0, 502.0, 504.0):
+        assert decoded(delay, 'right', STORED, right=alike).level == 0
+        assert decoded(delay, 'right', EMPTY, right=alike).level == BLANK
 
 
 @pytest.mark.parametrize(
@@ -90,7 +100,7 @@ def test_blank_is_an_answer():
         (300.0, 'left', (1, None), 'the right end rests in neither phase'),
         (300.0, 'left', EMPTY, 'the left end is inactive and hears nothing: probe the right'),
         (350.0, 'right', EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
-        (600.0, 'right', STORED, 'the left end is active, but .* is that of a blank element'),
+        (600.0, 'right', STORED, 'the delay 600.00 lies between levels'),
     ],
 )
 def test_what_does_not_fit_together_is_undecodable(delay, end, phases, reason):

@@ -27,7 +27,9 @@ FAINT = 1e-7
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the range of either end."""
-    for end, probe in (('left', subject.settings.probe), ('right', subject.settings.probe_right)):
+    settings = subject.settings
+    for end in subject.ends:
+        probe = settings.probe if end == 'left' else settings.probe_right
         yield _range(subject.design, probe, end)
 
 

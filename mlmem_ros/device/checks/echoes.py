@@ -31,7 +31,8 @@ def check(subject: Subject) -> Iterator[Finding]:
             walls[level] = resting_wall(design, level)
         except StateError:
             continue  # `pin_depth` and `echo_...` tell of it
-    for end, probe in (('left', settings.probe), ('right', settings.probe_right)):
+    for end in subject.ends:
+        probe = settings.probe if end == 'left' else settings.probe_right
         echoes = {n: forecast_echo(design, v, probe, end, dt) for n, v in walls.items()}
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]

@@ -61,6 +61,11 @@ class Subject:
         return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
 
     @property
+    def ends(self) -> tuple[str, ...]:
+        """The ends that are read from; the right one tells an erase, too."""
+        return ('right',) if self.settings.read.end == 'right' else ('left', 'right')
+
+    @property
     def wall_width(self) -> float:
         """Continuum width of a wall in cells: its step over its slope at the barrier top."""
         return (self.design.D_s2 - self.design.D_s1) / (2.0 * math.sqrt(self.design.d))

@@ -40,7 +40,8 @@ def check(subject: Subject) -> Iterator[Finding]:
     own = whole['s2']
     alone = max(own[0], band(design.k_s1 * high)[1]), own[1]
     left, right = settings.probe, settings.probe_right
-    yield _carrier('left', left.omega_c, left.sigma, own, alone, whole['s1'])
+    if 'left' in subject.ends:
+        yield _carrier('left', left.omega_c, left.sigma, own, alone, whole['s1'])
     own = whole['s1']
     alone = own[0], min(own[1], band(design.k_s2 * low)[0])
     yield _carrier('right', right.omega_c, right.sigma, own, alone, whole['s2'])

@@ -44,7 +44,7 @@ def calibrate(element: MemoryElement) -> Procedure[Result]:
 def _learn(element: MemoryElement) -> Procedure[Calibration]:
     """Erase, step through all levels, and return what they sound like."""
     empty = (yield from erase(element)).reading
-    delays: dict[str, list[float]] = {'left': [], 'right': []}
+    delays: dict[str, list[float]] = {end: [] for end in element.calibration.ends}
     for level in range(element.design.levels):
         yield from drive(element, level - 1 if level else BLANK, level)
         for end, known in delays.items():
@@ -60,8 +60,7 @@ def _learn(element: MemoryElement) -> Procedure[Calibration]:
             known.append(reading.delay)
     blank = empty.delay if empty else None
     try:
-        return Calibration(
-            DelayTable(tuple(delays['left'])), DelayTable(tuple(delays['right']), blank)
-        )
+        left = DelayTable(tuple(delays['left'])) if 'left' in delays else None
+        return Calibration(left, DelayTable(tuple(delays['right']), blank))
     except SettingsError as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from ..element import MemoryElement
 
 
+LOOK_SPACING = 8
+"""An erase looks after every cycle at first, then after an eighth more each time: a look takes as
+long as a cycle or longer, and the kink needs about as many cycles as the wall's level."""
+
+
 def erase(element: MemoryElement) -> Procedure[Result]:
     """Make the element blank: launch a kink and drive it on until it meets the wall.
 
@@ -39,9 +44,10 @@ def erase(element: MemoryElement) -> Procedure[Result]:
                 element, settings.start_strain, design.D_s1, settings.launch_speed, settings
             )
             kink = 0
-        reading = yield from probe(element, 'right')
-        if reading.level == BLANK:
-            return Result(reading)
+        if kink % max(1, kink // LOOK_SPACING) == 0:
+            reading = yield from probe(element, 'right')
+            if reading.level == BLANK:
+                return Result(reading)
         element.forget()
         tense = design.freed_by_compression(kink % 2)
         yield from cycle(element, settings.tension if tense else settings.compression, settings)

@@ -12,7 +12,7 @@ from ...physics.dispersion import group_velocity
 from ..errors import ProcedureFailed
 from ..reading import UNDECODABLE, Reading
 from ..settings import ProbeSettings
-from .blocks import Procedure, Result
+from .blocks import Procedure, Result, wait
 
 if TYPE_CHECKING:
     from ..element import MemoryElement
@@ -92,6 +92,7 @@ def probe_both(element: MemoryElement) -> Procedure[Reading]:
 
 def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
     yield from quiet(element)
+    yield from wait(element, element.settings.read.rest)
     detector = element.transducer.fire(end, noise_floor(element, end))
     last = listening_time(element.design, element.transducer.probes[end], end)
     while detector.time < last:
@@ -118,6 +119,8 @@ def probe_from(element: MemoryElement, end: str) -> Procedure[Reading]:
         end = 'right'
     elif end == 'both' and element.phase('right') == 1:
         end = 'left'
+    elif end == 'both' and 'left' not in element.calibration.ends:
+        end = 'right'
     return (yield from (probe_both(element) if end == 'both' else probe(element, end)))
 
 

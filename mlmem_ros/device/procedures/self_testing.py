@@ -13,10 +13,9 @@ from ..echo import threshold
 from ..errors import ProcedureFailed
 from ..events import Check
 from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
-from ..transducer import ENDS
 from .blocks import Procedure, Result, ramp, slacken, wait
 from .erasing import erase
-from .listening import look, noise_floor, probe_both, quiet
+from .listening import look, noise_floor, probe_from, quiet
 from .writing import restore, write
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def self_test(element: MemoryElement) -> Procedure[Result]:
             f'({content.reason}); write a level or erase first'
         )
     checks = []
-    for end in ENDS:
+    for end in element.calibration.ends:
         checks.append((yield from _hear(element, end)))
     if _passed(checks):
         checks.append((yield from _strain(element)))
@@ -123,7 +122,7 @@ def _level(element: MemoryElement, level: int) -> Procedure[Check]:
     name = f'level {level}'
     try:
         written = yield from write(element, level)
-        reading = yield from probe_both(element)
+        reading = yield from probe_from(element, 'both')
     except ProcedureFailed as failure:
         return Check(name, False, str(failure))
     values = {
