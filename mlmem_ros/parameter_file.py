@@ -108,6 +108,40 @@ def parse(text: str, name: str = 'the file') -> tuple[Design, Settings]:
         raise SettingsError(f'{name}: {error}') from error
 
 
+def text_of(design: Design, settings: Settings) -> str:
+    """Return the parameter file of a design and settings, which `parse` reads back.
+
+    A shipped design is named; of another, what differs from the default preset is given, as is
+    of the settings what differs from their defaults.
+    """
+    name = next((name for name, known in PRESETS.items() if known == design), DEFAULT_PRESET)
+    groups = {'design': {'preset': name, **_differences(design, preset(name))}}
+    for group, default in Settings().groups().items():
+        if different := _differences(getattr(settings, group), default):
+            groups[group] = different
+    lines = ['/**:', '  ros__parameters:']
+    for group, values in groups.items():
+        lines.append(f'    {group}:')
+        lines += [f'      {key}: {_scalar(value)}' for key, value in values.items()]
+    return '\n'.join(lines) + '\n'
+
+
+def _differences(given: Any, default: Any) -> dict[str, Any]:
+    pairs = ((field.name, getattr(given, field.name)) for field in dataclasses.fields(given))
+    return {key: value for key, value in pairs if value != getattr(default, key)}
+
+
+def _scalar(value: Any) -> str:
+    """Return a value in YAML; a double has a point, or ROS would take it for an integer."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    text = str(value)
+    if isinstance(value, float) and '.' not in text:
+        mantissa, e, exponent = text.partition('e')
+        text = f'{mantissa}.0{e}{exponent}'
+    return text
+
+
 def preset_file(name: str) -> Path | None:
     """Return the shipped parameter file of a preset: in a checkout, or under this prefix."""
     here = Path(__file__).resolve()

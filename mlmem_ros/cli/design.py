@@ -1,10 +1,18 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem design`: whether a design makes a memory, told before anything is simulated.
+"""`mlmem design`: find a design for a number of levels, judge one, prove one.
+
+`mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
+and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
+`--prove` it simulates them. No ROS is needed.
 
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
-lives on, and says what goes wrong where one fails. No ROS is needed. Exit status 0: nothing
-failed (a warning is no failure); 1: something did; 2: the file cannot be read.
+lives on, and says what goes wrong where one fails. `prove` simulates such designs: every level is
+written and read back, lower ones are written, and every level is erased; what is done is kept, so
+that the same command goes on after a kill.
+
+Exit status 0: nothing failed (a warning is no failure); 1: something did; 2: wrong arguments, or a
+file that cannot be read.
 """
 
 from __future__ import annotations
@@ -12,50 +20,150 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ..device.checks import Report
+from . import proving
 
-SUMMARY = 'judge a design before anything is simulated'
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..device import Settings
+    from ..device.checks import Report
+    from ..physics import Design
+
+SUMMARY = 'find a design for a number of levels, judge one, prove one'
 
 COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
 """Colours by verdict."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the sub-sub-commands of this sub-command."""
-    tasks = parser.add_subparsers(dest='task', required=True, metavar='TASK')
+    """Add the options and the sub-sub-commands of this sub-command."""
+    parser.add_argument(
+        '--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'
+    )
+    parser.add_argument('--output', type=Path, metavar='FILE.yaml', help='parameter file to write')
+    parser.add_argument('--prove', action='store_true', help='simulate what was found')
+    _add_proof(parser)
+    tasks = parser.add_subparsers(dest='task', metavar='TASK')
     check = tasks.add_parser('check', help='judge a design', description=__doc__)
     check.add_argument('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset')
     check.add_argument('--json', action='store_true', help='print one JSON object')
     check.add_argument(
         '--brief', action='store_true', help='leave out what passed and where the paper says it'
     )
+    prove = tasks.add_parser('prove', help='simulate designs', description=__doc__)
+    prove.add_argument(
+        'sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'
+    )
+    prove.add_argument('--markdown', type=Path, metavar='FILE', help='write the table there, too')
+    _add_proof(prove)
+
+
+def _add_proof(parser: argparse.ArgumentParser) -> None:
+    from ..studies.run import cores
+
+    parser.add_argument(
+        '--sample', type=int, metavar='N',
+        help='downward writes and erases to try; by default all downward writes up to 16 levels, '
+        'above as many as there are levels, and an erase from every level',
+    )  # fmt: skip
+    parser.add_argument('--folder', type=Path, default=Path('proofs'), help='of the ledgers')
+    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
-    from ..device.checks import Verdict, check
     from ..device.errors import SettingsError
-    from ..parameter_file import ParameterFileError, load
+    from ..parameter_file import ParameterFileError
     from ..physics import DesignError
+    from ..studies.campaign import CampaignError
+    from ..studies.designer import DesignNotFound
 
     try:
-        design, settings = load(arguments.source)
-    except ParameterFileError as error:
+        if arguments.task == 'check':
+            return _check(arguments)
+        if arguments.task == 'prove':
+            return _prove(arguments)
+        return _find(arguments)
+    except (ParameterFileError, DesignNotFound) as error:
         print(f'mlmem design: {error}', file=sys.stderr)
         return 2
-    except (DesignError, SettingsError) as error:
+    except (DesignError, SettingsError, CampaignError, OSError) as error:
         print(f'mlmem design: {error}', file=sys.stderr)
         return 1
-    report = check(design, settings)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from ..device.checks import Verdict, check
+    from ..parameter_file import load
+
+    report = check(*load(arguments.source))
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
         print(json.dumps({'verdict': report.verdict.value, 'findings': findings}))
     else:
         _print_report(arguments.source, report, arguments.brief)
     return 1 if report.verdict is Verdict.FAIL else 0
+
+
+def _find(arguments: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from ..parameter_file import text_of
+    from ..studies.designer import DesignNotFound, propose
+
+    if arguments.levels is None:
+        raise DesignNotFound('give --levels P to find a design, or one of check and prove')
+    console = Console()
+    found = propose(arguments.levels)
+    made_by = f'# {arguments.levels} levels, by `mlmem design --levels {arguments.levels}`.\n'
+    text = made_by + text_of(found.design, found.settings)
+    if arguments.output is None:
+        print(text, end='')  # and nothing more, so that it can be piped
+    else:
+        arguments.output.write_text(text, encoding='utf-8')
+        console.print(f'written: {arguments.output}', highlight=False)
+        for cells, reason in found.reasons.items():
+            console.print(f'not {cells} cells per level: {reason}', highlight=False)
+        _print_report(f'{arguments.levels} levels', found.report, brief=True)
+    if not arguments.prove:
+        return 0
+    name = f'levels_{arguments.levels}'
+    return _show(console, [(name, found.design, found.settings)], arguments, None)
+
+
+def _prove(arguments: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from ..parameter_file import load
+
+    designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
+    return _show(Console(), designs, arguments, arguments.markdown)
+
+
+def _show(
+    console: Console,
+    designs: list[tuple[str, Design, Settings]],
+    arguments: argparse.Namespace,
+    markdown: Path | None,
+) -> int:
+    """Prove designs and print the table of them; return the exit status."""
+    from ..studies.designer import Proof, report
+
+    rows, passed = [], True
+    for name, design, settings in designs:
+        proof = Proof(design, settings, arguments.sample)
+        tally = proving.prove(console, proof, name, arguments.folder, arguments.jobs)
+        rows.append(report.row(name, design, settings, tally))
+        passed = passed and tally.passed
+        for error in tally.errors:
+            console.print(f'[red]{name}[/]: {error}', highlight=False)
+    proving.print_table(console, rows)
+    if markdown is not None:
+        markdown.write_text(report.markdown(rows), encoding='utf-8')
+    return 0 if passed else 1
 
 
 def _print_report(source: str, report: Report, brief: bool) -> None:

@@ -43,7 +43,8 @@ def test_table_i():
 
 def test_a_preset_is_found_by_name():
     assert preset('case_2') is CASE_II
-    with pytest.raises(DesignError, match="must be one of case_1, case_2; got 'case_3'"):
+    named = r"must be one of case_1, case_2, .*bits_8; got 'case_3'"
+    with pytest.raises(DesignError, match=named):
         preset('case_3')
 
 
@@ -140,6 +141,16 @@ def test_every_level_has_a_soft_defect_inside_the_element(design):
         assert design.alpha[j - 1] < min(design.alpha[j - 2], design.alpha[j])
 
 
+def test_a_tail_has_no_levels_and_no_defects():
+    """50 more cells at the right end: the same levels, and the gradient alone beyond them."""
+    longer = changed(N=275, tail=50)
+    assert longer.levels == CASE_II.levels
+    np.testing.assert_array_equal(longer.alpha[:225], CASE_II.alpha)
+    np.testing.assert_allclose(longer.alpha[225:], 1.0 + longer.gamma * np.arange(226, 276))
+    with pytest.raises(DesignError, match='J must be at most N - tail - 1 = 24'):
+        changed(tail=200)
+
+
 # --- the phases -------------------------------------------------------------------------------
 
 
@@ -160,7 +171,7 @@ def test_the_next_pair_of_ground_states_begins_where_this_one_ends():
         ({'N': 225.0}, r'N must be a whole number from 3 to 100000; got 225\.0'),
         ({'N': True}, r'N must be a whole number .*; got True'),
         ({'J': 1}, r'J must be a whole number from 2 to 100000; got 1'),
-        ({'J': 225}, r'J must be at most N - 1 = 224, or no level fits; got 225'),
+        ({'J': 225}, r'J must be at most N - tail - 1 = 224, or no level fits; got 225'),
         ({'J_s': 0}, r'J_s must be a whole number from 2 to 100000; got 0'),
         ({'j_0': math.nan}, r'j_0 must be a finite number .*; got nan'),
         ({'gamma': math.inf}, r'gamma must be a finite number from -1 to 1; got inf'),

@@ -1,0 +1,57 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Proving designs in the terminal: with progress, continued after a kill, a table at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..studies.designer import Proof, Tally
+
+
+def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) -> Tally:
+    """Run a proof; what is done is kept in the folder, for the same command to go on.
+
+    Args:
+        console: Where to say how far it is.
+        proof: What to show.
+        name: What to call the design.
+        folder: Of the ledgers; it is made.
+        jobs: Processes side by side.
+
+    Raises:
+        CampaignError: A worker died, or the ledger is another proof's.
+        SettingsError: A level gives no echo, or levels cannot be told apart.
+        OSError: The ledger cannot be written.
+    """
+    from ..studies import campaign
+    from ..studies.campaign.progress import with_progress
+    from ..studies.designer import Tally
+
+    with console.status(f'{name}: calibrating {proof.design.levels} levels'):
+        study = proof.campaign()
+    folder.mkdir(parents=True, exist_ok=True)
+    with campaign.Ledger(folder / f'{name}.jsonl', study) as ledger:
+        done, total = len(ledger.rows), len(study.points)
+        with campaign.workers(min(jobs, total)) as executor:
+            rows = campaign.run(study, ledger, executor)
+            for _ in with_progress(console, rows, done, total, f'{name}: runs'):
+                pass
+        return Tally.of(ledger.table())
+
+
+def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
+    """Print what was proven, one design a column."""
+    from rich.table import Table
+
+    from ..studies.designer.report import COLUMNS
+
+    table = Table('', *(row[0] for row in rows))
+    for heading, *cells in zip(COLUMNS[1:], *(row[1:] for row in rows), strict=True):
+        table.add_row(heading, *cells)
+    console.print(table)

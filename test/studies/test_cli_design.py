@@ -1,0 +1,40 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem design`: finding and proving, by the command line."""
+
+from mlmem_ros.cli.main import main
+from mlmem_ros.parameter_file import load, parse
+from mlmem_ros.physics import PRESETS
+from mlmem_ros.studies.designer.report import COLUMNS
+
+
+def test_a_design_is_found_written_and_proven(tmp_path, capsys):
+    file = tmp_path / 'two.yaml'
+    options = ['--output', str(file), '--prove', '--jobs', '1', '--folder', str(tmp_path)]
+    assert main(['design', '--levels', '2', *options]) == 0
+    assert load(str(file))[0] == PRESETS['bits_1']
+    assert '2 of 2' in capsys.readouterr().out
+    # What is done is kept: the same command has nothing left to do.
+    assert main(['design', '--levels', '2', *options]) == 0
+    table = tmp_path / 'table.md'
+    options = ['--markdown', str(table), '--jobs', '1', '--folder', str(tmp_path)]
+    assert main(['design', 'prove', str(file), *options]) == 0
+    heading, _, row = (line.split(' | ') for line in table.read_text().splitlines())
+    assert len(heading) == len(row) == len(COLUMNS)
+    told = dict(zip(COLUMNS, row, strict=True))
+    assert told['written and read back'] == told['erased'] == '2 of 2'
+    assert told['written downward'] == '1 of 1'
+
+
+def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):
+    assert main(['design', '--levels', '2']) == 0
+    assert parse(capsys.readouterr().out)[0] == PRESETS['bits_1']
+
+
+def test_what_is_wrong_is_said(capsys):
+    assert main(['design']) == 2
+    assert 'give --levels P' in capsys.readouterr().err
+    assert main(['design', '--levels', '1000']) == 2
+    assert 'levels must be a whole number from 2 to 256; got 1000' in capsys.readouterr().err
+    assert main(['design', 'prove', 'nothing.yaml']) == 2
+    assert 'must be a readable parameter file' in capsys.readouterr().err
