@@ -102,11 +102,12 @@ class Recording:
             self._put(self._topics.command, session.command(tick, command))
         if self._element.ticks % self._settings.hash_every == 0:
             self._put(self._topics.state_hash, session.state_hash(self._element))
-            most = self._settings.most_bytes
-            if most and self.status.size >= most:  # the hash just recorded is the last
+            most = self._settings.most_megabytes
+            if most and self.status.size >= 1e6 * most:  # the hash just recorded is the last
                 self.full = True
                 self._node.get_logger().warning(
-                    f'the session in {self.status.path} ends at {most} bytes (record.most_bytes)'
+                    f'the session in {self.status.path} ends at {most:g} MB '
+                    '(record.most_megabytes)'
                 )
 
     @property

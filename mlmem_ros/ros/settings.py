@@ -56,10 +56,13 @@ class RecordSettings(Checked):
     max_duration: float = described(
         0.0, 'begin a new file after this time; 0: never', unit='s', low=0.0, high=1e6
     )
-    most_bytes: int = described(
-        0, 'end the session at about this size, looked at with every hash; 0: never', unit='bytes',
-        low=0, high=10**15,
-    )  # fmt: skip
+    most_megabytes: float = described(
+        0.0,
+        'end the session at about this size, looked at with every hash; 0: never',
+        unit='MB',
+        low=0.0,
+        high=1e9,
+    )
     hash_every: int = described(
         500, 'ticks between two hashes of the state', unit='ticks', low=1, high=10**6
     )

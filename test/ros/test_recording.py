@@ -156,13 +156,15 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
 def test_a_session_ends_at_its_greatest_size(start, tmp_path):
     """Everything is streamed at every tick, so that 300 kB come within a second."""
     bag = tmp_path / 'session'
-    limits = {'record.most_bytes': 300_000, 'record.hash_every': 50, 'record.sync_interval': 0.1}
+    limits = {'record.most_megabytes': 0.3, 'record.hash_every': 50, 'record.sync_interval': 0.1}
     streams = {'publish.field_every': 1, 'scale.time': 1e-5}
     node = start(parameters={'record.path': str(bag), **limits, **streams})
     with Robot() as robot:
         robot.next(
             '/diagnostics',
-            lambda array: any('record.most_bytes' in status.message for status in array.status),
+            lambda array: any(
+                'record.most_megabytes' in status.message for status in array.status
+            ),
         )
         assert robot.write(0).success
         node.signal(signal.SIGINT)

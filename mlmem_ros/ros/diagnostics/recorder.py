@@ -43,5 +43,5 @@ class RecorderComponent(Component):
             text = f'{status.dropped} messages found no room and are missing'
             return Health(WARN, text, values)
         if self.recording.full:
-            return Health(WARN, 'full: the session has ended at record.most_bytes', values)
+            return Health(WARN, 'full: the session has ended at record.most_megabytes', values)
         return Health(OK, status.state, values)
