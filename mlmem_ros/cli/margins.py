@@ -20,6 +20,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from . import campaigns
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -31,8 +33,6 @@ SUMMARY = 'map over which settings the memory works, and measure its margins'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
-    from ..studies.run import cores
-
     parser.add_argument('--x', default='write.compression', help='axis to the right')
     parser.add_argument('--y', default='write.tension', help='axis upward')
     for axis in ('x', 'y'):
@@ -49,17 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--tick', type=float, default=50.0,
         help='time units to which every wait is rounded up; longer ones are faster to simulate',
     )  # fmt: skip
-    parser.add_argument('--seed', type=int, default=0, help='of the noise')
     parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
-    parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')
-    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
-    parser.add_argument(
-        '--cluster', default='', metavar='ADDRESS',
-        help='scheduler of a Dask cluster that is used instead, as tcp://host:8786',
-    )  # fmt: skip
-    parser.add_argument(
-        '--point', type=int, metavar='N', help='run point N of the table alone, step by step'
-    )
+    campaigns.add_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -85,8 +76,10 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.point is not None:
             return _run_point(console, shmoo, arguments.point)
         folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
-        folder.mkdir(parents=True, exist_ok=True)
-        rows = _evaluate(console, shmoo, folder, arguments)
+        ledger = folder / 'ledger.jsonl'
+        rows = campaigns.evaluated(
+            console, shmoo.campaign(), ledger, arguments.jobs, arguments.cluster
+        )
         _report(console, shmoo, rows, folder, arguments.format)
     except ValueError as error:
         print(f'mlmem margins: {error}', file=sys.stderr)
@@ -95,34 +88,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(f'mlmem margins: {error}', file=sys.stderr)
         return 1
     return 0
-
-
-def _evaluate(
-    console: Console, shmoo: Shmoo, folder: Path, arguments: argparse.Namespace
-) -> list[Row]:
-    """Evaluate what the ledger does not hold yet; return the complete table."""
-    from ..studies import campaign
-    from ..studies.campaign.progress import with_progress
-
-    study = shmoo.campaign()
-    with campaign.Ledger(folder / 'ledger.jsonl', study) as ledger:
-        total, done = len(study.points), len(ledger.rows)
-        if done == total:
-            return ledger.table()
-        if done:
-            console.print(f'{done} of {total} points were done before', highlight=False)
-        try:
-            with campaign.workers(arguments.jobs, arguments.cluster) as executor:
-                rows = campaign.run(study, ledger, executor)
-                for _ in with_progress(console, rows, done, total):
-                    pass
-        except KeyboardInterrupt:
-            console.print(
-                f'{len(ledger.rows)} of {total} points are kept in {ledger.path}; give the same '
-                'command to go on', highlight=False,
-            )  # fmt: skip
-            raise
-        return ledger.table()
 
 
 def _report(console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, kind: str) -> None:

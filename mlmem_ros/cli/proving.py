@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from . import campaigns
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -29,20 +31,12 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
         SettingsError: A level gives no echo, or levels cannot be told apart.
         OSError: The ledger cannot be written.
     """
-    from ..studies import campaign
-    from ..studies.campaign.progress import with_progress
     from ..studies.designer import Tally
 
     with console.status(f'{name}: calibrating {proof.design.levels} levels'):
         study = proof.campaign()
-    folder.mkdir(parents=True, exist_ok=True)
-    with campaign.Ledger(folder / f'{name}.jsonl', study) as ledger:
-        done, total = len(ledger.rows), len(study.points)
-        with campaign.workers(min(jobs, total)) as executor:
-            rows = campaign.run(study, ledger, executor)
-            for _ in with_progress(console, rows, done, total, f'{name}: runs'):
-                pass
-        return Tally.of(ledger.table())
+    ledger = folder / f'{name}.jsonl'
+    return Tally.of(campaigns.evaluated(console, study, ledger, jobs, what=f'{name}: runs'))
 
 
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:

@@ -10,12 +10,12 @@ from scipy.stats import binomtest
 
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import Settings
-from mlmem_ros.physics import CASE_II, Scatter
+from mlmem_ros.physics import CASE_II
 from mlmem_ros.studies import campaign
 from mlmem_ros.studies.tolerance import point
 from mlmem_ros.studies.tolerance.estimate import ENOUGH, Fragility, Rate, fit, foot, rare_scatter
 from mlmem_ros.studies.tolerance.study import Tolerance
-from mlmem_ros.studies.tolerance.trial import try_element
+from mlmem_ros.studies.tolerance.trial import Chance, chance, try_element
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 """Two levels: a step takes a third of the time."""
@@ -60,26 +60,42 @@ def test_counts_that_tell_no_curve_give_none():
 
 
 def test_an_element_as_designed_does_all_it_should():
-    trial = try_element(SHORT, Settings(), Scatter(), seed=0)
+    trial = try_element(SHORT, Settings(), Chance(), seed=0)
     assert trial.stepped == (True,)
     assert trial.read == {'left': (0, 1), 'right': (0, 1)}
 
 
 def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
     """A tenth in alpha outweighs the gradient; a fiftieth in mass echoes by itself."""
-    held = [try_element(SHORT, Settings(), Scatter(alpha=0.1), seed).stepped for seed in range(6)]
+    held = [
+        try_element(SHORT, Settings(), chance('alpha', 0.1), seed).stepped for seed in range(6)
+    ]
     assert sum(stepped == (True,) for stepped in held) <= 3
-    heard = [try_element(SHORT, Settings(), Scatter(mass=0.02), seed).read for seed in range(6)]
+    heard = [try_element(SHORT, Settings(), chance('mass', 0.02), seed).read for seed in range(6)]
     wrong = {end: sum(read[end] != (0, 1) for read in heard) for end in ('left', 'right')}
     assert wrong['left'] >= 4
     assert wrong['right'] <= 1
 
 
 def test_the_seed_makes_the_element():
-    scatter = Scatter(offset=0.008)
+    scatter = chance('offset', 0.008)
     trials = [try_element(SHORT, Settings(), scatter, seed) for seed in (1, 1, 2, 3, 4, 5)]
     assert trials[0] == trials[1]
     assert len({trial.stepped for trial in trials}) == 2
+
+
+def test_noise_silences_a_read_and_moves_no_wall():
+    trial = try_element(SHORT, Settings(), chance('noise', 3e-3), seed=0)
+    assert trial.stepped == (True,)
+    assert trial.read == {'left': (-2, -2), 'right': (-2, -2)}
+
+
+def test_a_base_that_shakes_moves_the_wall():
+    """4e-4 at the wall's own frequency loses a level; here a sixth of 6e-3 is near it."""
+    gentle = try_element(SHORT, Settings(), chance('vibration', 1e-5), seed=0)
+    assert gentle.stepped == (True,)
+    rough = [try_element(SHORT, Settings(), chance('vibration', 6e-3), s) for s in range(3)]
+    assert not all(trial.stepped[0] for trial in rough)
 
 
 # --- the study --------------------------------------------------------------------------------
@@ -134,3 +150,5 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     assert {path.name for path in (tmp_path / 'out').iterdir()} == names
     assert main(['tolerance', *options, *output, '--point', '1']) == 0
     assert main(['tolerance', *options, *output, '--point', '2']) != 0
+    assert main(['tolerance', '--kinds', 'moisture']) == 2
+    assert 'moisture' in capsys.readouterr().err

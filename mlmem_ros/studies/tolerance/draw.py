@@ -24,6 +24,8 @@ NAMES = {
     's': 'substrate stiffness $s_j$, relative',
     'mass': 'mass $m_j$, relative',
     'offset': 'ground states, in lattice constants',
+    'noise': 'noise of the transducers, in cells',
+    'vibration': 'vibration of the base, per time unit$^2$',
 }
 
 SHOWN = 0.1

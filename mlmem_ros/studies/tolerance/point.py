@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One point of a tolerance study: a batch of elements with one kind of scatter, counted."""
+"""One point of a tolerance study: a batch of elements with one kind of chance, counted."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 
 from ...device import UNDECODABLE, Settings
-from ...physics import Design, DesignError, Scatter
+from ...physics import Design, DesignError
 from ..campaign import Row
 from ..campaign.campaign import Values
-from .trial import ENDS, ElementTrial, try_element
+from .trial import ENDS, ElementTrial, chance, try_element
 
 BATCH = 10
 """Elements of a point: about a second of computing with the paper's element."""
-
-KINDS = tuple(field.name for field in dataclasses.fields(Scatter))
-"""What may scatter."""
 
 
 def common(design: Design, settings: Settings) -> dict[str, Any]:
@@ -48,11 +45,11 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         silent_END: Of all these, how many as another level.
     """
     design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
-    scatter = Scatter(**{values['kind']: values['scatter']})
+    by = chance(values['kind'], values['scatter'])
     counts = dict.fromkeys(columns(design.levels), 0)
     for element_seed in seeds(seed):
         try:
-            trial = try_element(design, settings, scatter, element_seed)
+            trial = try_element(design, settings, by, element_seed)
         except DesignError:  # so light a cell that the step is too long for it: lost altogether
             lost = (False,) * (design.levels - 1)
             trial = ElementTrial(lost, dict.fromkeys(ENDS, (UNDECODABLE,) * design.levels))

@@ -18,7 +18,14 @@ from .estimate import ENOUGH, Rate, rare_scatter
 from .point import BATCH, common, evaluate
 from .trial import ENDS
 
-SPANS = {'alpha': (5e-4, 2e-2), 's': (2e-2, 3e-1), 'mass': (1e-3, 3e-2), 'offset': (5e-4, 2e-2)}
+SPANS = {
+    'alpha': (5e-4, 2e-2),
+    's': (2e-2, 3e-1),
+    'mass': (1e-3, 3e-2),
+    'offset': (5e-4, 2e-2),
+    'noise': (3e-6, 1e-3),
+    'vibration': (1e-5, 3e-3),
+}
 """Least and greatest scatter by kind: from where hardly anything fails to where much does."""
 
 FAILURES = ('step', *ENDS)
@@ -27,12 +34,12 @@ FAILURES = ('step', *ENDS)
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A study of what an element stands of chance in its fabrication.
+    """A study of what an element stands of chance: in its fabrication, its sensors, its base.
 
     Attributes:
         design: The element.
         settings: The instrument's.
-        kinds: What scatters, one at a time.
+        kinds: What chance decides, one at a time.
         amounts: How many amounts of each, evenly spaced in the logarithm.
         most: Elements of an amount after which counting stops, however few have failed.
         seed: Of everything.
@@ -44,6 +51,14 @@ class Tolerance:
     amounts: int = 8
     most: int = 300
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if unknown := sorted(set(self.kinds) - set(SPANS)):
+            raise ValueError(f'kinds must be of {", ".join(SPANS)}; got {", ".join(unknown)}')
+        if self.amounts < 2 or self.most < 1:
+            raise ValueError(
+                f'amounts must be at least 2 and most at least 1; got {self.amounts}, {self.most}'
+            )
 
     @cached_property
     def cells(self) -> list[tuple[str, float]]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One element as chance makes it: every level read from both ends, every step up tried once.
+"""One element as chance has it: every level read from both ends, every step up tried once.
 
 Each level is tried for itself: the wall is put where it rests in this element (by Newton's
 method), read, and driven on by one strain cycle. So one element gives a sample of every step
@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeVar
 
-from ...device import UNDECODABLE, MemoryElement
+import numpy as np
+
+from ...device import UNDECODABLE, Disturb, Faults, MemoryElement, SetFaults
 from ...device.errors import ProcedureFailed
 from ...device.procedures.blocks import cycle
 from ...device.procedures.listening import probe
@@ -29,6 +31,36 @@ T = TypeVar('T')
 
 TICK = 100.0
 """A long tick: procedures wait by ticks, and the material is the same."""
+
+SHAKEN_TICK = 20.0
+"""The node's tick, where the base shakes: its acceleration changes from tick to tick."""
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What chance decides, as standard deviations.
+
+    Attributes:
+        scatter: Of the fabrication.
+        noise: Of what the transducers hear, in cells.
+        vibration: Of the acceleration of the base, in lattice constants per time unit squared:
+            drawn anew for every tick, with straight lines between.
+    """
+
+    scatter: Scatter = field(default_factory=Scatter)
+    noise: float = 0.0
+    vibration: float = 0.0
+
+
+KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
+"""Names of what chance may decide."""
+
+
+def chance(kind: str, amount: float) -> Chance:
+    """Return chance in one thing alone."""
+    if kind in ('noise', 'vibration'):
+        return Chance(**{kind: amount})
+    return Chance(Scatter(**{kind: amount}))
 
 
 @dataclass(frozen=True)
@@ -46,7 +78,7 @@ class ElementTrial:
     read: dict[str, tuple[int, ...]]
 
 
-def try_element(design: Design, settings: Settings, scatter: Scatter, seed: int) -> ElementTrial:
+def try_element(design: Design, settings: Settings, by: Chance, seed: int) -> ElementTrial:
     """Make an element by chance and try it.
 
     It is read with the calibration of the ideal element: it has none of its own.
@@ -54,60 +86,77 @@ def try_element(design: Design, settings: Settings, scatter: Scatter, seed: int)
     Args:
         design: What was meant to be made.
         settings: The instrument's.
-        scatter: Standard deviations of what chance decides.
+        by: What chance decides.
         seed: Of the element: the same gives the same trial.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
     """
-    settings = dataclasses.replace(settings, time=TimeSettings(tick=TICK))
+    tick = SHAKEN_TICK if by.vibration else TICK
+    settings = dataclasses.replace(settings, time=TimeSettings(tick=tick))
     element = blank_element(design, settings)
-    specimen = scattered(design, scatter, seed)
+    element.apply(SetFaults(Faults(sensor_noise=by.noise, seed=seed % 2**31)))
+    specimen = scattered(design, by.scatter, seed)
     element.chain.become(specimen)
+    trial = _Trial(element, specimen, by.vibration, seed)
     stepped: list[bool] = []
     read: dict[str, list[int]] = {end: [] for end in ENDS}
     for level in range(design.levels):
-        pinned = _place(element, specimen, level)
+        pinned = trial.place(level)
         for end, decoded in read.items():
-            decoded.append(_decoded(element, end) if pinned else UNDECODABLE)
+            decoded.append(trial.decoded(end) if pinned else UNDECODABLE)
         if level + 1 < design.levels:
-            stepped.append(pinned and _step(element, level))
+            stepped.append(pinned and trial.step(level))
     return ElementTrial(tuple(stepped), {end: tuple(decoded) for end, decoded in read.items()})
 
 
-def _place(element: MemoryElement, specimen: Specimen, level: int) -> bool:
-    """Put the wall at rest at a level, and return whether the element pins it there."""
-    try:
-        element.chain.place(resting_wall(specimen, level))
-    except StateError:
-        return False
-    element.transducer.settle()
-    return True
+class _Trial:
+    """An element under trial, on a base that may shake."""
 
+    def __init__(
+        self, element: MemoryElement, specimen: Specimen, vibration: float, seed: int
+    ) -> None:
+        self._element = element
+        self._specimen = specimen
+        self._vibration = vibration
+        self._limit = element.settings.disturbance.max_acceleration
+        self._random = np.random.Generator(np.random.PCG64(seed))
 
-def _step(element: MemoryElement, level: int) -> bool:
-    """Drive the wall on by one strain cycle, and return whether it is at the next level."""
-    times = element.settings.write
-    peak = times.compression if element.design.freed_by_compression(level) else times.tension
-    _carry_out(element, cycle(element, peak, times))
-    design = element.design
-    # With scatter a wall rests some cells beside its defect; what counts is the nearest level.
-    return level_of(design, element.chain.configuration, design.J / 2) == level + 1
-
-
-def _decoded(element: MemoryElement, end: str) -> int:
-    try:
-        return _carry_out(element, probe(element, end)).level
-    except ProcedureFailed:  # it does not come to rest
-        return UNDECODABLE
-
-
-def _carry_out(element: MemoryElement, steps: Generator[None, None, T]) -> T:
-    """Advance an element through a procedure and return what it gives."""
-    while True:
+    def place(self, level: int) -> bool:
+        """Put the wall at rest at a level, and return whether the element pins it there."""
         try:
-            next(steps)
-        except StopIteration as stop:
-            result: T = stop.value
-            return result
-        element.advance()
+            self._element.chain.place(resting_wall(self._specimen, level))
+        except StateError:
+            return False
+        self._element.transducer.settle()
+        return True
+
+    def step(self, level: int) -> bool:
+        """Drive the wall on by one strain cycle, and return whether it is at the next level."""
+        element, design = self._element, self._element.design
+        times = element.settings.write
+        peak = times.compression if design.freed_by_compression(level) else times.tension
+        self._carry_out(cycle(element, peak, times))
+        # With scatter a wall rests some cells beside its defect; what counts is the nearest level.
+        return level_of(design, element.chain.configuration, design.J / 2) == level + 1
+
+    def decoded(self, end: str) -> int:
+        """Read from an end, and return the level."""
+        try:
+            return self._carry_out(probe(self._element, end)).level
+        except ProcedureFailed:  # it does not come to rest
+            self._element.transducer.release()
+            return UNDECODABLE
+
+    def _carry_out(self, steps: Generator[None, None, T]) -> T:
+        """Advance the element through a procedure and return what it gives."""
+        while True:
+            try:
+                next(steps)
+            except StopIteration as stop:
+                result: T = stop.value
+                return result
+            if self._vibration:
+                drawn = self._vibration * float(self._random.standard_normal())
+                self._element.apply(Disturb(min(max(drawn, -self._limit), self._limit)))
+            self._element.advance()

@@ -1,0 +1,85 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Running a campaign in the terminal: with progress, continued after a kill or Ctrl-C."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..studies.campaign import Campaign, Ledger, Row
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every sub-command that runs a campaign."""
+    from ..studies.run import cores
+
+    parser.add_argument('--seed', type=int, default=0, help='of all that chance decides')
+    parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')
+    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
+    parser.add_argument(
+        '--cluster', default='', metavar='ADDRESS',
+        help='scheduler of a Dask cluster that is used instead, as tcp://host:8786',
+    )  # fmt: skip
+    parser.add_argument(
+        '--point', type=int, metavar='N', help='run point N of the table alone, in detail'
+    )
+
+
+def evaluated(
+    console: Console,
+    study: Campaign,
+    path: Path,
+    jobs: int,
+    cluster: str = '',
+    *,
+    what: str = 'points',
+    rows_of: Callable[[Ledger, Executor | None], Iterator[Row]] | None = None,
+) -> list[Row]:
+    """Evaluate what the ledger does not hold yet; return the complete table.
+
+    Args:
+        console: Where to say how far it is.
+        study: The campaign.
+        path: Its ledger; the folder is made.
+        jobs: Processes side by side.
+        cluster: Address of a Dask scheduler that is used instead.
+        what: What its points are.
+        rows_of: What evaluates them, where not all of them may be needed; by default `run`.
+
+    Raises:
+        CampaignError: A worker died, or the ledger is another campaign's.
+        OSError: The ledger cannot be written.
+    """
+    from ..studies import campaign
+    from ..studies.campaign.progress import with_progress
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with campaign.Ledger(path, study) as ledger:
+        total, done = len(study.points), len(ledger.rows)
+        if done == total:
+            return ledger.table()
+        if done:
+            console.print(f'{done} of {total} {what} were done before', highlight=False)
+        try:
+            with campaign.workers(min(jobs, total), cluster) as executor:
+                rows = (
+                    rows_of(ledger, executor)
+                    if rows_of is not None
+                    else campaign.run(study, ledger, executor)
+                )
+                for _ in with_progress(console, rows, done, total, what):
+                    pass
+        except KeyboardInterrupt:
+            console.print(
+                f'{len(ledger.rows)} of {total} {what} are kept in {path}; give the same '
+                'command to go on', highlight=False,
+            )  # fmt: skip
+            raise
+        return ledger.table()
