@@ -79,6 +79,7 @@ def audited(element, ticks=1, before=lambda: None):
     """Return the material's health after ticks, each audited; the last one is returned."""
     component = MaterialComponent()
     for _ in range(ticks):
+        component._reports = 0  # every tick is audited
         component.before_tick(element)
         before()
         element.advance()
