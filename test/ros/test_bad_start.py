@@ -28,7 +28,7 @@ def refusal(node):
         ('design.preset', 'case_3', ['case_1, case_2', "'case_3'"]),
         ('target_level', 8, ['from 0 to 7', '8']),
         ('faults.weak_cell', 300, ['from 0 to N = 225', '300']),
-        ('design.J', 300, ['must be at most N - 1 = 224', '300']),
+        ('design.J', 300, ['must be at most N - tail - 1 = 224', '300']),
     ],
     ids=str,
 )

@@ -3,6 +3,7 @@
 """Faults as parameters and the shaken base, over DDS, recorded and replayed."""
 
 import math
+import time
 
 import pytest
 from robot import SENSOR, Imu, Robot, values
@@ -136,6 +137,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
         answer = robot.send('write')
         for n in range(20):
             robot.send_message('disturbance', imu(1e-7 * UNIT * math.sin(n)))
+            time.sleep(0.005)  # many ticks: a newer message replaces one that waits for a tick
             if n == 10:
                 robot.set(faults__weak_cell=150, faults__weak_factor=0.98)
         assert robot.answer(answer).success

@@ -85,7 +85,7 @@ def test_a_design_is_changed_while_unconfigured_and_never_else(start):
         robot.set(design__N=20)  # shorter than one level
         assert not change(robot, Transition.TRANSITION_CONFIGURE)
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
-        assert 'J must be at most N - 1 = 19' in node.output
+        assert 'J must be at most N - tail - 1 = 19' in node.output
         robot.set(design__preset='case_2')  # brings all the others along
         assert robot.get('design.N') == 225
         assert change(robot, Transition.TRANSITION_CONFIGURE)

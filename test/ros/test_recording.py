@@ -59,6 +59,8 @@ def session(start, tmp_path):
     node = start(parameters={'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
     with Robot() as robot:
         heard = {topic: robot.received(topic) for topic in OUT if not topic.startswith('/')}
+        # Until the node knows of the listeners it tells them nothing, not even an echo.
+        robot.wait(lambda: all(heard[topic] for topic in STREAMS[1:]), 'the steady streams')
         assert robot.write(1).success
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
