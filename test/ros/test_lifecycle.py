@@ -24,6 +24,7 @@ def state(robot):
     return robot.response(robot.send('get_state', GetState.Request(), GetState)).current_state.id
 
 
+@pytest.mark.slow
 def test_a_cold_cache_is_told(start, tmp_path, monkeypatch):
     """In the log and on /diagnostics, while it compiles; the second start need not."""
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))

@@ -155,6 +155,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
     assert report.levels == [1]
 
 
+@pytest.mark.slow
 def test_a_session_ends_at_its_greatest_size(start, tmp_path):
     """Everything is streamed at every tick, so that 300 kB come within a second."""
     bag = tmp_path / 'session'

@@ -280,6 +280,7 @@ def command(*arguments):
     return words
 
 
+@pytest.mark.slow
 def test_a_map_is_interrupted_and_goes_on(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = command('--size', '5', '--output', 'map', '--jobs', '2')
