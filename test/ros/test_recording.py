@@ -64,6 +64,7 @@ def session(start, tmp_path):
         assert robot.write(1).success
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
+        robot.wait(lambda: len(heard['echo']) >= 3, 'the echoes, which take longer: they are long')
         node.signal(signal.SIGINT)
         assert node.exit_status() == 0
     return bag, {topic: [values(m) for m in messages] for topic, messages in heard.items()}
