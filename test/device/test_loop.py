@@ -312,7 +312,7 @@ def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, s
 
 def test_a_paused_device_does_not_move(start):
     loop = start(rig.device(2), speed=1.0)
-    loop.submit(SetStrain(0.03))
+    loop.submit(SetStrain(0.08))  # the longest way: 0.12 s
     until(lambda: loop.element.ticks > 3)
     assert not loop.paused
     ticks = hold(loop)
