@@ -66,8 +66,8 @@ def _add_proof(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument(
         '--sample', type=int, metavar='N',
-        help='downward writes and erases to try; by default all downward writes up to 16 levels, '
-        'above as many as there are levels, and an erase from every level',
+        help='downward writes to try; by default all up to 16 levels, above as many as there are '
+        'levels; every level is erased',
     )  # fmt: skip
     parser.add_argument('--folder', type=Path, default=Path('proofs'), help='of the ledgers')
     parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')

@@ -48,8 +48,8 @@ class Proof:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        sample: How many downward writes and how many erases are made where there are more;
-            None for all erases, and downward writes as `EVERY` says.
+        sample: How many downward writes are made where there are more; None as `EVERY` says.
+            Every level is erased.
         seed: Of the sample.
     """
 
@@ -81,12 +81,9 @@ class Proof:
         downs = pairs
         if p > EVERY or self.sample is not None:
             downs = self._some(pairs, p if self.sample is None else self.sample)
-        erases = list(range(p))
-        if self.sample is not None:
-            erases = self._some(erases, self.sample)
         return [
             {'kind': 'upward', 'start': -1, 'goal': p - 1},
-            *({'kind': 'erase', 'start': level, 'goal': -1} for level in erases),
+            *({'kind': 'erase', 'start': level, 'goal': -1} for level in range(p)),
             *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
         ]
 
