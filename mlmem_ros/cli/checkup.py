@@ -109,10 +109,10 @@ def check_compile_cache() -> Finding:
     """Look whether compiled kernels can be kept, or every start compiles them anew."""
     what = 'compiled kernels'
     try:
-        from ..physics import kernel
+        from ..physics import noh_bathe_kernel
     except ImportError as error:
         return Finding(what, Verdict.FAIL, str(error), 'install python3-numba')
-    compiled = [each for each in vars(kernel).values() if hasattr(each, 'stats')]
+    compiled = [each for each in vars(noh_bathe_kernel).values() if hasattr(each, 'stats')]
     paths = [each.stats.cache_path for each in compiled if each.stats.cache_path]
     folder = Path(paths[0]) if paths else None
     if folder is not None and _writable(folder):

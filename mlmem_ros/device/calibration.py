@@ -176,5 +176,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         settings.time.tick,
         settings.read.end == 'right',  # which leaves the left end out
     ]
+    if settings.time.integrator != 'noh_bathe':  # which had no name in the keys of before
+        values.append(settings.time.integrator)
     text = json.dumps(values, sort_keys=True)  # which writes every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

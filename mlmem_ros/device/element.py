@@ -9,8 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from ..physics import Chain, Design, DesignError, Specimen, stable_step, substep_times
-from ..physics.chain import ACCURATE_STEP
+from ..physics import (
+    INTEGRATORS,
+    Chain,
+    Design,
+    DesignError,
+    Specimen,
+    default_step,
+    substep_times,
+)
 from . import procedures
 from .actuator import Actuator
 from .base import Base
@@ -38,13 +45,13 @@ from .memory_statistics import MemoryStatistics
 from .procedures import Procedure, Result
 from .reading import Reading, combine, decode, phase_of
 from .sensor_faults import sensed
-from .settings import Settings
+from .settings import Settings, TimeSettings
 from .transducer import ENDS, Transducer
 
 
-def steps_per_tick(design: Design, tick: float) -> int:
+def steps_per_tick(design: Design, time: TimeSettings) -> int:
     """Return the least number of steps of a tick that are accurate and stable."""
-    return math.ceil(tick / min(ACCURATE_STEP, stable_step(design)))
+    return math.ceil(time.tick / default_step(design, INTEGRATORS[time.integrator]))
 
 
 class MemoryElement:
@@ -82,8 +89,9 @@ class MemoryElement:
         self.design = design
         self.settings = settings
         self.tick = settings.time.tick
-        self.steps_per_tick = steps_per_tick(design, self.tick)
-        self.chain = Chain(design, self.tick / self.steps_per_tick)
+        self.steps_per_tick = steps_per_tick(design, settings.time)
+        integrator = INTEGRATORS[settings.time.integrator]
+        self.chain = Chain(design, self.tick / self.steps_per_tick, integrator)
         self.actuator = Actuator(settings.actuator)
         self.linkage = Linkage(settings.actuator.max_rate)
         self.base = Base(settings.disturbance, self.tick)
@@ -95,7 +103,7 @@ class MemoryElement:
         self.statistics = MemoryStatistics.of(design.levels)
         self.ticks = 0
         self.substrate_speed = 0.0
-        self._times = substep_times(self.steps_per_tick, self.chain.dt)
+        self._times = substep_times(self.steps_per_tick, self.chain.dt, integrator)
         self._substeps = np.diff(self._times, prepend=0.0)
         self._progress = self._times / self.tick
         self._running: _Run | None = None

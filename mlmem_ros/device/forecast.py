@@ -8,8 +8,7 @@ import math
 
 import numpy as np
 
-from ..physics import Design
-from ..physics.chain import ACCURATE_STEP
+from ..physics import NOH_BATHE, Design, Integrator
 from ..physics.potential import Array
 from ..physics.scattering import echo_response
 from .echo import Echo, EchoDetector
@@ -21,7 +20,18 @@ BANDWIDTH = 5.0
 """Frequencies within this many 1 / sigma of the carrier are followed: the pulse has no others."""
 
 
-def forecast_echo(design: Design, v: Array, probe: ProbeSettings, end: str, dt: float) -> Echo:
+SAMPLING = 0.25
+"""Time units from sample to sample where the device's own steps are shorter."""
+
+
+def forecast_echo(
+    design: Design,
+    v: Array,
+    probe: ProbeSettings,
+    end: str,
+    dt: float,
+    integrator: Integrator = NOH_BATHE,
+) -> Echo:
     """Return what a device hears of a resting, unstrained element.
 
     The first echo alone: not the ring-down of the let-go end, nor waves that went twice.
@@ -31,10 +41,11 @@ def forecast_echo(design: Design, v: Array, probe: ProbeSettings, end: str, dt: 
         v: Its displacements at rest, shape (N,).
         probe: Pulse and detector.
         end: 'left' or 'right'.
-        dt: Step of the device, whose integrator damps the wave a little (see
-            `squared_frequency`).
+        dt: Step of the device.
+        integrator: How it steps: this damps and slows the wave a little (see
+            `Integrator.squared_frequency`).
     """
-    sampling = max(dt, ACCURATE_STEP)
+    sampling = max(dt, SAMPLING)
     samples = math.ceil(listening_time(design, probe, end) / sampling)
     period = 2 * samples  # so that what comes later is not folded back
     t = np.arange(1.0, period + 1.0) * sampling
@@ -43,7 +54,7 @@ def forecast_echo(design: Design, v: Array, probe: ProbeSettings, end: str, dt: 
     omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
     used = (np.abs(omega - probe.omega_c) < BANDWIDTH / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
-    spectrum[used] *= echo_response(design, v, omega[used], end, dt)
+    spectrum[used] *= echo_response(design, v, omega[used], end, dt, integrator)
     detector = EchoDetector(probe, sampling)
     detector.feed(np.fft.irfft(spectrum, period)[:samples])
     return detector.echo(end)

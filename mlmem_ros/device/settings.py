@@ -207,6 +207,11 @@ class TimeSettings(Checked):
     tick: float = described(
         20.0, 'one tick: commands take effect between ticks', unit='time', low=0.1, high=1e4
     )
+    integrator: str = described(
+        'noh_bathe',
+        "noh_bathe, the paper's, or pefrl: as fast, and an echo is not damped by the method",
+        choices=('noh_bathe', 'pefrl'),
+    )
 
 
 @dataclass(frozen=True)

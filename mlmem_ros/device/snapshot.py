@@ -104,7 +104,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     design = dataclasses.asdict(element.design)
     agree = {
         'its design': _same_design(snapshot.get('design', design), design),  # 0.1.0 had none
-        'its steps per tick': ticks >= 0 and steps == ticks * element.steps_per_tick,
+        'its steps per tick (time.tick, time.integrator)': ticks >= 0
+        and steps == ticks * element.steps_per_tick,
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
         'its strain': linkage.told == strain

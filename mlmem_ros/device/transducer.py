@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 
-from ..physics import Chain, Drive
-from ..physics.noh_bathe import P
+from ..physics import Chain, Drive, substep_times
 from ..physics.potential import Array
 from .echo import EchoDetector
 from .pulse import BoundaryMotion, Move, Pulse
@@ -20,11 +20,11 @@ ENDS = ('left', 'right')
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest of an end is taken."""
 
-DIFFERENCE = 6
-"""Order of the difference of samples in which their noise is left and no motion."""
+UPPER_EDGE = 2.2
+"""No cell moves faster than the upper edge of the pass bands, an angular frequency."""
 
-DIFFERENCE_GAIN = math.sqrt(math.comb(2 * DIFFERENCE, DIFFERENCE))
-"""What that difference makes of white noise: the root of the sum of its squared weights."""
+LEFT_OF_MOTION = 1e-3
+"""Share that is left of the fastest motion in a difference of samples that tells their noise."""
 
 
 class Transducer:
@@ -47,6 +47,7 @@ class Transducer:
         self.probes = probes
         width = max(2.0 * math.pi * REST_PERIODS / probe.omega_c for probe in probes.values())
         samples = math.ceil(width / chain.dt)
+        self._difference = _difference(chain.dt)
         self.recent: Array = np.empty((2, samples))
         self.settle()
         self.detector: EchoDetector | None = None
@@ -84,12 +85,12 @@ class Transducer:
     def noise(self, end: str) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
-        No cell moves faster than the upper edge of the pass bands, at omega = 2.2: of such a
-        motion, sampled every 0.25 time units, less than 0.1 % is left in the sixth difference
-        of the samples, while white noise is all there.
+        Of a motion as fast as the pass bands allow less than 0.1 % is left in the sixth
+        difference of samples 0.25 time units apart (the thirteenth, 0.5 apart), while white noise
+        is all there.
         """
-        differences = np.diff(self.recent[ENDS.index(end)], DIFFERENCE)
-        return float(np.abs(differences).mean()) / DIFFERENCE_GAIN
+        differences = np.diff(self.recent[ENDS.index(end)], self._difference)
+        return float(np.abs(differences).mean()) / _noise_gain(self._difference)
 
     # --- driving -------------------------------------------------------------------------
 
@@ -128,8 +129,8 @@ class Transducer:
         """Return the prescribed motion during the next steps, or None."""
         if self._motion is None:
             return None
-        starts = self._elapsed_steps + np.arange(steps, dtype=np.float64)
-        times = (np.stack((starts + P, starts + 1.0), axis=1) * self._chain.dt).ravel()
+        chain = self._chain
+        times = substep_times(steps, chain.dt, chain.integrator, self._elapsed_steps)
         held = times[times <= self._motion.duration]
         self._elapsed_steps += steps
         motion = self._motion.at(held)
@@ -143,3 +144,18 @@ class Transducer:
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
         if self.detector is not None:
             self.detector.feed(ends[ENDS.index(self._listening_end)] - self._rest)
+
+
+def _noise_gain(order: int) -> float:
+    """Return what a difference makes of white noise: the root of its squared weights' sum."""
+    return math.sqrt(math.comb(2 * order, order))
+
+
+def _difference(dt: float) -> int:
+    """Return the least order of a difference of samples in which noise is left and no motion."""
+    motion = 2.0 * math.sin(0.5 * UPPER_EDGE * dt)
+    return next(
+        order
+        for order in itertools.count(1)
+        if motion**order <= LEFT_OF_MOTION * _noise_gain(order)
+    )

@@ -68,8 +68,7 @@ def audit(
 ) -> Budget:
     """Advance a chain, step by step, and keep books.
 
-    Powers are integrated by the trapezoidal rule over the steps, of second order as the
-    integrator is.
+    Powers are integrated by the trapezoidal rule over the steps, of second order.
 
     Args:
         chain: It advances as by `Chain.advance`, which the other arguments are for, to the bit.
@@ -85,18 +84,19 @@ def audit(
         StateError: As `Chain.advance`.
     """
     chain.check_inputs(V_N, drive, shake)
-    V_N = V_N[: None if most is None else 2 * most]
+    substeps = chain.integrator.substeps
+    V_N = V_N[: None if most is None else substeps * most]
     ledger = _Ledger(chain, 1 if drive is None else drive.site)
     driven = 0 if drive is None else drive.motion.shape[1]
     base = np.zeros(len(V_N)) if shake is None else shake
     before = ledger.entry(float(base[0]) if len(base) else 0.0)
     start = before.energy
     heat = actuator = held = shaken = 0.0
-    for first in range(0, len(V_N), 2):
-        now = slice(first, first + 2)
+    for first in range(0, len(V_N), substeps):
+        now = slice(first, first + substeps)
         part = Drive(drive.site, drive.motion[:, now]) if drive and first < driven else None
         chain.advance(V_N[now], part, base[now])
-        after = ledger.entry(float(base[first + 1]))
+        after = ledger.entry(float(base[first + substeps - 1]))
         half = 0.5 * chain.dt
         heat += half * (before.damping + after.damping)
         held += half * (before.stuck + after.stuck)

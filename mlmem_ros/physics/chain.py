@@ -13,53 +13,11 @@ from .design import Design
 from .energy import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
 from .field import Field, aligned
-from .jit import in_cache
-from .kernel import advance_elastic, advance_rigid
-from .noh_bathe import OMEGA_DT_LIMIT, P, coefficients
+from .integrator import Integrator
+from .noh_bathe import NOH_BATHE
 from .potential import Array
 from .specimen import Specimen
-
-STABILITY_MARGIN = 0.95
-"""Largest share of the stability limit that we step with."""
-
-ACCURATE_STEP = 0.25
-"""Largest step with the rigid substrate: 12 steps per period of the probe's carrier."""
-
-
-def kernel_in_cache(design: Design) -> bool:
-    """Return whether the loop that advances a design is compiled already; see `jit.in_cache`."""
-    return in_cache(advance_rigid if design.substrate == 'rigid' else advance_elastic)
-
-
-def highest_frequency(element: Design | Specimen) -> float:
-    """Return a bound of the angular frequencies of small waves anywhere in an element."""
-    specimen = element if isinstance(element, Specimen) else Specimen(element)
-    design, lightest = specimen.design, float(specimen.masses.min())
-    between = np.linspace(design.D_s1 - 0.25, design.D_s2 + 0.25, 1001)
-    on_site = float(np.abs(design.potential.stiffness(between)).max() * specimen.alpha.max())
-    metamaterial = (4.0 + on_site) / lightest
-    if design.substrate == 'rigid':
-        return math.sqrt(metamaterial)
-    stiffest = 4.0 * float(specimen.s.max()) + on_site
-    return math.sqrt(max(stiffest, metamaterial) + on_site / math.sqrt(lightest))
-
-
-def stable_step(element: Design | Specimen) -> float:
-    """Return the largest step that keeps the margin to the limit of the integrator.
-
-    Explicit damping eta lowers the limit: x = omega dt / OMEGA_DT_LIMIT has to satisfy
-    x^2 + 2 eta dt / OMEGA_DT_LIMIT <= 1.
-    """
-    specimen = element if isinstance(element, Specimen) else Specimen(element)
-    omega, eta = highest_frequency(specimen), specimen.eta / float(specimen.masses.min())
-    damped = (math.hypot(omega, eta) - eta) / omega
-    return STABILITY_MARGIN * OMEGA_DT_LIMIT / omega * damped
-
-
-def substep_times(steps: int, dt: float) -> Array:
-    """Return the times of the sub-step ends of a run of steps, from its start, (2 steps,)."""
-    starts = np.arange(steps, dtype=np.float64)
-    return np.stack((starts + P, starts + 1.0), axis=1).ravel() * dt
+from .stepping import STABILITY_MARGIN, default_step, stable_step
 
 
 @dataclass(frozen=True)
@@ -68,8 +26,9 @@ class Drive:
 
     Attributes:
         site: The driven cell: 1 or N.
-        motion: Its displacement and velocity at the end of every sub-step, shape (2, m) with m
-            at most twice the steps of the run; it is free afterwards.
+        motion: Its displacement and velocity at the first m of the run's `substep_times`, shape
+            (2, m); it is free afterwards. PEFRL lets go between two steps only: a step that is
+            not held to its end is free from its start.
     """
 
     site: int
@@ -83,24 +42,27 @@ class Chain:
         design: The element.
         specimen: The element as it was made and has become; set it with `become`.
         dt: Step size in time units.
+        integrator: How it is stepped.
         steps_done: Steps since the chain was made: its clock.
         V_N: Present displacement of the substrate's end.
         inputs: What the last run was driven by: the arguments of `advance`.
     """
 
-    def __init__(self, design: Design, dt: float | None = None) -> None:
+    def __init__(
+        self, design: Design, dt: float | None = None, integrator: Integrator = NOH_BATHE
+    ) -> None:
         """Make a blank chain at rest: every cell in the inactive phase.
 
         Args:
             design: The element.
-            dt: Step size in time units; by default the smaller of `ACCURATE_STEP` and
-                `stable_step(design)`.
+            dt: Step size in time units; by default `default_step(design, integrator)`.
+            integrator: How it is stepped.
 
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
         """
-        limit = stable_step(design)
-        dt = min(ACCURATE_STEP, limit) if dt is None else dt
+        limit = stable_step(design, integrator)
+        dt = default_step(design, integrator) if dt is None else dt
         if not 0.0 < dt <= limit:
             raise DesignError(
                 f'dt must be above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the '
@@ -109,16 +71,16 @@ class Chain:
         self.design = design
         self.specimen = Specimen(design)
         self.dt = dt
+        self.integrator = integrator
         self.steps_done = 0
         self.V_N = 0.0
         self.inputs: tuple[Array, Drive | None, Array | None] = (np.empty(0), None, None)
         n = design.N
-        self._constants = np.array(coefficients(dt))
-        self._height, self._offset, self._mobility = (aligned(np.zeros(n)) for _ in range(3))
-        self._shape, self._springs = aligned(np.zeros(n)), aligned(np.zeros(n + 1))
+        self._height, self._offset, self._shape = (aligned(np.zeros(n)) for _ in range(3))
+        self._springs = aligned(np.zeros(n + 1))
         self._fill()
-        self._metamaterial = Field(n)
-        self._substrate = Field(n) if design.substrate == 'elastic' else None
+        self._metamaterial = Field(n, integrator.work(n))
+        self._substrate = Field(n, integrator.work(n)) if design.substrate == 'elastic' else None
         self._no_motion = np.zeros((2, 1))
         self.v[:] = design.D_s1
 
@@ -191,7 +153,7 @@ class Chain:
 
         Returns:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
-            elastic substrate: shape (3, N) or (6, N).
+            elastic substrate: shape (3, N) or (6, N). PEFRL knows no accelerations: zeros.
         """
         rows = self._metamaterial.rows()
         if self._substrate is not None:
@@ -199,7 +161,7 @@ class Chain:
         return np.array(rows)
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
-        """Set the state that `state` returned, to the bit.
+        """Set the state that `state` returned, to the bit; by either integrator.
 
         Raises:
             StateError: A wrong shape or a value that is not finite; nothing is changed.
@@ -212,6 +174,9 @@ class Chain:
         self._metamaterial.set(state[:3])
         if self._substrate is not None:
             self._substrate.set(state[3:])
+        for field in (self._metamaterial, self._substrate):
+            if field is not None and not self.integrator.keeps_accelerations:
+                field.acceleration[:] = 0.0
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
@@ -234,7 +199,7 @@ class Chain:
         """Raise `DesignError` for a specimen that `become` would refuse."""
         if specimen.design != self.design:
             raise DesignError('the specimen must be of the design of the chain')
-        if self.dt > (limit := stable_step(specimen)):
+        if self.dt > (limit := stable_step(specimen, self.integrator)):
             raise DesignError(
                 f'the specimen needs a step of at most {limit:.5g}; the chain runs with '
                 f'{self.dt:g}'
@@ -245,10 +210,13 @@ class Chain:
         specimen = self.specimen
         self._height[:] = specimen.alpha * self.design.d
         self._offset[:] = specimen.offsets
-        self._mobility[:] = 1.0 / specimen.masses
-        self._stuck = np.flatnonzero(self._mobility == 0.0)
         self._shape[:] = specimen.strain_shape
         self._springs[1:-1] = specimen.s
+        mobility = aligned(1.0 / specimen.masses)
+        self._stuck = np.flatnonzero(mobility == 0.0)
+        self._constants = self.integrator.constants(self.dt, mobility, specimen.eta)
+        if self.design.substrate == 'elastic':
+            self._constants += self.integrator.substrate_constants(self.dt, specimen.eta)
 
     # --- time ----------------------------------------------------------------------------
 
@@ -256,12 +224,11 @@ class Chain:
         """Advance by whole steps.
 
         Args:
-            V_N: Displacement of the substrate's end at the end of every sub-step (see
-                `substep_times`), shape (2 steps,), finite.
+            V_N: Displacement of the substrate's end at the `substep_times`, shape (m steps,)
+                with m = integrator.substeps, finite.
             drive: A cell held at a prescribed motion at the start of the run.
-            shake: Acceleration of the base at the end of every sub-step, shape (2 steps,),
-                finite; the displacements are those relative to the base. None for a base at
-                rest.
+            shake: Acceleration of the base at the same times, shape (m steps,), finite; the
+                displacements are those relative to the base. None for a base at rest.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
@@ -275,55 +242,34 @@ class Chain:
         V_N = _plain(V_N)
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = self._no_motion if drive is None else _plain(drive.motion)
-        steps = len(V_N) // 2
+        steps = len(V_N) // self.integrator.substeps
         site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
         ends = np.empty((2, steps))
         p = self.design
         if self._substrate is None:
-            advance_rigid(
-                steps,
-                p.N,
-                *self._metamaterial.arrays(),
-                self._height,
-                self._offset,
-                self._mobility,
-                self._stuck,
-                self._shape,
-                V_N,
-                base,
-                self.specimen.eta,
-                p.a,
-                p.b,
-                p.c,
-                site,
-                driven,
-                motion,
-                ends,
-                self._constants,
-            )
+            loop, fields, strained = self.integrator.rigid, self._metamaterial.arrays, self._shape
         else:
-            advance_elastic(
-                steps,
-                p.N,
-                *self._metamaterial.arrays(),
-                *self._substrate.arrays(),
-                self._height,
-                self._offset,
-                self._mobility,
-                self._stuck,
-                self._springs,
-                V_N,
-                base,
-                self.specimen.eta,
-                p.a,
-                p.b,
-                p.c,
-                site,
-                driven,
-                motion,
-                ends,
-                self._constants,
-            )
+            loop, strained = self.integrator.elastic, self._springs
+            fields = self._metamaterial.arrays + self._substrate.arrays
+        loop(
+            steps,
+            p.N,
+            *fields,
+            self._height,
+            self._offset,
+            self._stuck,
+            strained,
+            V_N,
+            base,
+            p.a,
+            p.b,
+            p.c,
+            site,
+            driven,
+            motion,
+            ends,
+            *self._constants,
+        )
         if steps:
             self.V_N = float(V_N[-1])
         self.steps_done += steps
@@ -334,12 +280,13 @@ class Chain:
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""
-        return self.advance(np.full(2 * steps, self.V_N))
+        return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
     def check_inputs(self, V_N: Array, drive: Drive | None, shake: Array | None = None) -> None:
         """Raise `StateError` for what `advance` would refuse."""
-        if V_N.ndim != 1 or len(V_N) % 2:
-            raise StateError(f'V_N must have shape (2 steps,); got {V_N.shape}')
+        substeps = self.integrator.substeps
+        if V_N.ndim != 1 or len(V_N) % substeps:
+            raise StateError(f'V_N must have shape ({substeps} steps,); got {V_N.shape}')
         if not np.isfinite(V_N).all():
             raise StateError('V_N must be finite; got NaN or infinity')
         if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):

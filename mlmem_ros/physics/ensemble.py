@@ -42,7 +42,8 @@ class Ensemble:
             workers: Number of threads; by default one per core, and no more than elements.
 
         Raises:
-            StateError: There is no chain, one occurs twice, or the workers are less than 1.
+            StateError: There is no chain, one occurs twice, the integrators are not the same, or
+                the workers are less than 1.
         """
         self.chains = tuple(chains)
         if not self.chains or len({id(chain) for chain in self.chains}) < len(self.chains):
@@ -50,6 +51,9 @@ class Ensemble:
                 f'chains must be at least one, each once; got {len(self.chains)} with '
                 f'{len({id(chain) for chain in self.chains})} different ones'
             )
+        if len({chain.integrator for chain in self.chains}) > 1:
+            raise StateError('all chains must have the same integrator')
+        self._substeps = self.chains[0].integrator.substeps
         self.workers = min(_cores() if workers is None else workers, len(self.chains))
         if self.workers < 1:
             raise StateError(f'workers must be at least 1; got {workers}')
@@ -77,8 +81,8 @@ class Ensemble:
         """Advance all elements by whole steps.
 
         Args:
-            V_N: Displacement of the substrate's end at the end of every sub-step, of each
-                element, shape (elements, 2 steps), or the same for all, shape (2 steps,).
+            V_N: Displacement of the substrate's end at the sub-steps, as `Chain.advance` takes
+                it, of each element, shape (elements, m steps), or the same for all, (m steps,).
             drives: For each element a boundary cell held at a prescribed motion, or None.
             shake: Acceleration of the base, of the same shapes as V_N, or None.
 
@@ -99,7 +103,7 @@ class Ensemble:
             raise StateError(f'drives must be {len(self)}, one per element; got {len(held)}')
         for chain, row, drive, base in zip(self.chains, rows, held, shakes, strict=True):
             chain.check_inputs(row, drive, base)
-        ends = np.empty((len(self), 2, len(rows[0]) // 2))
+        ends = np.empty((len(self), 2, len(rows[0]) // self._substeps))
         lost: list[int] = []
 
         def work(numbers: Iterator[int]) -> None:
@@ -120,13 +124,14 @@ class Ensemble:
         """Return one row for every element, from one for each or one for all."""
         values = np.asarray(values, dtype=np.float64)
         if values.ndim not in (1, 2) or (values.ndim == 2 and len(values) != len(self)):
-            raise StateError(f'{name} must have shape ({len(self)}, 2 steps); got {values.shape}')
+            wanted = f'({len(self)}, {self._substeps} steps)'
+            raise StateError(f'{name} must have shape {wanted}; got {values.shape}')
         return list(values) if values.ndim == 2 else [values] * len(self)
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with every substrate's end held where it is."""
         V_N = np.array([chain.V_N for chain in self.chains])
-        return self.advance(np.repeat(V_N[:, None], 2 * steps, axis=1))
+        return self.advance(np.repeat(V_N[:, None], self._substeps * steps, axis=1))
 
 
 class _Shared:

@@ -27,18 +27,20 @@ class Field:
     Attributes:
         u: Displacements, shape (N + 2,).
         velocity: Velocities, shape (N,).
-        acceleration: Accelerations, shape (N,).
+        acceleration: Accelerations, shape (N,); zeros where the integrator keeps none.
+        arrays: The first arguments of the integrator's loops.
     """
 
-    def __init__(self, n: int) -> None:
-        ghosted, plain = np.zeros(n + 2), np.zeros(n)
-        self.u, self._u_p = aligned(ghosted, 1), aligned(ghosted, 1)
-        self.velocity, self._w = aligned(plain), aligned(plain)
-        self.acceleration, self._a_p = aligned(plain), aligned(plain)
+    def __init__(self, n: int, work: tuple[Array, ...]) -> None:
+        """Make a chain's arrays.
 
-    def arrays(self) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """Return the kernel's six arguments."""
-        return (self.u, self.velocity, self.acceleration, self._u_p, self._w, self._a_p)
+        Args:
+            n: Number of cells.
+            work: The work space of the integrator.
+        """
+        self.u = aligned(np.zeros(n + 2), 1)
+        self.velocity, self.acceleration = aligned(np.zeros(n)), aligned(np.zeros(n))
+        self.arrays = (self.u, self.velocity, self.acceleration, *work)
 
     def rows(self) -> list[Array]:
         """Return the state without ghost cells."""

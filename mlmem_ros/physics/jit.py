@@ -14,9 +14,11 @@ ten times slower.
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar, cast
 
 import llvmlite.binding
@@ -34,8 +36,8 @@ def kernel(function: Function) -> Function:
     """Compile a loop; it releases the GIL and is cached on disk where a place can be written.
 
     Args:
-        function: A function of scalars and arrays, with all it calls in the same file (numba
-            looks at one file's age only when it decides whether its cache is stale).
+        function: A function of scalars and arrays. What it calls is in the same file, or it is
+            `built_on` another.
 
     Returns:
         The compiled function.
@@ -60,13 +62,8 @@ def in_cache(compiled: Callable[..., Any]) -> bool:
     dispatcher: Any = compiled
     if dispatcher.signatures:
         return True
-    if (folder := dispatcher.stats.cache_path) is None:
-        return False
-    loop = dispatcher.py_func
-    source = Path(inspect.getfile(loop))
-    name = f'{source.stem}.{loop.__qualname__}-{loop.__code__.co_firstlineno}.*.nbi'
-    age = source.stat().st_mtime
-    return any(index.stat().st_mtime >= age for index in Path(folder).glob(name))
+    age = Path(inspect.getfile(dispatcher.py_func)).stat().st_mtime
+    return any(index.stat().st_mtime >= age for index in _kept(compiled))
 
 
 def inlined(function: Function) -> Function:
@@ -79,3 +76,34 @@ def inlined(function: Function) -> Function:
         The compiled function.
     """
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
+
+
+def built_on(source: ModuleType) -> Callable[[Function], Function]:
+    """Return a decorator for a compiled loop that has functions of another file inlined.
+
+    numba looks at the age of the loop's own file only; what its cache keeps from before the other
+    file was changed is thrown away here.
+
+    Args:
+        source: The other file.
+    """
+
+    def checked(compiled: Function) -> Function:
+        with contextlib.suppress(OSError):  # no such file, or not ours to remove
+            age = Path(str(source.__file__)).stat().st_mtime
+            for index in _kept(compiled):
+                if index.stat().st_mtime < age:
+                    index.unlink()
+        return compiled
+
+    return checked
+
+
+def _kept(compiled: Callable[..., Any]) -> list[Path]:
+    """Return numba's index of a loop in its cache on disk; empty where there is none."""
+    dispatcher: Any = compiled
+    if (folder := dispatcher.stats.cache_path) is None:
+        return []
+    loop = dispatcher.py_func
+    name = f'{Path(inspect.getfile(loop)).stem}.{loop.__qualname__}'
+    return list(Path(folder).glob(f'{name}-{loop.__code__.co_firstlineno}.*.nbi'))

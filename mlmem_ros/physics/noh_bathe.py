@@ -15,12 +15,15 @@ A is the acceleration at the START of the step, also in the last line.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .field import aligned
+from .integrator import Complex, Integrator
+from .noh_bathe_kernel import advance_elastic, advance_rigid
+from .potential import Array
 
 P = 0.54
 """The paper's split of the step."""
@@ -62,48 +65,45 @@ def coefficients(dt: float, p: float = P) -> Coefficients:
     )
 
 
-def squared_frequency(omega: Array, eta: float, dt: float) -> NDArray[np.complex128]:
-    """Return the stiffness (unit mass) that a wave of a frequency sees in this scheme.
+class NohBathe(Integrator):
+    """The paper's method: two sub-steps, of second order; it damps short waves by itself."""
 
-    A harmonic motion exp(i omega t) solves v'' + eta v' + w v = 0 for w = omega^2 - i eta omega.
-    For the scheme's discrete motion the same w is off by its dispersion and its own damping: it
-    is that for which exp(i omega dt) is an eigenvalue of the step. Found by secants.
+    name = 'noh_bathe'
+    nodes = (P, 1.0)
+    accurate_step = 0.25  # 12 steps per period of the probe's carrier
+    keeps_accelerations = True
+    rigid = staticmethod(advance_rigid)
+    elastic = staticmethod(advance_elastic)
 
-    Args:
-        omega: Angular frequencies, shape (m,).
-        eta: Damping.
-        dt: Step size in time units; 0 gives the exact value.
+    def limit(self, omega: float, eta: float) -> float:
+        """Return the largest stable step (see `Integrator`).
 
-    Returns:
-        w, shape (m,).
-    """
-    exact: NDArray[np.complex128] = omega**2 - 1j * eta * omega
-    if dt == 0.0:
-        return exact
-    turn = np.exp(1j * omega * dt)
-    before, w = exact, exact * (1.0 + 1e-4)
-    miss_before, miss = _miss(before, turn, eta, dt), _miss(w, turn, eta, dt)
-    for _ in range(12):
-        change = miss - miss_before
-        moving = np.abs(change) > 1e-300
-        step = np.where(moving, miss * (w - before) / np.where(moving, change, 1.0), 0.0)
-        before, w, miss_before = w, w - step, miss
-        if np.abs(step).max() < 1e-12:
-            break
-        miss = _miss(w, turn, eta, dt)
-    return np.asarray(w)
+        Explicit damping lowers it: x = omega dt / OMEGA_DT_LIMIT has to satisfy
+        x^2 + 2 eta dt / OMEGA_DT_LIMIT <= 1.
+        """
+        return OMEGA_DT_LIMIT / omega * (math.hypot(omega, eta) - eta) / omega
+
+    def work(self, n: int) -> tuple[Array, ...]:
+        """Return u_p with ghost cells, w and A_p."""
+        return aligned(np.zeros(n + 2), 1), aligned(np.zeros(n)), aligned(np.zeros(n))
+
+    def constants(self, dt: float, mobility: Array, eta: float) -> tuple[Any, ...]:
+        """Return mobility, damping and a0 ... a7 (see `Integrator`)."""
+        return mobility, eta, np.array(coefficients(dt))
+
+    def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
+        """Return the matrix of a step on (U, V, A), shape (m, 3, 3) (see `Integrator`)."""
+        a0, a1, a2, a3, a4, a5, a6, a7 = coefficients(dt)
+        U, V, A = np.eye(3, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
+        k = stiffness[:, None]
+        U_p = U + a0 * V + a1 * A
+        A_p = -k * U_p - eta * (V + a0 * A)
+        V_p = V + a2 * (A + A_p)
+        U_n = U_p + a3 * V_p + a4 * A_p
+        A_n = -k * U_n - eta * (V_p + a3 * A_p)
+        V_n = V_p + a5 * A + a6 * A_p + a7 * A_n
+        return np.stack((U_n, V_n, A_n), axis=1)
 
 
-def _miss(w: NDArray[np.complex128], turn: NDArray[np.complex128], eta: float, dt: float) -> Any:
-    """Return det(M(w) - turn), M the matrix of a step on (U, V, A), shape (m,)."""
-    a0, a1, a2, a3, a4, a5, a6, a7 = coefficients(dt)
-    U, V, A = np.eye(3, dtype=np.complex128)[:, None, :] * np.ones((len(w), 1))
-    stiffness = w[:, None]
-    U_p = U + a0 * V + a1 * A
-    A_p = -stiffness * U_p - eta * (V + a0 * A)
-    V_p = V + a2 * (A + A_p)
-    U_n = U_p + a3 * V_p + a4 * A_p
-    A_n = -stiffness * U_n - eta * (V_p + a3 * A_p)
-    V_n = V_p + a5 * A + a6 * A_p + a7 * A_n
-    matrix = np.stack((U_n, V_n, A_n), axis=1)
-    return np.linalg.det(matrix - turn[:, None, None] * np.eye(3))
+NOH_BATHE = NohBathe()
+"""The method that the paper used, and ours unless another is asked for."""

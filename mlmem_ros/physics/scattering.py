@@ -13,13 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .design import Design
-from .noh_bathe import squared_frequency
+from .integrator import Integrator
+from .noh_bathe import NOH_BATHE
 from .potential import Array
 
 Spectrum = NDArray[np.complex128]
 
 
-def echo_response(design: Design, v: Array, omega: Array, end: str, dt: float = 0.0) -> Spectrum:
+def echo_response(
+    design: Design,
+    v: Array,
+    omega: Array,
+    end: str,
+    dt: float = 0.0,
+    integrator: Integrator = NOH_BATHE,
+) -> Spectrum:
     """Return the first echo at a free end over the motion that the end was driven with.
 
     Args:
@@ -29,6 +37,7 @@ def echo_response(design: Design, v: Array, omega: Array, end: str, dt: float = 
         end: 'left' or 'right': that which is driven, let go and listened to.
         dt: Step of the integrator whose own damping and dispersion are to be counted in; 0 for
             none.
+        integrator: That integrator.
 
     Returns:
         Ratio of the complex amplitudes, shape (m,).
@@ -36,7 +45,7 @@ def echo_response(design: Design, v: Array, omega: Array, end: str, dt: float = 
     stiffness = design.alpha * design.potential.stiffness(v)
     if end == 'right':
         stiffness = stiffness[::-1]
-    common = 2.0 - squared_frequency(omega, design.eta, dt)
+    common = 2.0 - integrator.squared_frequency(omega, design.eta, dt)
     ratio = 1.0 / (stiffness[-1] + common - 1.0)  # v_N / v_{N-1}: the far end is free
     for local in stiffness[-2:0:-1]:
         ratio = 1.0 / (local + common - ratio)

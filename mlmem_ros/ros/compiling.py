@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 from rclpy.node import Node
 
-from ..physics import Design, kernel_in_cache
+from ..physics import INTEGRATORS, Design, kernel_in_cache
 
 REMINDER = 1.0
 """Seconds between two reports: who listens may have come only after the first."""
@@ -19,19 +19,20 @@ REMINDER = 1.0
 
 @contextmanager
 def telling_compilation(
-    node: Node, design: Design, report: Callable[[str], None]
+    node: Node, design: Design, integrator: str, report: Callable[[str], None]
 ) -> Iterator[None]:
     """Tell in the log and to `report` where what is done within has to compile the kernels first.
 
     Args:
         node: Whose log.
         design: The element: its substrate tells which kernel it needs.
+        integrator: Name of the method.
         report: Takes the text at once, and again and again from another thread.
     """
-    if kernel_in_cache(design):
+    if kernel_in_cache(design, INTEGRATORS[integrator]):
         yield
         return
-    text = f'compiling the kernels of the {design.substrate} substrate'
+    text = f'compiling the kernels of the {design.substrate} substrate ({integrator})'
     node.get_logger().info(f'{text} (once; it takes some seconds)')
     begun, over = time.monotonic(), threading.Event()
 

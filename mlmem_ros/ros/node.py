@@ -148,7 +148,8 @@ class MemoryNode(LifecycleNode):
     def _configure(self) -> None:
         given = self._given.values()
         self.get_logger().info('preparing the device')
-        with telling_compilation(self, given.design, self._diagnostics.announce):
+        integrator = given.settings.time.integrator
+        with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
             check_design(given.design, given.settings, given.check, self.get_logger())
             element, memory_file = self._build(given)
         self._given.lock(given.design.levels)

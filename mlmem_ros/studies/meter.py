@@ -8,7 +8,7 @@ import numpy as np
 
 from ..device import MemoryElement
 from ..device.transducer import Transducer
-from ..physics import Chain, Design, Drive, StateError
+from ..physics import NOH_BATHE, Chain, Design, Drive, Integrator, StateError
 from ..physics.energy import actuator_force, energy, metamaterial_force
 from ..physics.potential import Array
 
@@ -29,9 +29,11 @@ class MeteredChain(Chain):
             rigid model dissipates nothing, that of the elastic one counts with its cell.
     """
 
-    def __init__(self, design: Design, dt: float | None = None) -> None:
+    def __init__(
+        self, design: Design, dt: float | None = None, integrator: Integrator = NOH_BATHE
+    ) -> None:
         """Make a blank chain at rest, as `Chain` does."""
-        super().__init__(design, dt)
+        super().__init__(design, dt, integrator)
         self.actuator_work = self.transducer_work = 0.0
         self.heat = np.zeros(design.N)
 
@@ -44,12 +46,13 @@ class MeteredChain(Chain):
         if shake is not None:
             raise StateError('shake must be None: the work of a shaken base is not metered')
         self.check_inputs(V_N, drive)
-        ends = np.empty((2, len(V_N) // 2))
+        substeps = self.integrator.substeps
+        ends = np.empty((2, len(V_N) // substeps))
         pull, power = None, self._power()
         resting = drive is None and bool(np.all(V_N == self.V_N))
         for k in range(0, ends.shape[1], stride := RESTING if resting else 1):
-            step = slice(2 * k, 2 * (k + stride))
-            before, moving = self.V_N, V_N[2 * k + 1] != self.V_N
+            step = slice(substeps * k, substeps * (k + stride))
+            before, moving = self.V_N, V_N[substeps * (k + 1) - 1] != self.V_N
             if moving and pull is None:
                 pull = actuator_force(self)
             held = None
@@ -87,7 +90,7 @@ class MeteredChain(Chain):
 
 def fit_meter(element: MemoryElement) -> MeteredChain:
     """Put a metered chain in the place of a new device's own, and return it."""
-    meter = MeteredChain(element.design, element.chain.dt)
+    meter = MeteredChain(element.design, element.chain.dt, element.chain.integrator)
     element.chain = meter
     element.transducer = Transducer(meter, element.transducer.probes)
     return meter

@@ -77,7 +77,7 @@ def strain_chain(chain: Chain, segments: list[Segment], every: float) -> Trace:
         steps = round(duration / looks / chain.dt)
         span = steps * chain.dt
         motion = Motion(chain.V_N / scale, target, looks * span, smooth=True)
-        times = substep_times(steps, chain.dt)
+        times = substep_times(steps, chain.dt, chain.integrator)
         for look in range(looks):
             strain = motion.strain(look * span + times)
             chain.advance(strain * scale)

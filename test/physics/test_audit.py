@@ -125,6 +125,7 @@ class Wrong(Chain):
     def advance(self, *inputs):
         booked = self.specimen
         self.specimen = dataclasses.replace(booked, eta_factor=self.damping)
+        self._fill()
         self._height[:] = booked.alpha * self.design.d * self.height
         try:
             return super().advance(*inputs)

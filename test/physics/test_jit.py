@@ -11,20 +11,24 @@ import numba
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain, jit, kernel
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
+
+INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 
 
-def test_the_loops_release_the_gil_and_keep_ieee_arithmetic():
-    for loop in (kernel.advance_rigid, kernel.advance_elastic):
+@INTEGRATOR
+def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
+    for loop in (integrator.rigid, integrator.elastic):
         assert loop.targetoptions['nogil'] is True
         assert not loop.targetoptions.get('fastmath', False)
 
 
+@INTEGRATOR
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
-def test_the_loops_are_vectorised(substrate):
+def test_the_loops_are_vectorised(integrator, substrate):
     """Cell by cell they would be ten times slower, as LLVM 14 leaves them without our setting."""
-    Chain(dataclasses.replace(CASE_II, substrate=substrate)).rest(1)
-    loop = getattr(kernel, f'advance_{substrate}')
+    Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator).rest(1)
+    loop = getattr(integrator, substrate)
     fresh = numba.njit(**jit.SETTINGS)(loop.py_func)
     fresh.compile(loop.signatures[0])
     code = fresh.inspect_asm(fresh.signatures[0])
@@ -72,3 +76,33 @@ def test_a_loop_that_is_in_the_cache_is_known(tmp_path, monkeypatch):
     later = source.stat().st_mtime + 10.0
     os.utime(source, (later, later))
     assert not jit.in_cache(loaded())
+
+
+def test_a_loop_built_on_another_file_is_compiled_anew_when_that_has_changed(
+    tmp_path, monkeypatch
+):
+    """numba alone would go on with what it had inlined before."""
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path / 'cache'))
+    monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
+    formula, loop = tmp_path / 'formula.py', tmp_path / 'loop.py'
+    loop.write_text('def evaluate(x):\n    return multiply(x)\n')
+
+    def evaluate(x, factor):
+        formula.write_text(f'def multiply(x):\n    return {factor} * x\n')
+        inner, outer = load(formula), load(loop)
+        outer.multiply = jit.inlined(inner.multiply)
+        return jit.built_on(inner)(jit.kernel(outer.evaluate))(x)
+
+    def load(source):
+        spec = importlib.util.spec_from_file_location(source.stem, source)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    assert evaluate(1.0, 2.0) == 2.0
+    os.utime(loop, (0.0, 0.0))  # the loop itself is as old as ever
+    kept = jit._kept(jit.kernel(load(loop).evaluate))
+    assert kept
+    for index in kept:
+        os.utime(index, (1.0, 1.0))
+    assert evaluate(1.0, 3.0) == 3.0

@@ -23,8 +23,8 @@ import numpy as np
 import pytest
 
 from mlmem_ros.physics import CASE_II, Chain, StateError, stable_step
-from mlmem_ros.physics.kernel import advance_rigid
 from mlmem_ros.physics.noh_bathe import coefficients
+from mlmem_ros.physics.noh_bathe_kernel import advance_rigid
 
 UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 
@@ -124,12 +124,10 @@ def test_half_and_half_is_velocity_verlet():
         *spare,
         p.alpha * p.d,
         np.zeros(p.N),
-        np.ones(p.N),
         np.empty(0, dtype=np.int64),
         p.strain_shape,
         ramp,
         np.zeros(2 * steps),
-        p.eta,
         p.a,
         p.b,
         p.c,
@@ -137,6 +135,8 @@ def test_half_and_half_is_velocity_verlet():
         0,
         np.zeros((2, 1)),
         ends,
+        np.ones(p.N),
+        p.eta,
         np.array(coefficients(dt, p=0.5)),
     )
     # The same sums in another order: some roundings per step, not yet spread by chaos.
@@ -151,7 +151,7 @@ def test_half_and_half_is_velocity_verlet():
 
 def growth(monkeypatch, omega_dt, eta=0.0, steps=400):
     """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr('mlmem_ros.physics.chain.OMEGA_DT_LIMIT', 100.0)
+    monkeypatch.setattr('mlmem_ros.physics.noh_bathe.OMEGA_DT_LIMIT', 100.0)
     p = dataclasses.replace(UNIFORM, eta=eta)
     kappa = np.pi * (p.N - 1) / p.N
     omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))

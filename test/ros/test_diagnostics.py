@@ -121,17 +121,9 @@ def test_damping_that_the_books_do_not_know_is_a_warning(element, factor, level)
     """The loop damps ten times as much as the specimen that is told: nine tenths are missing."""
     element.chain.place(element.chain.v + 0.01 * np.sin(0.3 * CASE_II.sites))
     told = element.chain.specimen
-    advance = element.chain.advance
-
-    def damped(*inputs):
-        element.chain.specimen = Specimen(CASE_II, eta_factor=factor)
-        try:
-            return advance(*inputs)
-        finally:
-            element.chain.specimen = told
-
+    element.chain.become(Specimen(CASE_II, eta_factor=factor))
+    element.chain.specimen = told  # the loops keep what they were given
     component = MaterialComponent()
-    element.chain.advance = damped
     component._auditor._twin = element.chain  # the audit is of what this chain does
     component.before_tick(element)
     element.advance()

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...physics import StateError
+from ...physics import INTEGRATORS, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst
 from ..element import steps_per_tick
@@ -24,7 +24,8 @@ AUDIBLE = 1.25
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the echoes heard at either end, and on that of a blank element."""
     design, settings = subject.design, subject.settings
-    dt = settings.time.tick / steps_per_tick(design, settings.time.tick)
+    dt = settings.time.tick / steps_per_tick(design, settings.time)
+    integrator = INTEGRATORS[settings.time.integrator]
     walls = {}
     for level in subject.levels:
         try:
@@ -33,12 +34,14 @@ def check(subject: Subject) -> Iterator[Finding]:
             continue  # `pin_depth` and `echo_...` tell of it
     for end in subject.ends:
         probe = settings.probe if end == 'left' else settings.probe_right
-        echoes = {n: forecast_echo(design, v, probe, end, dt) for n, v in walls.items()}
+        echoes = {
+            n: forecast_echo(design, v, probe, end, dt, integrator) for n, v in walls.items()
+        }
         margins = {level: echo.threshold_margin for level, echo in echoes.items()}
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         yield _heard(end, margins, delays)
     blank = forecast_echo(
-        design, np.full(design.N, design.D_s1), settings.probe_right, 'right', dt
+        design, np.full(design.N, design.D_s1), settings.probe_right, 'right', dt, integrator
     )
     yield Finding(
         'echo_blank',

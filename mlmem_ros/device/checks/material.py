@@ -6,7 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...physics import stable_step
+import numpy as np
+
+from ...physics import CASE_II, INTEGRATORS, stable_step
 from ...verdict import Verdict
 from ..element import steps_per_tick
 from .finding import Finding, judged
@@ -18,8 +20,8 @@ DISTINCT = 1.05
 LEAST_ALPHA = 0.5
 """Share of the potential that should be left at the far end."""
 
-LARGEST_PHASE = 0.65
-"""Phase of the carrier in a step, in rad, up to which the integrator damps it but little."""
+LARGEST_OWN_DAMPING = 0.65
+"""Share of eta up to which the integrator's own damping of the carrier counts as little."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -99,17 +101,21 @@ def _alpha(subject: Subject) -> Finding:
 
 
 def _step(subject: Subject) -> Finding:
-    limit = stable_step(subject.design)
-    tick = subject.settings.time.tick
-    dt = tick / steps_per_tick(subject.design, tick)
-    phase = dt * max(subject.settings.probe.omega_c, subject.settings.probe_right.omega_c)
+    design, settings = subject.design, subject.settings
+    integrator = INTEGRATORS[settings.time.integrator]
+    dt = settings.time.tick / steps_per_tick(design, settings.time)
+    carriers = np.array([settings.probe.omega_c, settings.probe_right.omega_c])
+    ideal, seen = (integrator.squared_frequency(carriers, design.eta, each) for each in (0.0, dt))
+    own = float(((ideal - seen).imag / carriers).max())
+    little = own < LARGEST_OWN_DAMPING * max(design.eta, CASE_II.eta)
     return Finding(
         'step',
-        {'dt': dt, 'stable up to': limit},
+        {'dt': dt, 'stable up to': stable_step(design, integrator), 'own damping': own},
         'time',
-        Verdict.PASS if phase < LARGEST_PHASE else Verdict.WARN,
+        Verdict.PASS if little else Verdict.WARN,
         'step of the time integration; the device keeps it below the limit by itself'
-        if phase < LARGEST_PHASE
-        else f'a step is {phase:.2f} rad of the carrier: the integrator damps the echo',
+        if little
+        else f'the integrator damps the carrier by {own:.2g} beside an eta of {design.eta:.2g}: '
+        'set time.integrator to pefrl',
         'we apply the Noh-Bathe integration scheme to Eqs. (1) (p. 5)',
     )

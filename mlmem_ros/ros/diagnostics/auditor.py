@@ -47,7 +47,10 @@ class Auditor:
         if self._begun is None:
             return
         (begun, *state, steps), self._begun = self._begun, None
-        if begun is chain and chain.steps_done == steps + len(chain.inputs[0]) // 2:
+        if (
+            begun is chain
+            and chain.steps_done == steps + len(chain.inputs[0]) // chain.integrator.substeps
+        ):
             self._tick = _Tick(*state, steps, chain.specimen, chain.inputs)
 
     def budget(self, chain: Chain) -> Budget | None:
@@ -60,8 +63,9 @@ class Auditor:
         if tick is None:
             return None
         twin = self._twin
-        if twin is None or (twin.design, twin.dt) != (chain.design, chain.dt):
-            twin = self._twin = Chain(chain.design, chain.dt)
+        kind = chain.design, chain.dt, chain.integrator
+        if twin is None or (twin.design, twin.dt, twin.integrator) != kind:
+            twin = self._twin = Chain(*kind)
         twin.restore(tick.state, V_N=tick.V_N, steps_done=tick.steps_done)
         if twin.specimen is not tick.specimen:
             twin.become(tick.specimen)

@@ -46,7 +46,8 @@ class MaterialComponent(Component):
         self._idle = element.idle
         parts = energy(chain)
         if self._judged[0] is not chain.specimen:
-            self._judged = chain.specimen, 1.0 - chain.dt / stable_step(chain.specimen)
+            limit = stable_step(chain.specimen, chain.integrator)
+            self._judged = chain.specimen, 1.0 - chain.dt / limit
         self._values = {
             'stability_margin': self._judged[1],
             'dt': chain.dt,

@@ -10,8 +10,9 @@ may not.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
-from ...physics import CASE_II
+from ...physics import CASE_II, PEFRL
 from .c_program import WIDEST, NoCompiler, c_runner
 from .comparison import Comparison
 from .measure import Contender, measure
@@ -34,10 +35,11 @@ def run(repeats: int) -> list[Comparison]:
 def _at_the_papers_length(repeats: int) -> Comparison:
     problem = Problem.of_size(CASE_II.N)
     steps = SITES // CASE_II.N
-    skipped = {}
+    fourth, skipped = problem.chain(integrator=PEFRL), {}
     contenders = [
         _contender('ours, rigid', problem.chain(dt=STEP).rest, steps, CASE_II.N),
         _contender('ours, elastic', problem.chain('elastic').rest, steps, CASE_II.N),
+        Contender('ours, PEFRL, rigid', partial(fourth.rest, steps // 2), 2.0 * steps * CASE_II.N),
     ]
     for name, flags in (('C', ()), ('C, widest vectors', (WIDEST,))):
         try:
@@ -55,7 +57,7 @@ def _at_the_papers_length(repeats: int) -> Comparison:
         f'Kernel at N = {CASE_II.N}',
         'ns / site and sub-step',
         f'the same Noh-Bathe steps (step {STEP:g}) from the same state, one core; the elastic '
-        'one moves two chains and counts a site once',
+        'one moves two chains and counts a site once; a step of PEFRL has four sub-steps',
         measure(contenders, repeats, scale=1e9),
         skipped,
     )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...physics import CASE_II, Chain, Design
+from ...physics import CASE_II, NOH_BATHE, Chain, Design, Integrator
 from ...physics.equilibrium import wall_profile
 from ...physics.noh_bathe import coefficients
 from ...physics.potential import Array
@@ -78,9 +78,14 @@ class Problem:
         acceleration = chain.state()[2].copy()
         return Arrays(u, np.zeros(n), acceleration, np.zeros(n + 2), np.zeros(n), np.zeros(n))
 
-    def chain(self, substrate: str = 'rigid', dt: float | None = None) -> Chain:
+    def chain(
+        self,
+        substrate: str = 'rigid',
+        dt: float | None = None,
+        integrator: Integrator = NOH_BATHE,
+    ) -> Chain:
         """Return our own chain in the initial state."""
-        chain = Chain(replace(self.design, substrate=substrate), dt)
+        chain = Chain(replace(self.design, substrate=substrate), dt, integrator)
         chain.place(self.start)
         return chain
 

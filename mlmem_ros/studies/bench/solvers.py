@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Our kernel beside general solvers, at equal error on the same problem.
+"""Our integrators beside general solvers, at equal error on the same problem.
 
 Every solver is given a ladder of settings (tolerance or step) and takes part with the cheapest
 one whose greatest error of a displacement, against DOP853 at a tolerance of 1e-13, is at most
@@ -14,13 +14,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...physics import Chain
+from ...physics import NOH_BATHE, PEFRL, Chain, Integrator
 from ...physics.potential import Array
 from .comparison import Comparison
-from .integrators import SCHEMES, solver
 from .measure import Contender, measure
 from .peers import PEERS, Missing, Solve
 from .problem import STEP, Problem
+from .verlet import verlet
 
 TITLE = 'milliseconds at equal error beside SciPy, heyoka, diffrax and MuJoCo'
 
@@ -28,19 +28,24 @@ DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
 
 LADDER = tuple(STEP / 2 ** (0.25 * k) for k in range(21))
-"""Our own steps."""
+"""Steps of the methods of second order, ours and Verlet's."""
 
-LONGER = tuple(1.6 / 2 ** (0.25 * k) for k in range(33))
-"""Steps of the symplectic integrators; PEFRL takes long ones."""
+LONGER = tuple(1.3 / 2 ** (0.25 * k) for k in range(21))
+"""Those of our fourth-order method, from the longest that is stable."""
+
+OURS = 'ours, Noh-Bathe'
+"""What all others are compared with: the paper's method at its step."""
 
 
 def run(repeats: int) -> list[Comparison]:
     """Measure at the error of our default step and at a hundredth of it."""
     problem = Problem.of_size(225)
     reference = PEERS['SciPy DOP853'](problem, DURATION).solve(1e-13)
-    ladders: dict[str, tuple[Sequence[float], Solve]] = {'ours, rigid': (LADDER, _ours(problem))}
-    for scheme in SCHEMES:
-        ladders[scheme] = LONGER, solver(problem, DURATION, scheme)
+    ladders: dict[str, tuple[Sequence[float], Solve]] = {
+        OURS: (LADDER, _ours(problem, NOH_BATHE)),
+        'ours, PEFRL': (LONGER, _ours(problem, PEFRL)),
+        'velocity Verlet': (LADDER, verlet(problem, DURATION)),
+    }
     skipped = {'numbalsoda': 'has no wheel; its source needs a Fortran compiler'}
     for name, peer in PEERS.items():
         try:
@@ -53,7 +58,7 @@ def run(repeats: int) -> list[Comparison]:
         name: [_error(solve(setting), reference) for setting in settings]
         for name, (settings, solve) in ladders.items()
     }
-    default = errors['ours, rigid'][0]
+    default = errors[OURS][0]
     return [
         _at(target, label, ladders, errors, skipped, repeats)
         for target, label in ((default, 'default'), (0.01 * default, 'hundredth'))
@@ -87,10 +92,10 @@ def _at(
     )
 
 
-def _ours(problem: Problem) -> Solve:
+def _ours(problem: Problem, integrator: Integrator) -> Solve:
     @functools.cache
     def chain(steps: int) -> Chain:
-        return problem.chain(dt=DURATION / steps)
+        return problem.chain(dt=DURATION / steps, integrator=integrator)
 
     def solve(dt: float) -> Array:
         steps = round(DURATION / dt)

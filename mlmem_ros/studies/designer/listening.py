@@ -19,8 +19,7 @@ from ...device.checks.subject import Subject
 from ...device.echo import blanking, threshold
 from ...device.forecast import forecast_echo
 from ...device.settings import ProbeSettings
-from ...physics import Design
-from ...physics.chain import ACCURATE_STEP
+from ...physics import NOH_BATHE, Design
 from ...physics.dispersion import band, group_velocity
 from ...physics.equilibrium import resting_wall
 
@@ -92,7 +91,7 @@ def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
     far = [np.full(roomy.N, roomy.D_s1), resting_wall(roomy, 0)]
     signal, clutter, faintest = math.inf, 0.0, math.inf
     for v in far:
-        echo = forecast_echo(roomy, v, probe, 'right', ACCURATE_STEP)
+        echo = forecast_echo(roomy, v, probe, 'right', NOH_BATHE.accurate_step)
         heard = echo.t > blanking(probe)
         t, v_c = echo.t[heard], echo.v_c[heard]
         gain = probe.v_th / threshold(probe, t)
@@ -122,7 +121,7 @@ def dynamic_range(subject: Subject) -> float:
     end = 'right' if settings.read.end == 'right' else 'left'
     probe = settings.probe if end == 'left' else settings.probe_right
     v = resting_wall(design, design.levels - 1 if end == 'left' else 0)
-    echo = forecast_echo(design, v, probe, end, ACCURATE_STEP)
+    echo = forecast_echo(design, v, probe, end, NOH_BATHE.accurate_step)
     heard = echo.t > (blanking(probe) if echo.delay is None else echo.delay)
     return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))
 

@@ -13,56 +13,20 @@ a4 = a3^2 / 2, a prediction is one such velocity times a0 or a3: with h0 = a0 / 
     damping velocities  V + a0 A = (V + h0 A) + h0 A  and  V_p + a3 A_p = w + h3 A_p.
 
 The loops are inlined as text: a call would count the references of its arrays, which takes as
-long as 80 cells. All of it lives in this one file: see `jit.kernel`.
+long as 80 cells.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
-from .jit import inlined, kernel
+from . import on_site as formula
+from .jit import built_on, inlined, kernel
+from .on_site import on_site
 from .potential import Array
 
 Cells = npt.NDArray[np.int64]
-
-INVERSE_TURN = 0.5 / math.pi
-
-# sin(2 pi h) / h on |h| <= 1/4 as a polynomial of degree 7 in z = h^2 (Remez fit in 50 digits:
-# error 9e-17), by its zeros: -SCALE (z + Z0) and three factors z (z + Pi) + Qi. Factors can be
-# computed side by side, where the terms of Horner's scheme wait for each other.
-SCALE = 0.6909358876280237
-Z0 = -1.3345852599441275
-P1, Q1 = -1.2780920481684164, 0.2570229834847412
-P2, Q2 = -2.6192657605531724, 3.1839719414663654
-P3, Q3 = -0.29244421228863127, 8.326348824137952
-
-
-@inlined
-def wave(amplitude: float, turns: float) -> float:
-    """Return amplitude sin(2 pi turns) / SCALE by a vectorisable polynomial; no branch, no table.
-
-    Whole turns are taken off the distance to the sine's crest, which is exact; the rest is
-    folded into the quarter turn beside a zero. The error of the sine is below 1e-15 plus the
-    rounding of its argument.
-    """
-    crest = turns - 0.25
-    whole: float = np.rint(crest)
-    h = abs(crest - whole) - 0.25
-    z = h * h
-    near, far = (z + Z0) * (z * (z + P1) + Q1), (z * (z + P2) + Q2) * (z * (z + P3) + Q3)
-    return amplitude * h * (near * far)
-
-
-@inlined
-def on_site(height: float, configuration: float, a: float, b: float, c: float) -> float:
-    """Return height psi'(configuration) / d (the potential of page 3)."""
-    y = configuration + c
-    y2 = y * y
-    turns = y * (INVERSE_TURN * a + INVERSE_TURN * b * y2)
-    return wave(height * (SCALE * a + SCALE * 3.0 * b * y2), turns)
 
 
 @inlined
@@ -114,12 +78,13 @@ def clamp(stuck: Cells, u: Array, u_next: Array, velocity: Array, acceleration: 
         velocity[j] = acceleration[j] = 0.0
 
 
+@built_on(formula)
 @kernel
 def advance_rigid(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
-    height: Array, offset: Array, mobility: Array, stuck: Cells, shape: Array, V_N: Array,
-    shake: Array, eta: float, a: float, b: float, c: float,
-    site: int, driven: int, drive: Array, ends: Array, constants: Array,
+    height: Array, offset: Array, stuck: Cells, shape: Array, V_N: Array, shake: Array,
+    a: float, b: float, c: float, site: int, driven: int, drive: Array, ends: Array,
+    mobility: Array, eta: float, constants: Array,
 ) -> None:
     """Advance Eq. (1a) over the quasi-static substrate V_j = V_N shape_j.
 
@@ -130,17 +95,17 @@ def advance_rigid(
         u_p, w, A_p: Work space of the same shapes.
         height: alpha_j d, shape (n,).
         offset: Shift of a cell's ground states, shape (n,).
-        mobility: Inverse of a cell's mass, shape (n,).
         stuck: Indices of the cells that do not move relative to the base, whole numbers.
         shape: Substrate displacement per unit V_N, shape (n,).
         V_N: Substrate end displacement at the end of every sub-step, shape (2 steps,).
         shake: Acceleration of the base, in whose frame the chain is, likewise.
-        eta: Damping.
         a, b, c: Potential.
         site: Driven cell, index in u.
         driven: Number of leading sub-steps in which the cell is driven.
         drive: Its displacement and velocity at the end of every sub-step, (2, >= driven).
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
+        mobility: Inverse of a cell's mass, shape (n,).
+        eta: Damping.
         constants: a0 ... a7.
     """
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
@@ -236,13 +201,14 @@ def elastic_second(
         U_p[j + 1] = X + a0 * (velocity + h0 * acceleration)
 
 
+@built_on(formula)
 @kernel
 def advance_elastic(
     steps: int, n: int, u: Array, v: Array, A: Array, u_p: Array, w: Array, A_p: Array,
     U: Array, V: Array, B: Array, U_p: Array, W: Array, B_p: Array,
-    height: Array, offset: Array, mobility: Array, stuck: Cells, s: Array, V_N: Array,
-    shake: Array, eta: float, a: float, b: float, c: float,
-    site: int, driven: int, drive: Array, ends: Array, constants: Array,
+    height: Array, offset: Array, stuck: Cells, s: Array, V_N: Array, shake: Array,
+    a: float, b: float, c: float, site: int, driven: int, drive: Array, ends: Array,
+    mobility: Array, eta: float, constants: Array,
 ) -> None:
     """Advance Eqs. (1a) and (1b) with V_1 = 0 and V_N prescribed.
 
@@ -250,13 +216,12 @@ def advance_elastic(
     integrated, and their velocities and accelerations read zero.
 
     Args:
-        steps, n, u, v, A, u_p, w, A_p, height, offset, mobility, stuck, shake, eta, a, b, c:
-            As `advance_rigid`.
+        steps, n, u, v, A, u_p, w, A_p, height, offset, stuck: As `advance_rigid`.
         U, V, B: Substrate displacements (n + 2,), velocities (n,), accelerations (n,).
         U_p, W, B_p: Work space of the same shapes.
         s: Substrate stiffness left of every cell and right of the last, shape (n + 1,).
         V_N: Substrate end displacement at the end of every sub-step, shape (2 steps,).
-        site, driven, drive, ends, constants: As `advance_rigid`.
+        shake, a, b, c, site, driven, drive, ends, mobility, eta, constants: As `advance_rigid`.
     """
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
     h0, h3 = 0.5 * a0, 0.5 * a3

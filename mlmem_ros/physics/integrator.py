@@ -1,0 +1,118 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a chain needs to know of a method that steps it in time."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .potential import Array
+
+Complex = NDArray[np.complex128]
+
+
+class Integrator(ABC):
+    """An explicit method of fixed step, made of sub-steps.
+
+    Attributes:
+        name: How parameters call it.
+        nodes: The times in a step at which it wants to know what is prescribed (strain, base,
+            driven cell), as shares of the step: rising, the last one 1.
+        accurate_step: Largest step with the rigid substrate.
+        keeps_accelerations: Whether a chain's state holds accelerations.
+        rigid, elastic: The loops; see `noh_bathe_kernel`.
+    """
+
+    name: str
+    nodes: tuple[float, ...]
+    accurate_step: float
+    keeps_accelerations: bool
+    rigid: Callable[..., None]
+    elastic: Callable[..., None]
+
+    @abstractmethod
+    def limit(self, omega: float, eta: float) -> float:
+        """Return the largest step that we call stable.
+
+        Args:
+            omega: Greatest angular frequency of undamped small waves.
+            eta: Damping over the least mass.
+        """
+
+    @abstractmethod
+    def work(self, n: int) -> tuple[Array, ...]:
+        """Return the work space that the loops want for a chain of n cells."""
+
+    @abstractmethod
+    def constants(self, dt: float, mobility: Array, eta: float) -> tuple[Any, ...]:
+        """Return the last arguments of both loops.
+
+        Args:
+            dt: Step size in time units.
+            mobility: Inverse masses, shape (N,), 0 for a stuck cell; it may be kept.
+            eta: Damping.
+        """
+
+    def substrate_constants(self, dt: float, eta: float) -> tuple[Any, ...]:
+        """Return what the loop of the elastic substrate takes after them."""
+        return ()
+
+    @abstractmethod
+    def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
+        """Return the matrix of a step of an oscillator of unit mass on its state.
+
+        Args:
+            stiffness: Shape (m,).
+            eta: Damping.
+            dt: Step size in time units.
+
+        Returns:
+            Shape (m, k, k), with k numbers in the state.
+        """
+
+    @property
+    def substeps(self) -> int:
+        """How many times in a step what is prescribed is asked for."""
+        return len(self.nodes)
+
+    def squared_frequency(self, omega: Array, eta: float, dt: float) -> Complex:
+        """Return the stiffness (unit mass) that a wave of a frequency sees in this scheme.
+
+        A harmonic motion exp(i omega t) solves v'' + eta v' + w v = 0 for
+        w = omega^2 - i eta omega. For the scheme's discrete motion the same w is off by its
+        dispersion and its own damping: it is that for which exp(i omega dt) is an eigenvalue of
+        the step. Found by secants.
+
+        Args:
+            omega: Angular frequencies, shape (m,).
+            eta: Damping.
+            dt: Step size in time units; 0 gives the exact value.
+
+        Returns:
+            w, shape (m,).
+        """
+        exact: Complex = omega**2 - 1j * eta * omega
+        if dt == 0.0:
+            return exact
+        turn = np.exp(1j * omega * dt)
+        before, w = exact, exact * (1.0 + 1e-4)
+        miss_before, miss = (self._miss(each, turn, eta, dt) for each in (before, w))
+        for _ in range(12):
+            change = miss - miss_before
+            moving = np.abs(change) > 1e-300
+            step = np.where(moving, miss * (w - before) / np.where(moving, change, 1.0), 0.0)
+            before, w, miss_before = w, w - step, miss
+            if np.abs(step).max() < 1e-12:
+                break
+            miss = self._miss(w, turn, eta, dt)
+        return np.asarray(w)
+
+    def _miss(self, w: Complex, turn: Complex, eta: float, dt: float) -> Complex:
+        """Return det(M(w) - turn), M the matrix of a step, shape (m,)."""
+        matrix = self.step_matrix(w, eta, dt)
+        return np.asarray(np.linalg.det(matrix - turn[:, None, None] * np.eye(matrix.shape[-1])))
