@@ -97,6 +97,11 @@ class Actuator:
         self.motion = motion
         self.elapsed = 0.0
 
+    def rest(self, times: Array, ticks: int) -> None:
+        """Let ticks pass while nothing moves: as `advance` does, to the bit of the clock."""
+        for _ in range(ticks):
+            self.elapsed += float(times[-1])
+
     def advance(self, times: Array) -> Array:
         """Return the strain at times from now, the last of which becomes now."""
         limit = self.settings.max_strain  # a cubic that just reaches it may round beyond

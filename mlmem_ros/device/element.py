@@ -254,6 +254,24 @@ class MemoryElement:
         events, self._events = self._events, []
         return events
 
+    def rest(self, ticks: int) -> None:
+        """Advance by ticks while the device is `resting`: as by `advance`, to the bit.
+
+        The material's loop is called once for all of them.
+
+        Raises:
+            StateError: The material's state stopped being finite.
+        """
+        alike = self.transducer.idle and self.linkage.state.true and self.faults == HEALTHY
+        if not (self.resting and alike):  # a fault may make one tick unlike the next
+            for _ in range(ticks):
+                self.advance()
+            return
+        self.actuator.rest(self._times, ticks)
+        self.substrate_speed = 0.0
+        self.transducer.record(self.chain.rest(ticks * self.steps_per_tick))
+        self.ticks += ticks
+
     def _step(self, run: _Run) -> None:
         try:
             next(run.steps)

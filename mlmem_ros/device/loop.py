@@ -6,8 +6,8 @@ The clock decides only when the next tick runs, never what it computes. A tick t
 is counted, and the time that was lost is skipped, not caught up.
 
 To wake up costs more than a tick. While nothing is under way, ticks are therefore put off and run
-several at a time, no later than what they are published by. A command ends such a rest: it takes
-effect in the tick that it falls into.
+several at a time, one period before the tick that they are put off to and published by, which
+then comes in time. A command ends such a rest: it takes effect in the tick that it falls into.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Stamped = tuple[int, Command]
 """A command and the tick at which it took effect."""
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
-"""Called in the loop's thread after every tick."""
+"""Called in the loop's thread after every tick, or run of ticks of a resting device."""
 
 LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop looks again whether the clock has jumped."""
@@ -58,16 +58,18 @@ class Loop:
         pacer: Pacer | None = None,
         speed: float = 1.0,
         rest_ticks: int = 1,
+        heard_ticks: int = 1,
     ) -> None:
         """Prepare a loop; `start` sets it going.
 
         Args:
             element: The device.
-            listener: Called after every tick with the commands it began with and its events.
+            listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Factor on the scale's real time; 0 runs as fast as it can.
             rest_ticks: Ticks that a resting device may run at a time: whoever listens is served
                 in time where every tick that matters to it is a multiple of this number.
+            heard_ticks: No run of ticks goes on beyond a multiple of this number.
         """
         self.element = element
         self.statistics = LoopStatistics()
@@ -75,6 +77,7 @@ class Loop:
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
         self._rest_ticks = rest_ticks
+        self._heard_ticks = heard_ticks
         self.set_speed(speed)
         self._calls: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._inbox: deque[tuple[Command, Future[Outcome | None]]] = deque()
@@ -240,9 +243,22 @@ class Loop:
         while (begin := self._wait(due)) is not None:
             due, put_off = begin
             due += put_off * self._period
-            for _ in range(put_off):
-                self._tick(due, [])
-            due = self._after(due, self._tick(due, self._take_commands()))
+            if put_off:
+                self._rest(due, put_off)
+            else:
+                due = self._after(due, self._tick(due, self._take_commands()))
+
+    def _rest(self, due: float, ticks: int) -> None:
+        """Run ticks that were put off, in one go up to each that the listener waits for."""
+        while ticks:
+            run = min(ticks, self._heard_ticks - self.element.ticks % self._heard_ticks)
+            begun = self._pacer.now()
+            self.element.rest(run)
+            self._listener([], [])
+            busy = (self._pacer.now() - begun) / run
+            for number in range(run):
+                self.statistics.count(max(0.0, begun + number * busy - due), busy)
+            ticks -= run
 
     def _tick(self, due: float, commands: list[Stamped]) -> float:
         """Run one tick with the commands that take effect in it; return when it ended."""
@@ -272,8 +288,8 @@ class Loop:
         """Wait until ticks shall run.
 
         Returns:
-            When the first of them was due, and how many have been put off before the last of
-            them, which takes the commands; None when the loop shall end.
+            When the first of them was due, and how many shall run that were put off; 0 for a
+            single one that takes the commands. None when the loop shall end.
         """
         while True:
             self._make_calls()
@@ -297,7 +313,7 @@ class Loop:
                     return min(due, now), 0
                 due = min(due, now + self._period)  # a clock that jumped back is not waited for
                 put_off = self._put_off(now - due)
-                wake = due + put_off * self._period
+                wake = due + max(0, put_off - 1) * self._period
                 if now >= wake:
                     return due, put_off
                 if not self._calls:

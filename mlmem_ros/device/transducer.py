@@ -66,6 +66,11 @@ class Transducer:
         """Whether a boundary cell is held."""
         return self._motion is not None
 
+    @property
+    def idle(self) -> bool:
+        """Whether no cell is held and nobody waits for an echo."""
+        return self._motion is None and self.detector is None
+
     # --- sensing -------------------------------------------------------------------------
 
     def settle(self) -> None:

@@ -15,9 +15,6 @@ from ..device import MemoryElement
 from .palette import COLOURS, Palette
 from .settings import PublishSettings
 
-COLUMNS = 400
-"""Width of an image that shows at least as many ticks."""
-
 ROWS = 512
 """Greatest height; of a longer chain every second, third ... cell is shown."""
 
@@ -44,7 +41,7 @@ class Contour:
         """
         self._element = element
         self._frame_id = settings.frame_id
-        self._every = math.ceil(settings.image_span / COLUMNS)
+        self._every = settings.column_every
         self._columns = settings.image_span // self._every
         self._palette = Palette(element.design)
         self._stride = math.ceil(element.design.N / ROWS)
@@ -57,7 +54,7 @@ class Contour:
         self._taken = 0
 
     def take(self) -> None:
-        """Take a column of the present state where one is due; to be called every tick."""
+        """Take a column of the present state where one is due; to be called wherever one is."""
         if self._element.ticks % self._every:
             return
         shown = self._element.chain.configuration[:: self._stride]

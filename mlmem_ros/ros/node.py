@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -175,14 +176,16 @@ class MemoryNode(LifecycleNode):
 
     def _activate(self) -> None:
         assert self._element is not None
-        self._sessions.open(self._element, self._given.values().record)
+        given = self._given.values()
+        self._sessions.open(self._element, given.record)
         sim_time = self.get_parameter('use_sim_time').value
         loop = Loop(
             self._element,
             self._after_tick,
             pacer=SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
             speed=self.get_parameter('time.speed').value,
-            rest_ticks=self._given.values().publish.common_ticks,
+            rest_ticks=given.publish.common_ticks,
+            heard_ticks=math.gcd(given.publish.heard_ticks, given.record.hash_every),
         )
         self._faults.begin(loop)
         self.gate.loop = loop

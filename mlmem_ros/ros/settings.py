@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from ..described import described
 from ..device.settings import Checked
 
+IMAGE_COLUMNS = 400
+"""Width of an image that shows at least as many ticks."""
+
 
 @dataclass(frozen=True)
 class PublishSettings(Checked):
@@ -30,12 +33,23 @@ class PublishSettings(Checked):
     frame_id: str = described('mlmem', 'frame of stamped messages')
 
     @property
+    def column_every(self) -> int:
+        """Ticks between two columns of the image."""
+        return math.ceil(self.image_span / IMAGE_COLUMNS)
+
+    @property
     def common_ticks(self) -> int:
         """Largest number of ticks that no stream is published in the middle of.
 
         The views may come that much late: people look at them.
         """
         return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
+
+    @property
+    def heard_ticks(self) -> int:
+        """Largest number of ticks in the middle of which nothing at all is published or drawn."""
+        views = math.gcd(self.image_every, self.markers_every, self.column_every)
+        return math.gcd(self.common_ticks, views)
 
 
 @dataclass(frozen=True)

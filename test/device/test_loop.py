@@ -19,6 +19,7 @@ from mlmem_ros.device import (
     Calibrate,
     Disturb,
     Erase,
+    Faults,
     Heard,
     Loop,
     Outcome,
@@ -131,21 +132,21 @@ def test_the_scale_sets_the_pace(start):
 
 
 def test_the_ticks_of_a_resting_device_run_together(start):
-    """Five at a time, when the last of them is due: it is the one that a listener waits for."""
+    """Four are run when the fourth is due; the fifth, which a listener waits for, in time."""
     clock, begun = Clock(end=0.0481), []
     loop = start(
         rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, rest_ticks=5
     )
     until(lambda: len(begun) == 25)
     loop.stop()
-    expected = [(5 * (n // 5) + 4) * PERIOD for n in range(25)]
+    expected = [(5 * (n // 5) + (4 if n % 5 == 4 else 3)) * PERIOD for n in range(25)]
     assert begun == pytest.approx(expected, abs=1e-12)
     assert loop.statistics.overruns == 0
     assert loop.statistics.lateness_mean == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start):
-    """It comes at 0.0151: tick 5 was to wait until 0.018, and tick 7 is the one of 0.014."""
+    """It comes at 0.0151: tick 5 was to wait until 0.016, and tick 7 is the one of 0.014."""
     clock, begun, stamped = Clock(end=0.0081), [], []
 
     def listen(commands, _):
@@ -157,7 +158,7 @@ def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start)
     clock.end = clock.time = 0.0151
     loop.submit(SetStrain(0.03))
     until(lambda: len(begun) == 8)
-    assert begun == pytest.approx([0.008] * 5 + [0.0151] * 3)
+    assert begun == pytest.approx([0.006] * 4 + [0.008] + [0.0151] * 3)
     assert stamped == [(7, SetStrain(0.03))]
     clock.end = 0.0301  # the strain is on its way: no more rest
     until(lambda: len(begun) == 16)
@@ -177,7 +178,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
     loop = start(rig.device(), listen, pacer=clock, speed=1.0, rest_ticks=20)
     until(lambda: len(begun) >= 40)
     assert loop.statistics.overruns == overruns
-    assert begun[20:40] == pytest.approx([following] * 20)
+    assert begun[20:40] == pytest.approx([following - PERIOD] * 19 + [following])
 
 
 @pytest.mark.parametrize(('speed', 'together'), [(1.0, 20), (0.5, 10), (0.4, 5), (0.01, 1)])
@@ -188,7 +189,53 @@ def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, spe
         rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, rest_ticks=20
     )
     until(lambda: len(begun) >= 40)
-    assert [begun.count(time) for time in sorted(set(begun[:20]))] == [together] * (20 // together)
+    rests = [1] * 20 if together == 1 else [together - 1, 1] * (20 // together)
+    assert [begun.count(time) for time in sorted(set(begun[:20]))] == rests
+
+
+def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
+    """Of 20 ticks 10 are run at once, then 9, then the one that was waited for.
+
+    Under a strain that moves every tick is heard.
+    """
+    clock, heard = Clock(end=0.1201), []
+    element, other = rig.device(), rig.device()
+
+    def listen(*_):
+        heard.append(element.ticks)
+        if element.ticks == 60:
+            loop.submit(SetStrain(0.03))
+
+    loop = start(element, listen, pacer=clock, speed=1.0, rest_ticks=20, heard_ticks=10)
+    until(lambda: len(heard) >= 9)
+    clock.end = 0.2
+    until(lambda: element.ticks >= 70)
+    loop.stop()
+    assert heard[:9] == [10, 19, 20, 30, 39, 40, 50, 59, 60]
+    assert heard[9:13] == [61, 62, 63, 64]
+    for tick in range(element.ticks):
+        if tick == 60:
+            other.apply(SetStrain(0.03))
+        other.advance()
+    assert snapshot.take(element) == snapshot.take(other)
+
+
+@pytest.mark.parametrize('faults', [Faults(), Faults(sensor_noise=1e-5, seed=3)])
+def test_ticks_of_rest_are_those_one_by_one(faults):
+    """After a strain by hand, while the element still rings: everything that is remembered."""
+    devices = rig.device(), rig.device()
+    for device in devices:
+        device.suffer(faults)
+        device.apply(SetStrain(0.01))
+        while not device.resting:
+            device.advance()
+    rested, other = devices
+    for ticks in (1, 10, 3):
+        rested.rest(ticks)
+        for _ in range(ticks):
+            other.advance()
+        assert snapshot.take(rested) == snapshot.take(other)
+        assert rested.substrate_speed == other.substrate_speed == 0.0
 
 
 def test_time_that_was_lost_is_counted_and_skipped(start):

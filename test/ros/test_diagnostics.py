@@ -15,7 +15,11 @@ from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.ros.diagnostics.faults import FaultsComponent
 from mlmem_ros.ros.diagnostics.health import ERROR, OK, STALE, WARN, Health, Hysteresis
-from mlmem_ros.ros.diagnostics.material import LARGEST_IMBALANCE, MaterialComponent
+from mlmem_ros.ros.diagnostics.material import (
+    AUDIT_EVERY,
+    LARGEST_IMBALANCE,
+    MaterialComponent,
+)
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -79,7 +83,7 @@ def audited(element, ticks=1, before=lambda: None):
     """Return the material's health after ticks, each audited; the last one is returned."""
     component = MaterialComponent()
     for _ in range(ticks):
-        component._reports = 0  # every tick is audited
+        component._since_audit = AUDIT_EVERY  # so that every tick is audited
         component.before_tick(element)
         before()
         element.advance()

@@ -19,10 +19,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from mlmem_ros.device import Outcome, Settings, Write, new_element
 from mlmem_ros.physics import CASE_II, walls
-from mlmem_ros.ros.image import COLUMNS, EMPTY, ROWS, Contour
+from mlmem_ros.ros.image import EMPTY, ROWS, Contour
 from mlmem_ros.ros.markers import CELLS, LABELS, WALLS, ChainMarkers
 from mlmem_ros.ros.palette import BLUE, COLOURS, RED, WHITE, Palette
-from mlmem_ros.ros.settings import PublishSettings
+from mlmem_ros.ros.settings import IMAGE_COLUMNS, PublishSettings
 
 NOW = Time(sec=12, nanosec=34)
 
@@ -96,8 +96,8 @@ def test_the_image_shows_how_the_wall_rose(written):
     image = contour.message(NOW)
     assert (image.header.stamp, image.header.frame_id) == (NOW, 'mlmem')
     shown = pixels(image)
-    assert shown.shape == (225, COLUMNS, 3)
-    past = COLUMNS - (element.ticks // 10 + 1)
+    assert shown.shape == (225, IMAGE_COLUMNS, 3)
+    past = IMAGE_COLUMNS - (element.ticks // 10 + 1)
     assert (shown[:, : past - 1] == EMPTY).all()
     blue = (shown[:, past:, 2] > shown[:, past:, 0]).sum(axis=0)
     assert blue[0] == 0
@@ -125,7 +125,7 @@ def test_the_image_of_a_long_chain_stays_small():
     contour.take()
     shown = pixels(contour.message(NOW))
     assert shown.shape[0] <= ROWS
-    assert shown.shape[1] <= COLUMNS
+    assert shown.shape[1] <= IMAGE_COLUMNS
     blue = shown[:, -1, 2] > shown[:, -1, 0]
     assert blue.mean() == pytest.approx(0.5, abs=0.01)
     assert blue[-1]
@@ -211,7 +211,7 @@ def listen(robot, **kinds):
 def test_the_node_publishes_views(robot):
     heard = listen(robot, image=Image, markers=MarkerArray)
     robot.wait(lambda: all(len(messages) > 2 for messages in heard.values()), 'both views')
-    assert pixels(heard['image'][-1]).shape == (225, COLUMNS, 3)
+    assert pixels(heard['image'][-1]).shape == (225, IMAGE_COLUMNS, 3)
     assert len(by_stamp := {str(image.header.stamp) for image in heard['image']}) > 2, by_stamp
     assert {marker.ns for marker in heard['markers'][-1].markers} >= {'cells', 'levels', 'wall'}
     for topic in heard:

@@ -42,16 +42,20 @@ class Auditor:
         """Remember how a tick begins."""
         self._begun = chain, chain.state(), chain.V_N, chain.steps_done
 
-    def end(self, chain: Chain) -> None:
-        """Remember what the tick was driven by."""
+    def end(self, chain: Chain) -> bool:
+        """Remember what the tick was driven by.
+
+        Returns:
+            Whether it was just one, or several that were run as one.
+        """
         if self._begun is None:
-            return
+            return False
         (begun, *state, steps), self._begun = self._begun, None
-        if (
-            begun is chain
-            and chain.steps_done == steps + len(chain.inputs[0]) // chain.integrator.substeps
-        ):
-            self._tick = _Tick(*state, steps, chain.specimen, chain.inputs)
+        done = len(chain.inputs[0]) // chain.integrator.substeps
+        if begun is not chain or chain.steps_done != steps + done:
+            return False
+        self._tick = _Tick(*state, steps, chain.specimen, chain.inputs)
+        return True
 
     def budget(self, chain: Chain) -> Budget | None:
         """Return the budget of the newest tick, or None where it has been told.

@@ -30,19 +30,18 @@ class MaterialComponent(Component):
         self._values: dict[str, Any] = {}
         self._books: dict[str, Any] = {}
         self._idle = False
-        self._reports = 0
+        self._since_audit = AUDIT_EVERY
         self._judged: tuple[Specimen | None, float] = None, 0.0
 
     def before_tick(self, element: MemoryElement) -> None:
         """Let the books of the tick begin, where they are due: they are the dearest of all."""
-        if self._reports % AUDIT_EVERY == 0:
+        if self._since_audit >= AUDIT_EVERY:
             self._auditor.begin(element.chain)
-        self._reports += 1
 
     def after_tick(self, element: MemoryElement) -> None:
         """Take what a tick has led to."""
         chain = element.chain
-        self._auditor.end(chain)
+        self._since_audit = 1 if self._auditor.end(chain) else self._since_audit + 1
         self._idle = element.idle
         parts = energy(chain)
         if self._judged[0] is not chain.specimen:
