@@ -62,13 +62,14 @@ def evaluated(
 
     path.parent.mkdir(parents=True, exist_ok=True)
     with campaign.Ledger(path, study) as ledger:
-        total, done = len(study.points), len(ledger.rows)
+        done = len(ledger.rows)
+        total = len(study.points) if rows_of is None else None  # known only as it goes on
         if done == total:
             return ledger.table()
         if done:
-            console.print(f'{done} of {total} {what} were done before', highlight=False)
+            console.print(f'{_of(done, total)} {what} were done before', highlight=False)
         try:
-            with campaign.workers(min(jobs, total), cluster) as executor:
+            with campaign.workers(min(jobs, len(study.points)), cluster) as executor:
                 rows = (
                     rows_of(ledger, executor)
                     if rows_of is not None
@@ -78,8 +79,12 @@ def evaluated(
                     pass
         except KeyboardInterrupt:
             console.print(
-                f'{len(ledger.rows)} of {total} {what} are kept in {path}; give the same '
+                f'{_of(len(ledger.rows), total)} {what} are kept in {path}; give the same '
                 'command to go on', highlight=False,
             )  # fmt: skip
             raise
         return ledger.table()
+
+
+def _of(done: int, total: int | None) -> str:
+    return f'{done}' if total is None else f'{done} of {total}'

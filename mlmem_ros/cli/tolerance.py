@@ -5,10 +5,11 @@
 Elements are made by chance, in one thing at a time: the scatter of the on-site amplification
 alpha, of the substrate stiffness s, of the masses, of the ground states (offset), the noise of
 the transducers, the vibration of the base (in lattice constants per time unit squared). Every
-level is read from both ends and every step up is tried. Counting goes on until enough has failed;
-a curve through the foot of the counts tells where one in a thousand fails. Saved are the table of
+step up is tried, and every level read from each end that the instrument reads from. The amounts
+are those about which failures begin; at each, counting goes on until enough has failed, and a
+curve through the foot of the counts tells where one in a thousand fails. Saved are the table of
 all batches, the figure and the ledger, with which a study that was interrupted or killed goes on.
-No ROS is needed.
+With `--compare` the curves of several such folders are laid over each other. No ROS is needed.
 """
 
 from __future__ import annotations
@@ -39,8 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='what chance decides, one at a time: alpha, s, mass, offset, noise, vibration; all '
         'by default',
     )  # fmt: skip
-    parser.add_argument('--amounts', type=int, default=8, help='amounts of every kind')
-    parser.add_argument('--most', type=int, default=300, help='elements of an amount, at most')
+    parser.add_argument(
+        '--tried', nargs='+', default=(), metavar='WHAT',
+        help='what is tried: step, left, right (a read from that end); all by default',
+    )  # fmt: skip
+    parser.add_argument('--amounts', type=int, default=10, help='amounts in a decade')
+    parser.add_argument('--most', type=int, default=3000, help='trials of an amount, at most')
     parser.add_argument('--output', type=Path, default=Path('tolerance'), help='folder')
     campaigns.add_arguments(parser)
 
@@ -57,14 +62,14 @@ def run(arguments: argparse.Namespace) -> int:
     console = Console()
     try:
         study = Tolerance(
-            *load(arguments.design), tuple(arguments.kinds) or KINDS, arguments.amounts,
-            arguments.most, arguments.seed,
+            *load(arguments.design), tuple(arguments.kinds) or KINDS, tuple(arguments.tried),
+            arguments.amounts, arguments.most, arguments.seed,
         )  # fmt: skip
         if arguments.point is not None:
             return _run_point(console, study, arguments.point)
         rows = campaigns.evaluated(
             console, study.campaign(), arguments.output / 'ledger.jsonl', arguments.jobs,
-            arguments.cluster, what='batches, at most', rows_of=study.count,
+            arguments.cluster, what='batches', rows_of=study.count,
         )  # fmt: skip
         _report(console, study, rows, arguments)
     except ValueError as error:
@@ -87,10 +92,10 @@ def _report(
     from ..studies.tolerance.draw import WORDS, draw
 
     table = Table(title='scatter at which one in a thousand fails')
-    for heading in ('scatter of', *WORDS.values()):
+    for heading in ('scatter of', *(WORDS[tried] for tried in study.tried)):
         table.add_column(heading)
     for kind in study.kinds:
-        table.add_row(kind, *(_rare(study, rows, kind, failure) for failure in WORDS))
+        table.add_row(kind, *(study.in_words(rows, kind, tried) for tried in study.tried))
     console.print(table)
     files = [save_table(rows, arguments.output / 'batches', arguments.format)]
     with styled():
@@ -98,33 +103,21 @@ def _report(
     console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
 
 
-def _rare(study: Tolerance, rows: list[Row], kind: str, failure: str) -> str:
-    """Return the scatter at which one in a thousand fails, with its interval, in words."""
-    if (found := study.rare(rows, kind, failure)) is not None:
-        return f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
-    amounts, rates = study.curve(rows, kind, failure)
-    if not any(rate.failures for rate in rates):
-        return f'none of {rates[-1].trials} failed at {amounts[-1]:g}'
-    return 'not told by these counts'
-
-
 def _run_point(console: Console, study: Tolerance, point: int) -> int:
     """Make the elements of one batch again and print what each did."""
     from rich.table import Table
 
     from ..studies.tolerance.point import seeds
-    from ..studies.tolerance.trial import chance, try_element
+    from ..studies.tolerance.trial import STEP, chance, outcomes
 
     plan = study.campaign()
     plan.check_point(point)
-    kind, amount = plan.points[point]['kind'], plan.points[point]['scatter']
+    kind, tried, amount = (plan.points[point][name] for name in ('kind', 'tried', 'scatter'))
     table = Table(title=f'batch {point}: {kind} scatters by {amount:g}')
-    for heading in ('seed of the element', 'steps that failed', 'read from left', 'from right'):
-        table.add_column(heading)
-    for seed in seeds(plan.seed_of(point)):
-        trial = try_element(study.design, study.settings, chance(kind, amount), seed)
-        failed = [f'{level} to {level + 1}' for level, ok in enumerate(trial.stepped) if not ok]
-        read = (' '.join(map(str, decoded)) for decoded in trial.read.values())
-        table.add_row(str(seed), ', '.join(failed), *read)
+    table.add_column('seed of the element')
+    table.add_column('level after a step from each' if tried == STEP else f'read from {tried}')
+    for seed in seeds(study.design, plan.seed_of(point)):
+        found = outcomes(study.design, study.settings, chance(kind, amount), seed, tried)
+        table.add_row(str(seed), ' '.join(map(str, found)))
     console.print(table)
     return 0

@@ -23,7 +23,7 @@ SPEED_PERIOD = 120.0
 
 
 def with_progress(
-    console: Console, rows: Iterable[Row], done: int, total: int, what: str = 'points'
+    console: Console, rows: Iterable[Row], done: int, total: int | None, what: str = 'points'
 ) -> Iterator[Row]:
     """Yield rows, and show how many there are, how long it took, and the time left.
 
@@ -31,7 +31,7 @@ def with_progress(
         console: Where to.
         rows: What `run` yields.
         done: How many the ledger held before.
-        total: How many there will be.
+        total: How many there will be, None where only the end will tell.
         what: What they are.
     """
     columns = (

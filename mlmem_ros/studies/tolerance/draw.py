@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
 from .estimate import RARE, Rate, fit, foot
-from .study import FAILURES, Tolerance
+from .study import Tolerance
+from .trial import wanted
 
-COLOURS = dict(zip(FAILURES, (INK, COMPRESSION, TENSION), strict=True))
+COLOURS = {'step': INK, 'left': COMPRESSION, 'right': TENSION}
 
 WORDS = {'step': 'step up', 'left': 'read from the left', 'right': 'read from the right'}
 

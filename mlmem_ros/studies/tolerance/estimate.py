@@ -39,10 +39,13 @@ class Rate:
     Attributes:
         failures: How many failed.
         trials: Of how many.
+        clustering: Variance of the count over that of independent trials (the design effect):
+            what spoils an element may spoil all its levels at once.
     """
 
     failures: int
     trials: int
+    clustering: float = 1.0
 
     @property
     def value(self) -> float:
@@ -50,13 +53,42 @@ class Rate:
         return self.failures / self.trials
 
     @property
+    def effective(self) -> tuple[float, float]:
+        """Failures and trials of a count of independent trials that would tell as much."""
+        return self.failures / self.clustering, self.trials / self.clustering
+
+    @property
     def interval(self) -> tuple[float, float]:
-        """The exact two-sided confidence interval (Clopper and Pearson 1934)."""
+        """The two-sided confidence interval, exact for independent trials.
+
+        That of Clopper and Pearson (1934), with the effective counts of Korn and Graubard
+        (1998) where trials cluster.
+        """
         tail = 0.5 * (1.0 - CONFIDENCE)
-        k, n = self.failures, self.trials
-        low = 0.0 if k == 0 else float(beta.ppf(tail, k, n - k + 1))
-        high = 1.0 if k == n else float(beta.ppf(1.0 - tail, k + 1, n - k))
+        k, n = self.effective
+        low = 0.0 if self.failures == 0 else float(beta.ppf(tail, k, n - k + 1.0))
+        all_failed = self.failures == self.trials
+        high = 1.0 if all_failed else float(beta.ppf(1.0 - tail, k + 1.0, n - k))
         return low, high
+
+
+def pooled(elements: int, each: int, failures: int, squares: int) -> Rate:
+    """Return the rate of elements that were tried several times each.
+
+    Args:
+        elements: How many.
+        each: Trials of every element.
+        failures: How many failed of all.
+        squares: Sum over the elements of the square of the number of their failures.
+    """
+    trials = elements * each
+    p = failures / trials
+    if not 0.0 < p < 1.0:
+        return Rate(failures, trials)
+    if elements == 1:  # nothing tells whether the trials of one element depend on each other
+        return Rate(failures, trials, float(each))
+    variance = (squares - failures**2 / elements) / (elements - 1)
+    return Rate(failures, trials, max(1.0, variance / (each * p * (1.0 - p))))
 
 
 @dataclass(frozen=True)
@@ -100,8 +132,8 @@ def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
     if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
         return None
     logs = np.log(np.array(sigmas[:end]))
-    failed = np.array([rate.failures for rate in rates[:end]], dtype=float)
-    passed = np.array([rate.trials for rate in rates[:end]]) - failed
+    failed, tried = np.array([rate.effective for rate in rates[:end]]).T
+    passed = tried - failed
 
     def loss(x: np.ndarray) -> float:
         z = (logs - x[0]) / np.exp(x[1])
@@ -133,10 +165,10 @@ def rare_scatter(
     expected = curve.rate(np.array(sigmas[:end]))
     found = []
     for _ in range(repeats):
-        drawn = [
-            Rate(int(random.binomial(rate.trials, p)), rate.trials)
-            for rate, p in zip(rates, expected, strict=False)
-        ]
+        drawn = []
+        for rate, p in zip(rates, expected, strict=False):
+            trials = max(1, round(rate.effective[1]))
+            drawn.append(Rate(int(random.binomial(trials, p)), trials))
         if (again := fit(sigmas[:end], drawn)) is not None:
             found.append(again.sigma(RARE))
     tail = 50.0 * (1.0 - CONFIDENCE)

@@ -13,10 +13,15 @@ from ...device import UNDECODABLE, Settings
 from ...physics import Design, DesignError
 from ..campaign import Row
 from ..campaign.campaign import Values
-from .trial import ENDS, ElementTrial, chance, try_element
+from .trial import STEP, chance, outcomes, wanted
 
-BATCH = 10
-"""Elements of a point: about a second of computing with the paper's element."""
+BATCH = 64
+"""Levels of a point: so many small elements, or one of 64 levels."""
+
+
+def batch(design: Design) -> int:
+    """Return the number of elements of a point: a second of computing, or a few."""
+    return max(1, BATCH // design.levels)
 
 
 def common(design: Design, settings: Settings) -> dict[str, Any]:
@@ -24,9 +29,10 @@ def common(design: Design, settings: Settings) -> dict[str, Any]:
     return {'design': dataclasses.asdict(design), 'settings': settings.as_dict()}
 
 
-def seeds(seed: int) -> list[int]:
+def seeds(design: Design, seed: int) -> list[int]:
     """Return the seeds of the elements of a point: any one of them can be made again alone."""
-    return [int(state) for state in np.random.SeedSequence(seed).generate_state(BATCH, np.uint64)]
+    states = np.random.SeedSequence(seed).generate_state(batch(design), np.uint64)
+    return [int(state) for state in states]
 
 
 def evaluate(shared: Values, values: Values, seed: int) -> Row:
@@ -34,38 +40,29 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
 
     Args:
         shared: What `common` returned.
-        values: kind and scatter.
+        values: kind, scatter, and what is tried: `STEP` or an end that reads.
         seed: Of the batch.
 
     Returns:
         elements: How many were made.
-        step_L: How many failed to go from level L to the next.
-        END_L: How many were decoded from an end, with the wall at level L, as another level
-            or not at all.
-        silent_END: Of all these, how many as another level.
+        squares: Sum over them of the square of the number of their failures.
+        silent: Reads, of all levels, that were decoded as another level.
+        failed_L: How many failed to go from level L to the next, or to be decoded as L.
     """
     design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
     by = chance(values['kind'], values['scatter'])
-    counts = dict.fromkeys(columns(design.levels), 0)
-    for element_seed in seeds(seed):
+    failed = np.zeros(design.levels, dtype=int)
+    squares = silent = 0
+    for element_seed in seeds(design, seed):
+        right = np.array(wanted(design, values['tried']))
         try:
-            trial = try_element(design, settings, by, element_seed)
+            found = np.array(outcomes(design, settings, by, element_seed, values['tried']))
         except DesignError:  # so light a cell that the step is too long for it: lost altogether
-            lost = (False,) * (design.levels - 1)
-            trial = ElementTrial(lost, dict.fromkeys(ENDS, (UNDECODABLE,) * design.levels))
-        for level, stepped in enumerate(trial.stepped):
-            counts[f'step_{level}'] += not stepped
-        for end, read in trial.read.items():
-            for level, decoded in enumerate(read):
-                counts[f'{end}_{level}'] += decoded != level
-                counts[f'silent_{end}'] += decoded not in (level, UNDECODABLE)
-    return {'elements': BATCH, **counts}
-
-
-def columns(levels: int) -> list[str]:
-    """Return the names of the counts."""
-    return [
-        *(f'step_{level}' for level in range(levels - 1)),
-        *(f'{end}_{level}' for end in ENDS for level in range(levels)),
-        *(f'silent_{end}' for end in ENDS),
-    ]
+            found = np.full(len(right), UNDECODABLE)
+        wrong = found != right
+        failed[: len(wrong)] += wrong
+        squares += int(wrong.sum()) ** 2
+        if values['tried'] != STEP:
+            silent += int((wrong & (found != UNDECODABLE)).sum())
+    counts = {f'failed_{level}': int(count) for level, count in enumerate(failed)}
+    return {'elements': batch(design), 'squares': squares, 'silent': silent, **counts}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The study: kinds of scatter by amount, each counted until enough has failed."""
+"""The study: what is tried, by kind of chance and amount, each counted where it fails."""
 
 from __future__ import annotations
 
@@ -14,22 +14,16 @@ import numpy as np
 from ...device import Settings
 from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
-from .estimate import ENOUGH, Rate, rare_scatter
-from .point import BATCH, common, evaluate
-from .trial import ENDS
+from .estimate import Rate, pooled, rare_scatter
+from .point import batch, common, evaluate
+from .trial import KINDS, STEP, ends, wanted
+from .walk import next_rung, trials_wanted
 
-SPANS = {
-    'alpha': (5e-4, 2e-2),
-    's': (2e-2, 3e-1),
-    'mass': (1e-3, 3e-2),
-    'offset': (5e-4, 2e-2),
-    'noise': (3e-6, 1e-3),
-    'vibration': (1e-5, 3e-3),
-}
-"""Least and greatest scatter by kind: from where hardly anything fails to where much does."""
+LEAST = 1e-6
+"""Least amount of scatter, noise or vibration that is looked at."""
 
-FAILURES = ('step', *ENDS)
-"""What can fail: a step of a write, and a read from either end."""
+GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
+"""Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
 
 
 @dataclass(frozen=True)
@@ -40,100 +34,141 @@ class Tolerance:
         design: The element.
         settings: The instrument's.
         kinds: What chance decides, one at a time.
-        amounts: How many amounts of each, evenly spaced in the logarithm.
-        most: Elements of an amount after which counting stops, however few have failed.
+        tried: What is tried, one at a time; by default a step and a read from every end that the
+            instrument reads from.
+        amounts: How many amounts in a decade are looked at.
+        most: Trials of an amount after which counting stops, however few have failed.
         seed: Of everything.
     """
 
     design: Design
     settings: Settings
-    kinds: tuple[str, ...] = tuple(SPANS)
-    amounts: int = 8
-    most: int = 300
+    kinds: tuple[str, ...] = KINDS
+    tried: tuple[str, ...] = ()
+    amounts: int = 10
+    most: int = 3000
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if unknown := sorted(set(self.kinds) - set(SPANS)):
-            raise ValueError(f'kinds must be of {", ".join(SPANS)}; got {", ".join(unknown)}')
-        if self.amounts < 2 or self.most < 1:
+        if unknown := sorted(set(self.kinds) - set(KINDS)):
+            raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
+        possible = (STEP, *ends(self.settings))
+        if unknown := sorted(set(self.tried) - set(possible)):
+            raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
+        if self.amounts < 1 or self.most < 1:
             raise ValueError(
-                f'amounts must be at least 2 and most at least 1; got {self.amounts}, {self.most}'
+                f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
             )
+        object.__setattr__(self, 'tried', self.tried or possible)
 
     @cached_property
-    def cells(self) -> list[tuple[str, float]]:
-        """The kinds and amounts that are counted."""
-        return [
-            (kind, float(f'{amount:.3g}'))
-            for kind in self.kinds
-            for amount in np.geomspace(*SPANS[kind], self.amounts)
-        ]
+    def curves(self) -> list[tuple[str, str]]:
+        """What is counted by amount: kinds of chance and what is tried."""
+        return [(kind, tried) for kind in self.kinds for tried in self.tried]
 
-    @property
-    def rounds(self) -> int:
-        """Batches of an amount, at most."""
-        return -(-self.most // BATCH)
+    def ladder(self, kind: str) -> list[float]:
+        """Return the amounts of a kind that may be counted, rising."""
+        last = int(self.amounts * np.log10(GREATEST[kind] / LEAST) + 1e-9)
+        powers = np.arange(last + 1) / self.amounts
+        return [float(f'{amount:.3g}') for amount in LEAST * 10.0**powers]
+
+    @cached_property
+    def cells(self) -> list[tuple[str, str, float]]:
+        """Kind, what is tried, and amount: all that may be counted."""
+        return [
+            (kind, tried, amount)
+            for kind, tried in self.curves
+            for amount in self.ladder(kind)
+        ]  # fmt: skip
+
+    def trials(self, tried: str) -> int:
+        """Return how many trials a batch is."""
+        return batch(self.design) * len(wanted(self.design, tried))
 
     def campaign(self) -> Campaign:
-        """Return all points, a batch each: all amounts in the first round, then all again."""
-        points = [{'kind': kind, 'scatter': amount} for kind, amount in self.cells]
+        """Return all points that may be needed, a batch each: all amounts, then all again."""
+        points = [dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells]
+        rounds = max(-(-self.most // self.trials(tried)) for tried in self.tried)
         shared = common(self.design, self.settings)
-        return Campaign('tolerance', evaluate, shared, points * self.rounds, self.seed)
+        return Campaign('tolerance', evaluate, shared, points * rounds, self.seed)
 
     def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
-        """Evaluate batches, round by round, of the amounts of which too little has failed yet.
+        """Evaluate batches where they tell most, until every curve is known.
 
         What is done next follows from what came out before alone, so that a study that was
         killed goes on as if it had not been.
         """
-        campaign, size = self.campaign(), len(self.cells)
-        open_cells = list(range(size))
-        for number in range(self.rounds):
-            points = [number * size + cell for cell in open_cells]
+        campaign = self.campaign()
+        seen: list[list[Row]] = [[] for _ in self.cells]
+        while points := self._next(seen):
             yield from run(campaign, ledger, executor, points)
-            rows = [
-                ledger.rows[point] for point in sorted(ledger.rows) if point % size in open_cells
-            ]
-            open_cells = [cell for cell in open_cells if self._is_open(self._of(rows, cell))]
+            for point in points:
+                seen[point % len(seen)].append(ledger.rows[point])
 
-    def _of(self, rows: Sequence[Row], cell: int) -> list[Row]:
-        return [row for row in rows if row['point'] % len(self.cells) == cell]
-
-    def _is_open(self, rows: Sequence[Row]) -> bool:
-        """Return whether nothing has failed often enough yet."""
-        return all(self.rate(rows, failure).failures < ENOUGH for failure in FAILURES)
+    def _next(self, seen: Sequence[Sequence[Row]]) -> list[int]:
+        """Return the points to be evaluated next, of every curve at one amount."""
+        points, first = [], 0
+        for kind, tried in self.curves:
+            rungs = len(self.ladder(kind))
+            rates = {
+                rung: self.rate(rows)
+                for rung, rows in enumerate(seen[first : first + rungs])
+                if rows
+            }  # fmt: skip
+            if (rung := next_rung(rates, rungs, self.most)) is not None:
+                batches = -(-trials_wanted(rates.get(rung), self.most) // self.trials(tried))
+                done = len(seen[first + rung])
+                points += [
+                    number * len(seen) + first + rung for number in range(done, done + batches)
+                ]
+            first += rungs
+        return points
 
     # --- what came out ---------------------------------------------------------------------
 
-    def rate(self, rows: Sequence[Row], failure: str, level: int | None = None) -> Rate:
+    def rate(self, rows: Sequence[Row], level: int | None = None) -> Rate:
         """Return the rate at which a step or a read fails, of one level or of all.
 
         Args:
-            rows: Points, all of the same kind and amount.
-            failure: One of `FAILURES`.
+            rows: Points, all of the same kind, amount, and thing tried.
             level: The level it starts from or reads; None for all.
         """
-        count = self.design.levels - (failure == 'step')
-        levels = range(count) if level is None else [level]
-        failures = sum(row[f'{failure}_{level}'] for row in rows for level in levels)
-        return Rate(failures, len(levels) * sum(row['elements'] for row in rows))
+        elements = sum(row['elements'] for row in rows)
+        if level is not None:
+            return Rate(sum(row[f'failed_{level}'] for row in rows), elements)
+        each = len(wanted(self.design, rows[0]['tried']))
+        failures = sum(row[f'failed_{number}'] for row in rows for number in range(each))
+        return pooled(elements, each, failures, sum(row['squares'] for row in rows))
 
     def curve(
-        self, rows: Sequence[Row], kind: str, failure: str
-    ) -> tuple[list[float], list[Rate]]:
-        """Return amounts of a kind and the rates that were counted at them."""
-        amounts = [amount for name, amount in self.cells if name == kind]
-        chosen = [
-            [row for row in rows if row['kind'] == kind and row['scatter'] == amount]
-            for amount in amounts
-        ]
-        counted = [
-            (a, self.rate(some, failure)) for a, some in zip(amounts, chosen, strict=True) if some
-        ]
-        return [amount for amount, _ in counted], [rate for _, rate in counted]
+        self, rows: Sequence[Row], kind: str, tried: str
+    ) -> tuple[list[float], list[list[Row]]]:
+        """Return the amounts of a kind that were counted, rising, and their rows."""
+        found: dict[float, list[Row]] = {}
+        for row in rows:
+            if (row['kind'], row['tried']) == (kind, tried):
+                found.setdefault(row['scatter'], []).append(row)
+        amounts = sorted(found)
+        return amounts, [found[amount] for amount in amounts]
 
     def rare(
-        self, rows: Sequence[Row], kind: str, failure: str
+        self, rows: Sequence[Row], kind: str, tried: str
     ) -> tuple[float, float, float] | None:
         """Return the amount at which one in a thousand fails, with its interval."""
-        return rare_scatter(*self.curve(rows, kind, failure), seed=self.seed)
+        amounts, counted = self.curve(rows, kind, tried)
+        return rare_scatter(amounts, [self.rate(some) for some in counted], seed=self.seed)
+
+    def in_words(self, rows: Sequence[Row], kind: str, tried: str) -> str:
+        """Return the amount at which one in a thousand fails, with its interval, in words."""
+        if (found := self.rare(rows, kind, tried)) is not None:
+            return f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
+        amounts, counted = self.curve(rows, kind, tried)
+        rates = [self.rate(some) for some in counted]
+        none = [(amount, rate) for amount, rate in zip(amounts, rates, strict=True) if not rate.failures]
+        words = []
+        if none:
+            words.append(f'none of {none[-1][1].trials} at {none[-1][0]:g}')
+        some = [(a, r) for a, r in zip(amounts, rates, strict=True) if r.failures]
+        if some:
+            words.append(f'{some[0][1].value:.2g} at {some[0][0]:g}')
+        return ', '.join(words)

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One element as chance has it: every level read from both ends, every step up tried once.
+"""One element as chance has it: every level read from an end, or every step up tried once.
 
 Each level is tried for itself: the wall is put where it rests in this element (by Newton's
 method), read, and driven on by one strain cycle. So one element gives a sample of every step
-and of every read, and a step that fails spoils no other.
+or of every read, and a step that fails spoils no other.
 """
 
 from __future__ import annotations
@@ -52,6 +52,9 @@ class Chance:
     vibration: float = 0.0
 
 
+STEP = 'step'
+"""A step up, as what is tried; a read is named by its end."""
+
 KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
 """Names of what chance may decide."""
 
@@ -63,23 +66,20 @@ def chance(kind: str, amount: float) -> Chance:
     return Chance(Scatter(**{kind: amount}))
 
 
-@dataclass(frozen=True)
-class ElementTrial:
-    """What one element did.
-
-    Attributes:
-        stepped: For every level but the last, whether one strain cycle took the wall from it to
-            the next: one wall, nearer to that defect than to any other. False where the level
-            pins no wall.
-        read: By end, for every level, the level that was decoded.
-    """
-
-    stepped: tuple[bool, ...]
-    read: dict[str, tuple[int, ...]]
+def ends(settings: Settings) -> tuple[str, ...]:
+    """Return the ends from which an instrument reads every level."""
+    return ENDS if settings.read.end != 'right' else ('right',)
 
 
-def try_element(design: Design, settings: Settings, by: Chance, seed: int) -> ElementTrial:
-    """Make an element by chance and try it.
+def wanted(design: Design, tried: str) -> tuple[int, ...]:
+    """Return what `outcomes` should be."""
+    return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
+
+
+def outcomes(
+    design: Design, settings: Settings, by: Chance, seed: int, tried: str
+) -> tuple[int, ...]:
+    """Make an element by chance and try all its steps up, or all reads from an end.
 
     It is read with the calibration of the ideal element: it has none of its own.
 
@@ -87,7 +87,13 @@ def try_element(design: Design, settings: Settings, by: Chance, seed: int) -> El
         design: What was meant to be made.
         settings: The instrument's.
         by: What chance decides.
-        seed: Of the element: the same gives the same trial.
+        seed: Of the element: the same gives the same outcome.
+        tried: `STEP`, or the end that is read from.
+
+    Returns:
+        Of steps, for every level but the last, the level to which one strain cycle took the
+        wall: the one whose defect is nearest, `UNDECODABLE` where there is not one wall near
+        any, or the level it started from pins none. Of reads, for every level, the one decoded.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -99,15 +105,16 @@ def try_element(design: Design, settings: Settings, by: Chance, seed: int) -> El
     specimen = scattered(design, by.scatter, seed)
     element.chain.become(specimen)
     trial = _Trial(element, specimen, by.vibration, seed)
-    stepped: list[bool] = []
-    read: dict[str, list[int]] = {end: [] for end in ENDS}
-    for level in range(design.levels):
+    found = []
+    for level in range(design.levels - (tried == STEP)):
         pinned = trial.place(level)
-        for end, decoded in read.items():
-            decoded.append(trial.decoded(end) if pinned else UNDECODABLE)
-        if level + 1 < design.levels:
-            stepped.append(pinned and trial.step(level))
-    return ElementTrial(tuple(stepped), {end: tuple(decoded) for end, decoded in read.items()})
+        if not pinned:
+            found.append(UNDECODABLE)
+        elif tried == STEP:
+            found.append(trial.step(level))
+        else:
+            found.append(trial.decoded(tried))
+    return tuple(found)
 
 
 class _Trial:
@@ -131,14 +138,14 @@ class _Trial:
         self._element.transducer.settle()
         return True
 
-    def step(self, level: int) -> bool:
-        """Drive the wall on by one strain cycle, and return whether it is at the next level."""
+    def step(self, level: int) -> int:
+        """Drive the wall on by one strain cycle, and return the level it is at."""
         element, design = self._element, self._element.design
         times = element.settings.write
         peak = times.compression if design.freed_by_compression(level) else times.tension
         self._carry_out(cycle(element, peak, times))
         # With scatter a wall rests some cells beside its defect; what counts is the nearest level.
-        return level_of(design, element.chain.configuration, design.J / 2) == level + 1
+        return level_of(design, element.chain.configuration, design.J / 2)
 
     def decoded(self, end: str) -> int:
         """Read from an end, and return the level."""
