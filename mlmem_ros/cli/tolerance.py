@@ -46,6 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument('--amounts', type=int, default=10, help='amounts in a decade')
     parser.add_argument('--most', type=int, default=3000, help='trials of an amount, at most')
+    parser.add_argument(
+        '--screen', action='store_true',
+        help='let a forecast choose which steps are simulated, and weight them: for rare failures',
+    )  # fmt: skip
     parser.add_argument('--output', type=Path, default=Path('tolerance'), help='folder')
     campaigns.add_arguments(parser)
 
@@ -63,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         study = Tolerance(
             *load(arguments.design), tuple(arguments.kinds) or KINDS, tuple(arguments.tried),
-            arguments.amounts, arguments.most, arguments.seed,
+            arguments.amounts, arguments.most, arguments.screen, arguments.seed,
         )  # fmt: skip
         if arguments.point is not None:
             return _run_point(console, study, arguments.point)
@@ -107,7 +111,7 @@ def _run_point(console: Console, study: Tolerance, point: int) -> int:
     """Make the elements of one batch again and print what each did."""
     from rich.table import Table
 
-    from ..studies.tolerance.point import seeds
+    from ..studies.tolerance.point import batch, seeds
     from ..studies.tolerance.trial import STEP, chance, outcomes
 
     plan = study.campaign()
@@ -116,7 +120,7 @@ def _run_point(console: Console, study: Tolerance, point: int) -> int:
     table = Table(title=f'batch {point}: {kind} scatters by {amount:g}')
     table.add_column('seed of the element')
     table.add_column('level after a step from each' if tried == STEP else f'read from {tried}')
-    for seed in seeds(study.design, plan.seed_of(point)):
+    for seed in seeds(batch(study.design, screen=False), plan.seed_of(point)):
         found = outcomes(study.design, study.settings, chance(kind, amount), seed, tried)
         table.add_row(str(seed), ' '.join(map(str, found)))
     console.print(table)

@@ -37,13 +37,14 @@ class Rate:
     """A failure rate as counted.
 
     Attributes:
-        failures: How many failed.
+        failures: How many failed; an estimate where trials were screened.
         trials: Of how many.
         clustering: Variance of the count over that of independent trials (the design effect):
-            what spoils an element may spoil all its levels at once.
+            what spoils an element may spoil all its levels at once, and screened trials count
+            more than once.
     """
 
-    failures: int
+    failures: float
     trials: int
     clustering: float = 1.0
 
@@ -72,7 +73,7 @@ class Rate:
         return low, high
 
 
-def pooled(elements: int, each: int, failures: int, squares: int) -> Rate:
+def pooled(elements: int, each: int, failures: float, squares: float) -> Rate:
     """Return the rate of elements that were tried several times each.
 
     Args:

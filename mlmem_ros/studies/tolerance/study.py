@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from ...device import Settings
 from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
 from .estimate import Rate, pooled, rare_scatter
-from .point import batch, common, evaluate
+from .point import batch, common, evaluate, screened
+from .screen import DRAWN
 from .trial import KINDS, STEP, ends, wanted
 from .walk import next_rung, trials_wanted
 
@@ -38,6 +40,7 @@ class Tolerance:
             instrument reads from.
         amounts: How many amounts in a decade are looked at.
         most: Trials of an amount after which counting stops, however few have failed.
+        screen: Whether a forecast tells which steps are simulated, see `screen`.
         seed: Of everything.
     """
 
@@ -47,6 +50,7 @@ class Tolerance:
     tried: tuple[str, ...] = ()
     amounts: int = 10
     most: int = 3000
+    screen: bool = False
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -81,16 +85,25 @@ class Tolerance:
             for amount in self.ladder(kind)
         ]  # fmt: skip
 
-    def trials(self, tried: str) -> int:
+    @cached_property
+    def shared(self) -> dict[str, Any]:
+        """What all points share."""
+        return common(self.design, self.settings, screen=self.screen)
+
+    def trials(self, kind: str, tried: str) -> int:
         """Return how many trials a batch is."""
-        return batch(self.design) * len(wanted(self.design, tried))
+        elements = batch(self.design, screen=screened(self.shared, kind, tried))
+        return elements * len(wanted(self.design, tried))
+
+    def limit(self, kind: str, tried: str) -> int:
+        """Return the trials of an amount, at most; a screen lets as many more be drawn."""
+        return self.most * (DRAWN if screened(self.shared, kind, tried) else 1)
 
     def campaign(self) -> Campaign:
         """Return all points that may be needed, a batch each: all amounts, then all again."""
         points = [dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells]
-        rounds = max(-(-self.most // self.trials(tried)) for tried in self.tried)
-        shared = common(self.design, self.settings)
-        return Campaign('tolerance', evaluate, shared, points * rounds, self.seed)
+        rounds = max(-(-self.limit(*curve) // self.trials(*curve)) for curve in self.curves)
+        return Campaign('tolerance', evaluate, self.shared, points * rounds, self.seed)
 
     def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
         """Evaluate batches where they tell most, until every curve is known.
@@ -115,8 +128,9 @@ class Tolerance:
                 for rung, rows in enumerate(seen[first : first + rungs])
                 if rows
             }  # fmt: skip
-            if (rung := next_rung(rates, rungs, self.most)) is not None:
-                batches = -(-trials_wanted(rates.get(rung), self.most) // self.trials(tried))
+            most = self.limit(kind, tried)
+            if (rung := next_rung(rates, rungs, most)) is not None:
+                batches = -(-trials_wanted(rates.get(rung), most) // self.trials(kind, tried))
                 done = len(seen[first + rung])
                 points += [
                     number * len(seen) + first + rung for number in range(done, done + batches)
@@ -134,11 +148,15 @@ class Tolerance:
             level: The level it starts from or reads; None for all.
         """
         elements = sum(row['elements'] for row in rows)
-        if level is not None:
-            return Rate(sum(row[f'failed_{level}'] for row in rows), elements)
         each = len(wanted(self.design, rows[0]['tried']))
         failures = sum(row[f'failed_{number}'] for row in rows for number in range(each))
-        return pooled(elements, each, failures, sum(row['squares'] for row in rows))
+        rate = pooled(elements, each, failures, sum(row['squares'] for row in rows))
+        if level is None:
+            return rate
+        # Levels of one element are one trial each; what a screen weights is weighted here, too.
+        weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
+        failed = sum(row[f'failed_{level}'] for row in rows)
+        return Rate(failed, elements, rate.clustering if weighted else 1.0)
 
     def curve(
         self, rows: Sequence[Row], kind: str, tried: str

@@ -10,7 +10,7 @@ or of every read, and a step that fails spoils no other.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -77,9 +77,14 @@ def wanted(design: Design, tried: str) -> tuple[int, ...]:
 
 
 def outcomes(
-    design: Design, settings: Settings, by: Chance, seed: int, tried: str
+    design: Design,
+    settings: Settings,
+    by: Chance,
+    seed: int,
+    tried: str,
+    levels: Sequence[int] | None = None,
 ) -> tuple[int, ...]:
-    """Make an element by chance and try all its steps up, or all reads from an end.
+    """Make an element by chance and try its steps up, or its reads from an end.
 
     It is read with the calibration of the ideal element: it has none of its own.
 
@@ -89,11 +94,12 @@ def outcomes(
         by: What chance decides.
         seed: Of the element: the same gives the same outcome.
         tried: `STEP`, or the end that is read from.
+        levels: From which, or of which; by default all that there are.
 
     Returns:
-        Of steps, for every level but the last, the level to which one strain cycle took the
+        Of steps, for every one of these levels, the level to which one strain cycle took the
         wall: the one whose defect is nearest, `UNDECODABLE` where there is not one wall near
-        any, or the level it started from pins none. Of reads, for every level, the one decoded.
+        any, or the level it started from pins none. Of reads, the one decoded.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -106,7 +112,7 @@ def outcomes(
     element.chain.become(specimen)
     trial = _Trial(element, specimen, by.vibration, seed)
     found = []
-    for level in range(design.levels - (tried == STEP)):
+    for level in range(len(wanted(design, tried))) if levels is None else levels:
         pinned = trial.place(level)
         if not pinned:
             found.append(UNDECODABLE)

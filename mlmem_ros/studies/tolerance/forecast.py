@@ -1,0 +1,84 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a step will fail, forecast a hundred times faster than simulated: a wall as a particle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ...device import Settings
+from ...device.actuator import SMOOTH_PEAK_RATE, Motion
+from ...physics import Design, Specimen
+from ...physics.rolling_wall import Schedule, Track, roll, track
+
+DT = 4.0
+"""Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""
+
+FORESEEN = ('alpha', 's', 'offset')
+"""Kinds of scatter whose failures of steps are forecast."""
+
+RESTING = 0.3
+"""Where a wall rests, in cells right of its defect."""
+
+
+class Forecast:
+    """The write cycles of an instrument on the walls of a design, reduced to particles."""
+
+    def __init__(self, design: Design, settings: Settings) -> None:
+        self._design = design
+        self._settings = settings
+        self._tracks: dict[int, Track] = {}
+
+    def failing(self, specimen: Specimen, level: int, inflations: Sequence[float]) -> float:
+        """Return the first inflation of an element's deviations at which a step up fails.
+
+        Args:
+            specimen: The element as it was made.
+            level: Where the wall rests.
+            inflations: What the deviations from the design are multiplied by, in turn.
+
+        Returns:
+            Infinity where none fails.
+        """
+        design, way = self._design, self._track(level)
+        extra = way.extra_pull(specimen)
+        start, goal = design.defect(level) + RESTING, design.defect(level + 1)
+        cycle = self._cycles[way.peak]
+        for inflation in inflations:
+            end = roll(way, way.pull + inflation * extra, start, cycle)
+            if not abs(end - goal) < design.J / 2:
+                return inflation
+        return math.inf
+
+    def _track(self, level: int) -> Track:
+        if level not in self._tracks:
+            design, write = self._design, self._settings.write
+            freed = design.freed_by_compression(level)
+            low, high = design.defect(level) - design.J / 2, design.defect(level + 1) + design.J / 2
+            peak = write.compression if freed else write.tension
+            self._tracks[level] = track(design, low, high, peak)
+        return self._tracks[level]
+
+    @cached_property
+    def _cycles(self) -> dict[float, Schedule]:
+        write = self._settings.write
+        return {peak: _schedule(self._settings, peak) for peak in (write.compression, write.tension)}
+
+
+def _schedule(settings: Settings, peak: float) -> Schedule:
+    """Return a write cycle as the device makes it: up, hold, ease, back, settle."""
+    write = settings.write
+    eased = write.ease_to * peak if write.ease else peak
+    moves = [(0.0, peak, write.ramp, write.hold), (eased, 0.0, write.release, write.settle)]
+    if write.ease:
+        moves.insert(1, (peak, eased, write.ease, 0.0))
+    parts = []
+    for start, target, duration, wait in moves:
+        least = SMOOTH_PEAK_RATE * abs(target - start) / settings.actuator.max_rate
+        motion = Motion(start, target, max(duration, least), smooth=True)
+        parts.append(motion.strain(np.arange(0.0, motion.duration + wait, DT)))
+    return Schedule(np.concatenate(parts), DT)
