@@ -51,6 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='let a forecast choose which steps are simulated, and weight them: for rare failures',
     )  # fmt: skip
     parser.add_argument('--output', type=Path, default=Path('tolerance'), help='folder')
+    parser.add_argument(
+        '--compare', nargs='+', type=Path, metavar='FOLDER',
+        help='draw the curves of these studies over each other, and count nothing',
+    )  # fmt: skip
     campaigns.add_arguments(parser)
 
 
@@ -65,6 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     console = Console()
     try:
+        if arguments.compare:
+            return _compare(console, arguments)
         study = Tolerance(
             *load(arguments.design), tuple(arguments.kinds) or KINDS, tuple(arguments.tried),
             arguments.amounts, arguments.most, arguments.screen, arguments.seed,
@@ -105,6 +111,24 @@ def _report(
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
     console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+
+
+def _compare(console: Console, arguments: argparse.Namespace) -> int:
+    """Save table (Markdown) and figure of several studies."""
+    from ..durable import write_atomically
+    from ..studies.style import save_figure, styled
+    from ..studies.tolerance.compare import draw, load_counted, table
+
+    found = [load_counted(folder) for folder in arguments.compare]
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    lines = ['| ' + ' | '.join(line) + ' |\n' for line in table(found)]
+    lines.insert(1, '|' + '---|' * len(table(found)[0]) + '\n')
+    path = arguments.output / 'comparison.md'
+    write_atomically(path, ''.join(lines))
+    with styled():
+        files = [path, *save_figure(draw(found), arguments.output / 'comparison')]
+    console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    return 0
 
 
 def _run_point(console: Console, study: Tolerance, point: int) -> int:

@@ -140,7 +140,10 @@ def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
 
 
 @kernel
-def _roll(x, share, bend, pull, inertia, dt, mobility, eta):  # type: ignore[no-untyped-def]
+def _roll(
+    x: float, share: Array, bend: Array, pull: Array, inertia: Array, dt: float,
+    mobility: float, eta: float,
+) -> float:  # fmt: skip
     """Semi-implicit Euler on the table, bilinear; x in its spacing."""
     rows, columns = pull.shape
     v = 0.0

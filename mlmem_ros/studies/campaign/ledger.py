@@ -8,7 +8,7 @@ import fcntl
 import json
 from pathlib import Path
 from types import TracebackType
-from typing import IO
+from typing import IO, Any
 
 from .campaign import Campaign, Row
 from .errors import CampaignError
@@ -131,3 +131,22 @@ class Ledger:
     def _write(self, line: Row) -> None:
         self._stream.write(json.dumps(line, separators=(',', ':')).encode() + b'\n')
         self._stream.flush()
+
+
+def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
+    """Return the definition and the rows of a ledger in the order of their points.
+
+    Unlike `Ledger` it asks for no campaign, and takes a ledger that is still being written.
+
+    Raises:
+        CampaignError: It is no ledger.
+        OSError: It cannot be read.
+    """
+    content = path.read_bytes()
+    lines = content[: content.rfind(b'\n') + 1].splitlines()
+    try:
+        definition: dict[str, Any] = json.loads(lines[0])['campaign']
+        rows: list[Row] = [json.loads(line) for line in lines[1:]]
+        return definition, sorted(rows, key=lambda row: row['point'])
+    except (ValueError, LookupError, TypeError) as error:
+        raise CampaignError(f'{path} is no ledger of a campaign; {error!r}') from error

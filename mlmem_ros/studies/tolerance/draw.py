@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
@@ -30,7 +31,13 @@ NAMES = {
 }
 
 SHOWN = 0.1
-"""The rate of the most frequent failure at whose scatter the levels are compared."""
+"""The rate next to which the levels are compared."""
+
+UNSEEN = 1e-2
+"""Upper end of the interval below which a count without a failure is shown."""
+
+RANGE = (2e-4, 1.3)
+"""Rates that are shown."""
 
 
 def draw(study: Tolerance, rows: Sequence[Row]) -> Figure:
@@ -50,35 +57,47 @@ def draw(study: Tolerance, rows: Sequence[Row]) -> Figure:
 def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
     """Draw rates over the scatter, with their intervals and the curve through their foot."""
     axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
-    for failure in FAILURES:
-        amounts, rates = study.curve(rows, kind, failure)
-        colour = COLOURS[failure]
-        _bars(axes, amounts, rates, colour, WORDS[failure])
-        if (curve := fit(amounts, rates)) is not None:
-            fine = np.geomspace(amounts[0] / 2.0, amounts[foot(rates) - 1], 200)
-            axes.plot(fine, curve.rate(fine), color=colour, linewidth=0.8)
-            axes.plot([curve.sigma(RARE)], [RARE], 'v', color=colour, markersize=4)
-    axes.set(xscale='log', yscale='log', ylim=(2e-4, 1.3), xlabel=NAMES[kind])
+    for tried in study.tried:
+        amounts, rates = study.rates(rows, kind, tried)
+        draw_curve(axes, amounts, rates, COLOURS[tried], WORDS[tried])
+    axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
+
+
+def draw_curve(
+    axes: Any, amounts: Sequence[float], rates: Sequence[Rate], colour: Any, text: str
+) -> None:
+    """Draw counts with their intervals, the curve through their foot, and one in a thousand."""
+    told = [
+        i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < UNSEEN
+    ]  # fmt: skip
+    draw_rates(axes, [amounts[i] for i in told], [rates[i] for i in told], colour, text)
+    if (curve := fit(amounts, rates)) is not None:
+        fine = np.geomspace(curve.sigma(RANGE[0]), amounts[foot(rates) - 1], 200)
+        axes.plot(fine, curve.rate(fine), color=colour, linewidth=0.8)
+        axes.plot([curve.sigma(RARE)], [RARE], 'v', color=colour, markersize=4)
 
 
 def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
-    """Draw rates by level at the scatter where the most frequent failure is next to `SHOWN`."""
-    curves = {failure: study.curve(rows, kind, failure) for failure in FAILURES}
-    amounts = curves['step'][0]
-    most = np.max([[rate.value for rate in rates] for _, rates in curves.values()], axis=0)
-    chosen = amounts[int(np.argmin(np.abs(np.log(np.maximum(most, 1e-6) / SHOWN))))]
-    some = [row for row in rows if row['kind'] == kind and row['scatter'] == chosen]
-    levels = study.design.levels
-    for shift, failure in zip((-0.15, 0.0, 0.15), FAILURES, strict=True):
-        count = levels - (failure == 'step')
-        rates = [study.rate(some, failure, level) for level in range(count)]
-        _bars(axes, np.arange(count) + shift, rates, COLOURS[failure], '')
-    axes.set_title(f'at {chosen:g}', color=INK, loc='right')
-    axes.set(ylim=(0.0, 1.0), xlabel='level (of a step: where it begins)')
+    """Draw rates by level, each at the scatter where about one in ten fails."""
+    chosen = []
+    for shift, tried in zip((-0.15, 0.0, 0.15), study.tried, strict=False):
+        amounts, rates = study.rates(rows, kind, tried)
+        if not any(rate.failures for rate in rates):
+            continue
+        most = np.array([max(rate.value, 1e-6) for rate in rates])
+        number = int(np.argmin(np.abs(np.log(most / SHOWN))))
+        some = study.curve(rows, kind, tried)[1][number]
+        levels = range(len(wanted(study.design, tried)))
+        by_level = [study.rate(some, level) for level in levels]
+        draw_rates(axes, np.arange(len(levels)) + shift, by_level, COLOURS[tried], '')
+        chosen.append(f'{amounts[number]:.2g}')
+    axes.set_title(f'at {", ".join(chosen)}', color=INK, loc='right')
+    axes.set(ylim=(0.0, 0.5), xlabel='level (of a step: where it begins)')
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(axis='y', color=FAINT, linewidth=0.3)
 
 
-def _bars(axes: Any, x: Any, rates: Sequence[Rate], colour: str, text: str) -> None:
+def draw_rates(axes: Any, x: Any, rates: Sequence[Rate], colour: Any, text: str) -> None:
     """Draw rates with their intervals; where none has failed only the upper end is drawn."""
     for place, rate in zip(x, rates, strict=True):
         low, high = rate.interval

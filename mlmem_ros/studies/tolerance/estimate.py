@@ -73,7 +73,9 @@ class Rate:
         return low, high
 
 
-def pooled(elements: int, each: int, failures: float, squares: float) -> Rate:
+def pooled(
+    elements: int, each: int, failures: float, squares: float, heaviest: float = 1.0
+) -> Rate:
     """Return the rate of elements that were tried several times each.
 
     Args:
@@ -81,11 +83,14 @@ def pooled(elements: int, each: int, failures: float, squares: float) -> Rate:
         each: Trials of every element.
         failures: How many failed of all.
         squares: Sum over the elements of the square of the number of their failures.
+        heaviest: What a single failure may count, at most, where trials were screened.
     """
     trials = elements * each
     p = failures / trials
-    if not 0.0 < p < 1.0:
-        return Rate(failures, trials)
+    if p <= 0.0:  # what was not seen may have been of the kind that is hardly looked at
+        return Rate(failures, trials, heaviest)
+    if p >= 1.0:
+        return Rate(trials, trials)
     if elements == 1:  # nothing tells whether the trials of one element depend on each other
         return Rate(failures, trials, float(each))
     variance = (squares - failures**2 / elements) / (elements - 1)

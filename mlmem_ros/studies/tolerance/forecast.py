@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a step will fail, forecast a hundred times faster than simulated: a wall as a particle."""
+"""Whether a step will fail, with the wall as a particle: a hundredth of a simulation's time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...device import Settings
 from ...device.actuator import SMOOTH_PEAK_RATE, Motion
-from ...physics import Design, Specimen
+from ...physics import Design, Scatter, Specimen, scattered
 from ...physics.rolling_wall import Schedule, Track, roll, track
 
 DT = 4.0
@@ -58,7 +58,10 @@ class Forecast:
         if level not in self._tracks:
             design, write = self._design, self._settings.write
             freed = design.freed_by_compression(level)
-            low, high = design.defect(level) - design.J / 2, design.defect(level + 1) + design.J / 2
+            low, high = (
+                design.defect(level) - design.J / 2,
+                design.defect(level + 1) + design.J / 2,
+            )
             peak = write.compression if freed else write.tension
             self._tracks[level] = track(design, low, high, peak)
         return self._tracks[level]
@@ -66,7 +69,9 @@ class Forecast:
     @cached_property
     def _cycles(self) -> dict[float, Schedule]:
         write = self._settings.write
-        return {peak: _schedule(self._settings, peak) for peak in (write.compression, write.tension)}
+        return {
+            peak: _schedule(self._settings, peak) for peak in (write.compression, write.tension)
+        }
 
 
 def _schedule(settings: Settings, peak: float) -> Schedule:
@@ -82,3 +87,21 @@ def _schedule(settings: Settings, peak: float) -> Schedule:
         motion = Motion(start, target, max(duration, least), smooth=True)
         parts.append(motion.strain(np.arange(0.0, motion.duration + wait, DT)))
     return Schedule(np.concatenate(parts), DT)
+
+
+def forecast_rate(forecast: Forecast, design: Design, scatter: Scatter, steps: int) -> float:
+    """Return the share of steps that the forecast alone lets fail.
+
+    Args:
+        forecast: Of the design.
+        design: What is to be made.
+        scatter: By how much it is not.
+        steps: About how many steps to try.
+    """
+    each = design.levels - 1
+    failures = [
+        forecast.failing(scattered(design, scatter, seed), level, (1.0,)) < math.inf
+        for seed in range(max(1, steps // each))
+        for level in range(each)
+    ]
+    return float(np.mean(failures))

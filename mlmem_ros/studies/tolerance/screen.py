@@ -23,6 +23,9 @@ from .forecast import Forecast
 PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
 """Of being simulated, by the first inflation at which the forecast fails."""
 
+HEAVIEST = 1.0 / min(PROBABILITY.values())
+"""What one failure may count, at most."""
+
 DRAWN = 16
 """Elements drawn for each that would be made without a screen: about as much computing."""
 

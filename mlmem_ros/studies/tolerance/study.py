@@ -17,7 +17,7 @@ from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
 from .estimate import Rate, pooled, rare_scatter
 from .point import batch, common, evaluate, screened
-from .screen import DRAWN
+from .screen import DRAWN, HEAVIEST
 from .trial import KINDS, STEP, ends, wanted
 from .walk import next_rung, trials_wanted
 
@@ -101,7 +101,9 @@ class Tolerance:
 
     def campaign(self) -> Campaign:
         """Return all points that may be needed, a batch each: all amounts, then all again."""
-        points = [dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells]
+        points = [
+            dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells
+        ]
         rounds = max(-(-self.limit(*curve) // self.trials(*curve)) for curve in self.curves)
         return Campaign('tolerance', evaluate, self.shared, points * rounds, self.seed)
 
@@ -150,11 +152,12 @@ class Tolerance:
         elements = sum(row['elements'] for row in rows)
         each = len(wanted(self.design, rows[0]['tried']))
         failures = sum(row[f'failed_{number}'] for row in rows for number in range(each))
-        rate = pooled(elements, each, failures, sum(row['squares'] for row in rows))
+        weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
+        squares = sum(row['squares'] for row in rows)
+        rate = pooled(elements, each, failures, squares, HEAVIEST if weighted else 1.0)
         if level is None:
             return rate
-        # Levels of one element are one trial each; what a screen weights is weighted here, too.
-        weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
+        # A level is one trial of an element; what a screen weights is weighted here, too.
         failed = sum(row[f'failed_{level}'] for row in rows)
         return Rate(failed, elements, rate.clustering if weighted else 1.0)
 
@@ -169,24 +172,26 @@ class Tolerance:
         amounts = sorted(found)
         return amounts, [found[amount] for amount in amounts]
 
+    def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
+        """Return the amounts of a kind that were counted, rising, and the rates at them."""
+        amounts, counted = self.curve(rows, kind, tried)
+        return amounts, [self.rate(some) for some in counted]
+
     def rare(
         self, rows: Sequence[Row], kind: str, tried: str
     ) -> tuple[float, float, float] | None:
         """Return the amount at which one in a thousand fails, with its interval."""
-        amounts, counted = self.curve(rows, kind, tried)
-        return rare_scatter(amounts, [self.rate(some) for some in counted], seed=self.seed)
+        return rare_scatter(*self.rates(rows, kind, tried), seed=self.seed)
 
     def in_words(self, rows: Sequence[Row], kind: str, tried: str) -> str:
         """Return the amount at which one in a thousand fails, with its interval, in words."""
         if (found := self.rare(rows, kind, tried)) is not None:
             return f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
-        amounts, counted = self.curve(rows, kind, tried)
-        rates = [self.rate(some) for some in counted]
-        none = [(amount, rate) for amount, rate in zip(amounts, rates, strict=True) if not rate.failures]
+        amounts, rates = self.rates(rows, kind, tried)
+        failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
         words = []
-        if none:
-            words.append(f'none of {none[-1][1].trials} at {none[-1][0]:g}')
-        some = [(a, r) for a, r in zip(amounts, rates, strict=True) if r.failures]
-        if some:
-            words.append(f'{some[0][1].value:.2g} at {some[0][0]:g}')
+        if failing > 0:
+            words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
+        if failing < len(rates):
+            words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
         return ', '.join(words)

@@ -1,0 +1,157 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tolerances of several designs beside each other, from the ledgers of their studies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from ...device import Settings
+from ...physics import CASE_II, Design
+from ..campaign import CampaignError, Row
+from ..campaign.ledger import read
+from ..style import INK, MARK, axes_grid, label, new_figure
+from .draw import NAMES, RANGE, WORDS, draw_curve
+from .estimate import RARE, Rate, fit
+from .forecast import FORESEEN, Forecast, forecast_rate
+from .study import Tolerance
+from .trial import KINDS, STEP, chance
+
+FORECAST = 5000
+"""Steps of a forecast without simulation."""
+
+DASHED = {'linestyle': '--', 'linewidth': 0.8}
+
+ELEMENT = 0.1
+"""Share of elements that may have a step that fails."""
+
+
+@dataclass(frozen=True)
+class Counted:
+    """A study as its ledger has it.
+
+    Attributes:
+        name: Of its folder.
+        study: The design's, with the kinds and what was tried that were counted.
+        rows: Its points.
+    """
+
+    name: str
+    study: Tolerance
+    rows: list[Row]
+
+    def has(self, kind: str, tried: str) -> bool:
+        """Return whether this was counted."""
+        return any((row['kind'], row['tried']) == (kind, tried) for row in self.rows)
+
+    def in_an_element(self, kind: str) -> str:
+        """Return the scatter at which `ELEMENT` of all elements have a step that fails."""
+        curve = fit(*self.study.rates(self.rows, kind, STEP))
+        steps = self.study.design.levels - 1
+        share = -math.expm1(math.log1p(-ELEMENT) / steps)  # steps fail independently
+        return '' if curve is None else f'{curve.sigma(share):.2g}'
+
+
+def load_counted(folder: Path) -> Counted:
+    """Return what the ledger of a folder holds.
+
+    Raises:
+        CampaignError: It is not the ledger of a tolerance study, or holds no rows.
+        OSError: It cannot be read.
+    """
+    definition, rows = read(folder / 'ledger.jsonl')
+    if definition['name'] != 'tolerance' or not rows:
+        raise CampaignError(f'{folder} must hold a study of tolerance')
+    shared = definition['common']
+    kinds = {row['kind'] for row in rows}
+    study = Tolerance(
+        Design(**shared['design']), Settings.from_dict(shared['settings']),
+        tuple(kind for kind in KINDS if kind in kinds),
+        tuple(tried for tried in WORDS if any(row['tried'] == tried for row in rows)),
+        screen=shared['screen'],
+    )  # fmt: skip
+    return Counted(folder.name, study, rows)
+
+
+def draw(all_counted: Sequence[Counted]) -> Figure:
+    """Return the figure: a row for what is tried, a panel for every kind that lets it fail.
+
+    Dashed is what the wall as a particle does, without simulation.
+    """
+    shown = {
+        tried: [kind for kind in KINDS if any(_fails(one, kind, tried) for one in all_counted)]
+        for tried in WORDS
+    }
+    shared = min(2, len(all_counted))  # what only one of several has is in its own figure
+    shown = {
+        tried: kinds
+        for tried, kinds in shown.items()
+        if kinds and sum(one.has(kinds[0], tried) for one in all_counted) >= shared
+    }
+    columns = max(len(kinds) for kinds in shown.values())
+    figure = new_figure(2.5 * columns, 2.5 * len(shown))
+    grid = axes_grid(figure, len(shown), columns, sharey=True)
+    colours = mpl.colormaps['viridis'].resampled(len(all_counted) + 1)
+    letters = iter('abcdefghijklmnopqr')
+    for row, (tried, kinds) in zip(grid, shown.items(), strict=True):
+        row[0].set_ylabel(f'error rate of a {WORDS[tried]}')
+        for axes in row[len(kinds) :]:
+            axes.set_axis_off()
+        for axes, kind in zip(row, kinds, strict=False):
+            axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
+            label(axes, next(letters))
+            axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
+            for number, one in enumerate(all_counted):
+                if one.has(kind, tried):
+                    amounts, rates = one.study.rates(one.rows, kind, tried)
+                    colour = INK if one.study.design == CASE_II else colours(number)
+                    draw_curve(axes, amounts, rates, colour, one.name)
+                    if tried == STEP and kind in FORESEEN:
+                        axes.plot(*_forecast(one, kind, amounts, rates), color=colour, **DASHED)
+    grid[0, 0].legend(loc='upper left')
+    return figure
+
+
+def _forecast(
+    one: Counted, kind: str, amounts: Sequence[float], rates: Sequence[Rate]
+) -> tuple[list[float], list[float]]:
+    """Return the amounts about which failures begin, and the rates that the particle gives."""
+    design = one.study.design
+    forecast = Forecast(design, one.study.settings)
+    some = [
+        amount for amount, rate in zip(amounts, rates, strict=True) if RANGE[0] < rate.value < 0.3
+    ]
+    found = [forecast_rate(forecast, design, chance(kind, a).scatter, FORECAST) for a in some]
+    return some, [rate if rate > 0.0 else math.nan for rate in found]
+
+
+def _fails(one: Counted, kind: str, tried: str) -> bool:
+    return one.has(kind, tried) and any(
+        rate.failures for rate in one.study.rates(one.rows, kind, tried)[1]
+    )
+
+
+def table(all_counted: Sequence[Counted]) -> list[list[str]]:
+    """Return a table in words, headings first: a line for every kind and what is tried."""
+    lines = [['chance', 'what fails', *(one.name for one in all_counted)]]
+    for tried, words in WORDS.items():
+        for kind in KINDS:
+            if any(one.has(kind, tried) for one in all_counted):
+                cells = [
+                    one.study.in_words(one.rows, kind, tried) if one.has(kind, tried) else ''
+                    for one in all_counted
+                ]
+                lines.append([kind, words, *cells])
+    for kind in KINDS:
+        if any(_fails(one, kind, STEP) for one in all_counted):
+            cells = [
+                one.in_an_element(kind) if _fails(one, kind, STEP) else '' for one in all_counted
+            ]
+            lines.append([kind, f'a step of {ELEMENT:.0%} of the elements', *cells])
+    return lines
