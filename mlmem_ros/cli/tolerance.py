@@ -121,8 +121,9 @@ def _compare(console: Console, arguments: argparse.Namespace) -> int:
 
     found = [load_counted(folder) for folder in arguments.compare]
     arguments.output.mkdir(parents=True, exist_ok=True)
-    lines = ['| ' + ' | '.join(line) + ' |\n' for line in table(found)]
-    lines.insert(1, '|' + '---|' * len(table(found)[0]) + '\n')
+    cells = table(found)
+    lines = ['| ' + ' | '.join(line) + ' |\n' for line in cells]
+    lines.insert(1, '|' + '---|' * len(cells[0]) + '\n')
     path = arguments.output / 'comparison.md'
     write_atomically(path, ''.join(lines))
     with styled():

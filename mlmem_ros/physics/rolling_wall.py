@@ -7,7 +7,8 @@ The N cells are reduced to one coordinate: the wall held at X with everything el
 held. Then M X'' = -dU/dX - eta M X' + e'' B, where M = sum (dv_j / dX)^2, and e'' B is the inertia
 of the cells on a substrate whose strain e changes. What scatters in an element adds to U what it
 is to first order: alpha_j by its relative deviation times the energy of the cell, a shift of the
-ground state by minus the slope of that energy. Waves and the wall's change of shape are left out.
+ground state by minus the slope of that energy. Left out are waves, the wall's
+change of shape, and that a shift also moves the point that is called X.
 """
 
 from __future__ import annotations

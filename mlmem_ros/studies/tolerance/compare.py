@@ -17,7 +17,7 @@ from ...physics import CASE_II, Design
 from ..campaign import CampaignError, Row
 from ..campaign.ledger import read
 from ..style import INK, MARK, axes_grid, label, new_figure
-from .draw import NAMES, RANGE, WORDS, draw_curve
+from .draw import RANGE, WORDS, draw_curve, dress
 from .estimate import RARE, Rate, fit
 from .forecast import FORESEEN, Forecast, forecast_rate
 from .study import Tolerance
@@ -106,7 +106,7 @@ def draw(all_counted: Sequence[Counted]) -> Figure:
         for axes, kind in zip(row, kinds, strict=False):
             axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
             label(axes, next(letters))
-            axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
+            dress(axes, kind)
             for number, one in enumerate(all_counted):
                 if one.has(kind, tried):
                     amounts, rates = one.study.rates(one.rows, kind, tried)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
@@ -60,7 +60,15 @@ def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
     for tried in study.tried:
         amounts, rates = study.rates(rows, kind, tried)
         draw_curve(axes, amounts, rates, COLOURS[tried], WORDS[tried])
+    dress(axes, kind)
+
+
+def dress(axes: Any, kind: str) -> None:
+    """Give axes of rates over the scatter of a kind their scales and names."""
     axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    axes.xaxis.set_major_formatter('{x:.0e}')
+    axes.xaxis.set_minor_locator(NullLocator())
 
 
 def draw_curve(
