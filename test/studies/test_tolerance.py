@@ -16,7 +16,6 @@ from mlmem_ros.studies import campaign
 from mlmem_ros.studies.tolerance import point
 from mlmem_ros.studies.tolerance.estimate import (
     ENOUGH,
-    FOOT,
     RARE,
     Fragility,
     Rate,
@@ -29,7 +28,7 @@ from mlmem_ros.studies.tolerance.forecast import Forecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
 from mlmem_ros.studies.tolerance.study import Tolerance
 from mlmem_ros.studies.tolerance.trial import Chance, chance, outcomes
-from mlmem_ros.studies.tolerance.walk import next_rung, trials_wanted
+from mlmem_ros.studies.tolerance.walk import BEGIN, next_rung, trials_wanted
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 """Two levels: a step takes a third of the time."""
@@ -96,7 +95,7 @@ def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
         rates[rung] = Rate(before.failures + failures, before.trials + more)
     counted = [rung for rung, rate in rates.items() if rate.trials > 50]
     assert rates[min(counted)].value < RARE
-    assert max(rate.value for rate in rates.values()) > FOOT
+    assert max(rate.value for rate in rates.values()) > BEGIN
     assert sum(rate.trials for rate in rates.values()) < 5 * 4000
     assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'
 

@@ -18,7 +18,7 @@ from ..campaign import CampaignError, Row
 from ..campaign.ledger import read
 from ..style import INK, MARK, axes_grid, label, new_figure
 from .draw import RANGE, WORDS, draw_curve, dress
-from .estimate import RARE, Rate, fit
+from .estimate import RARE, Rate
 from .forecast import FORESEEN, Forecast, forecast_rate
 from .study import Tolerance
 from .trial import KINDS, STEP, chance
@@ -51,11 +51,20 @@ class Counted:
         return any((row['kind'], row['tried']) == (kind, tried) for row in self.rows)
 
     def in_an_element(self, kind: str) -> str:
-        """Return the scatter at which `ELEMENT` of all elements have a step that fails."""
-        curve = fit(*self.study.rates(self.rows, kind, STEP))
+        """Return the scatter at which `ELEMENT` of all elements have a step that fails.
+
+        Between two counts their logarithms are interpolated.
+        """
+        amounts, rates = self.study.rates(self.rows, kind, STEP)
         steps = self.study.design.levels - 1
         share = -math.expm1(math.log1p(-ELEMENT) / steps)  # steps fail independently
-        return '' if curve is None else f'{curve.sigma(share):.2g}'
+        for number in range(1, len(rates)):
+            low, high = rates[number - 1].value, rates[number].value
+            if 0.0 < low < share <= high:
+                part = math.log(share / low) / math.log(high / low)
+                ratio = amounts[number] / amounts[number - 1]
+                return f'{amounts[number - 1] * ratio**part:.2g}'
+        return ''
 
 
 def load_counted(folder: Path) -> Counted:

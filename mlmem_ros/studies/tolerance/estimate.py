@@ -28,8 +28,8 @@ error of a rate is then about 1 / sqrt(30), 18 %, however small the rate."""
 RARE = 1e-3
 """The failure rate whose scatter is looked for."""
 
-FOOT = 0.1
-"""Rate up to which the curve is fitted."""
+FOOT = 0.02
+"""Rate up to which the curve is fitted, with the first count above it."""
 
 
 @dataclass(frozen=True)

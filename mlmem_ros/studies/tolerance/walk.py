@@ -12,7 +12,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from .estimate import ENOUGH, FOOT, RARE, Rate
+from .estimate import ENOUGH, RARE, Rate
+
+BEGIN = 0.1
+"""Rate that is looked for first, because a batch shows it."""
 
 HALF = 0.5
 """Rate up to which counting goes."""
@@ -31,7 +34,7 @@ def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
         middle = (below + edge) // 2
         if middle not in rates:
             return middle
-        if rates[middle].value < FOOT:
+        if rates[middle].value < BEGIN:
             below = middle
         else:
             edge = middle
