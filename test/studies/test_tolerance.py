@@ -154,7 +154,7 @@ def test_a_base_that_shakes_moves_the_wall():
 # --- forecast and screen ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 0.03), ('offset', 0.01), ('s', 0.2)])
+@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 8e-4), ('offset', 2.5e-4), ('s', 0.2)])
 def test_the_forecast_is_mostly_right_where_half_of_all_steps_fail(kind, amount):
     forecast, by = Forecast(SHORT, Settings()), chance(kind, amount)
     right = failed = 0
@@ -179,22 +179,22 @@ def test_a_screen_counts_every_step_once_in_the_mean():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 0.004), ('offset', 0.0025)])
+@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 1.5e-4), ('offset', 5e-5)])
 def test_screened_and_plain_counting_agree(kind, amount):
     found = {}
-    for screen, points in ((False, 40), (True, 10)):
+    for screen, points in ((False, 50), (True, 8)):
         study = Tolerance(SHORT, Settings(), (kind,), ('step',), screen=screen)
         values = {'kind': kind, 'tried': 'step', 'scatter': amount}
         rows = [
             values | point.evaluate(study.shared, values, seed) for seed in range(points)
         ]  # fmt: skip
         found[screen] = study.rate(rows), sum(row['simulated'] for row in rows)
-    (plain, all_of_them), (screened, few) = found[False], found[True]
+    (plain, _), (screened, simulated) = found[False], found[True]
     assert plain.failures > 5
     low, high = screened.interval
     assert low < plain.interval[1]
     assert plain.interval[0] < high
-    assert screened.effective[1] / few > 3.0 * plain.effective[1] / all_of_them
+    assert simulated < screened.trials / 5
 
 
 # --- the study --------------------------------------------------------------------------------

@@ -25,6 +25,10 @@ RESTING = 0.3
 """Where a wall rests, in cells right of its defect."""
 
 
+NEAR = 2.0
+"""Cells from a defect within which a wall has arrived; where it rests there scatters, too."""
+
+
 class Forecast:
     """The write cycles of an instrument on the walls of a design, reduced to particles."""
 
@@ -50,7 +54,7 @@ class Forecast:
         cycle = self._cycles[way.peak]
         for inflation in inflations:
             end = roll(way, way.pull + inflation * extra, start, cycle)
-            if not abs(end - goal) < design.J / 2:
+            if not abs(end - goal) < NEAR:
                 return inflation
         return math.inf
 

@@ -24,7 +24,7 @@ from ...device.settings import Settings, TimeSettings
 from ...device.transducer import ENDS
 from ...physics import Design, Scatter, Specimen, StateError, scattered
 from ...physics.equilibrium import resting_wall
-from ..trace import level_of
+from ..trace import level_of, wall_position
 from ..trial import blank_element
 
 T = TypeVar('T')
@@ -54,6 +54,10 @@ class Chance:
 
 STEP = 'step'
 """A step up, as what is tried; a read is named by its end."""
+
+ARRIVED = 1.0
+"""Cells from where a wall rests at a level, in this element, within which it is there. One that
+stops on its way reads as the nearest level, but the next cycle does not find it in its place."""
 
 KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
 """Names of what chance may decide."""
@@ -98,8 +102,8 @@ def outcomes(
 
     Returns:
         Of steps, for every one of these levels, the level to which one strain cycle took the
-        wall: the one whose defect is nearest, `UNDECODABLE` where there is not one wall near
-        any, or the level it started from pins none. Of reads, the one decoded.
+        wall; `UNDECODABLE` where there is not one wall at rest at any, or the level it started
+        from pins none. Of reads, the one decoded.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -145,13 +149,21 @@ class _Trial:
         return True
 
     def step(self, level: int) -> int:
-        """Drive the wall on by one strain cycle, and return the level it is at."""
+        """Drive the wall on by one strain cycle, and return the level at which it rests then."""
         element, design = self._element, self._element.design
         times = element.settings.write
         peak = times.compression if design.freed_by_compression(level) else times.tension
         self._carry_out(cycle(element, peak, times))
-        # With scatter a wall rests some cells beside its defect; what counts is the nearest level.
-        return level_of(design, element.chain.configuration, design.J / 2)
+        configuration = element.chain.configuration
+        reached = level_of(design, configuration, design.J / 2)
+        if reached < 0:
+            return UNDECODABLE
+        try:
+            rest = wall_position(design, resting_wall(self._specimen, reached))
+        except StateError:
+            return UNDECODABLE
+        beside = abs(wall_position(design, configuration) - rest)
+        return reached if beside < ARRIVED else UNDECODABLE
 
     def decoded(self, end: str) -> int:
         """Read from an end, and return the level."""
