@@ -119,7 +119,7 @@ def _compare(console: Console, arguments: argparse.Namespace) -> int:
     from ..studies.style import save_figure, styled
     from ..studies.tolerance.compare import draw, load_counted, table
 
-    found = [load_counted(folder) for folder in arguments.compare]
+    found = [load_counted(folder, arguments.tried) for folder in arguments.compare]
     arguments.output.mkdir(parents=True, exist_ok=True)
     cells = table(found)
     lines = ['| ' + ' | '.join(line) + ' |\n' for line in cells]

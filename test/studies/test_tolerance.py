@@ -182,7 +182,7 @@ def test_a_screen_counts_every_step_once_in_the_mean():
 @pytest.mark.parametrize(('kind', 'amount'), [('alpha', 1.5e-4), ('offset', 5e-5)])
 def test_screened_and_plain_counting_agree(kind, amount):
     found = {}
-    for screen, points in ((False, 50), (True, 8)):
+    for screen, points in ((False, 25), (True, 5)):
         study = Tolerance(SHORT, Settings(), (kind,), ('step',), screen=screen)
         values = {'kind': kind, 'tried': 'step', 'scatter': amount}
         rows = [

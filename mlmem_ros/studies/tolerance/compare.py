@@ -67,14 +67,19 @@ class Counted:
         return ''
 
 
-def load_counted(folder: Path) -> Counted:
+def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
     """Return what the ledger of a folder holds.
+
+    Args:
+        folder: Of the study.
+        tried: What is wanted; all by default.
 
     Raises:
         CampaignError: It is not the ledger of a tolerance study, or holds no rows.
         OSError: It cannot be read.
     """
     definition, rows = read(folder / 'ledger.jsonl')
+    rows = [row for row in rows if not tried or row['tried'] in tried]
     if definition['name'] != 'tolerance' or not rows:
         raise CampaignError(f'{folder} must hold a study of tolerance')
     shared = definition['common']
@@ -82,7 +87,7 @@ def load_counted(folder: Path) -> Counted:
     study = Tolerance(
         Design(**shared['design']), Settings.from_dict(shared['settings']),
         tuple(kind for kind in KINDS if kind in kinds),
-        tuple(tried for tried in WORDS if any(row['tried'] == tried for row in rows)),
+        tuple(one for one in WORDS if any(row['tried'] == one for row in rows)),
         screen=shared['screen'],
     )  # fmt: skip
     return Counted(folder.name, study, rows)
@@ -115,7 +120,6 @@ def draw(all_counted: Sequence[Counted]) -> Figure:
         for axes, kind in zip(row, kinds, strict=False):
             axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
             label(axes, next(letters))
-            dress(axes, kind)
             for number, one in enumerate(all_counted):
                 if one.has(kind, tried):
                     amounts, rates = one.study.rates(one.rows, kind, tried)
@@ -123,6 +127,7 @@ def draw(all_counted: Sequence[Counted]) -> Figure:
                     draw_curve(axes, amounts, rates, colour, one.name)
                     if tried == STEP and kind in FORESEEN:
                         axes.plot(*_forecast(one, kind, amounts, rates), color=colour, **DASHED)
+            dress(axes, kind)
     grid[0, 0].legend(loc='upper left')
     return figure
 

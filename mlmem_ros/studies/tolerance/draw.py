@@ -36,6 +36,9 @@ SHOWN = 0.1
 UNSEEN = 1e-2
 """Upper end of the interval below which a count without a failure is shown."""
 
+WIDE = 60.0
+"""Greatest over least scatter from which decades alone are named."""
+
 RANGE = (2e-4, 1.3)
 """Rates that are shown."""
 
@@ -64,9 +67,10 @@ def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
 
 
 def dress(axes: Any, kind: str) -> None:
-    """Give axes of rates over the scatter of a kind their scales and names."""
+    """Give axes on which rates were drawn over the scatter of a kind their scales and names."""
     axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    low, high = axes.get_xlim()
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < WIDE * low else (1.0,)))
     axes.xaxis.set_major_formatter('{x:.0e}')
     axes.xaxis.set_minor_locator(NullLocator())
 
