@@ -128,7 +128,8 @@ def draw(all_counted: Sequence[Counted]) -> Figure:
                     if tried == STEP and kind in FORESEEN:
                         axes.plot(*_forecast(one, kind, amounts, rates), color=colour, **DASHED)
             dress(axes, kind)
-    grid[0, 0].legend(loc='upper left')
+    handles, names = grid[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc='outside lower center', ncols=len(names))
     return figure
 
 
