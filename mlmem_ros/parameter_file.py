@@ -36,30 +36,27 @@ class ParameterFileError(ValueError):
 
 
 def load(source: str) -> tuple[Design, Settings]:
-    """Return the design and the settings of a parameter file or a shipped preset.
+    """Return the design and the settings of a parameter file, or of a shipped one by its name.
 
     A preset has the settings of its file in `config`, where it is at hand, else the defaults.
 
     Args:
-        source: Path of a file, or a name of `PRESETS`.
+        source: Path of a file, or the name of a shipped one: of a preset, `fast`, ...
 
     Raises:
         ParameterFileError: There is no such file, or it is not a parameter file of a node.
         DesignError: The design makes no memory.
         SettingsError: Settings are out of range or contradict each other.
     """
-    path = Path(source)
-    if source in PRESETS:
-        shipped = preset_file(source)
-        if shipped is None:
-            return preset(source), Settings()
-        path = shipped
+    path = shipped_file(source) or Path(source)
+    if source in PRESETS and path == Path(source):
+        return preset(source), Settings()
     try:
         text = path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterFileError(
-            f'FILE|PRESET must be a readable parameter file or one of {", ".join(PRESETS)}; '
-            f'got {source!r}: {error}'
+            'FILE|PRESET must be a readable parameter file, the name of one that ships, or one of '
+            f'{", ".join(PRESETS)}; got {source!r}: {error}'
         ) from error
     return parse(text, source)
 
@@ -142,8 +139,10 @@ def _scalar(value: Any) -> str:
     return text
 
 
-def preset_file(name: str) -> Path | None:
-    """Return the shipped parameter file of a preset: in a checkout, or under this prefix."""
+def shipped_file(name: str) -> Path | None:
+    """Return the shipped parameter file of a name: in a checkout, or under this prefix."""
+    if not name.isidentifier():  # a path
+        return None
     here = Path(__file__).resolve()
     places = [parent / 'share' / 'mlmem_ros' / 'config' for parent in here.parents]
     for place in (here.parents[1] / 'config', *places):

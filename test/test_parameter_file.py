@@ -11,7 +11,7 @@ import pytest
 
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import Settings, SettingsError
-from mlmem_ros.parameter_file import ParameterFileError, load, parse, preset_file
+from mlmem_ros.parameter_file import ParameterFileError, load, parse, shipped_file
 from mlmem_ros.physics import CASE_I, CASE_II, PRESETS, DesignError
 
 CONFIG = Path(__file__).parent.parent / 'config'
@@ -52,9 +52,18 @@ def test_the_presets_have_their_own_settings():
 
 def test_every_preset_that_has_a_file_is_in_it():
     for name, design in PRESETS.items():
-        file = preset_file(name)
+        file = shipped_file(name)
         assert file is not None
         assert load(str(file))[0] == design
+
+
+def test_what_ships_is_known_by_its_name_and_a_path_is_a_path(tmp_path, monkeypatch):
+    assert load('fast') == load(str(CONFIG / 'fast.yaml'))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'fast.yaml').write_text(wrapped('write: {tension: 0.05}'))
+    assert load('fast.yaml')[1].write.tension == 0.05
+    with pytest.raises(ParameterFileError, match='readable'):
+        load('slow')
 
 
 @pytest.mark.parametrize(
@@ -126,7 +135,11 @@ def test_a_brief_table_has_what_did_not_pass(capsys):
 @pytest.mark.parametrize(
     ('text', 'status', 'words'),
     [
-        (None, 2, 'must be a readable parameter file or one of case_1, case_2'),
+        (
+            None,
+            2,
+            'the name of one that ships, or one of case_1, case_2',
+        ),
         ('nothing', 2, 'ros__parameters'),
         (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),
     ],

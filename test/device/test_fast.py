@@ -3,20 +3,19 @@
 """The faster schedule: it writes every level, one by one, in one go, and down again."""
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
-from mlmem_ros.device import Read, Settings, Write, new_element
-from mlmem_ros.device.fast import FAST
+from mlmem_ros.device import Read, Write, new_element
+from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.equilibrium import resting_wall
 
 from .rig import holds, run, succeed, wall
 
-FILE = Path(__file__).parents[2] / 'config' / 'fast.yaml'
+_, FAST = load('fast')
+PER_LEVEL = 1800.0
 
 
 @pytest.fixture(scope='module')
@@ -49,10 +48,10 @@ def test_a_wall_that_sticks_between_two_levels_is_noticed():
 @pytest.mark.parametrize('level', [5, 7])
 def test_several_levels_are_written_in_one_go(element, level):
     """From level 2, and on from 5: the wall is given no long rest on the way."""
-    before = element.ticks
-    assert succeed(element, Write(level)).level == level
+    outcome = run(element, Write(level))
+    assert outcome.success
+    assert outcome.attempts == 1
     assert holds(element, level)
-    assert (element.ticks - before) * element.tick < 3 * 2200 + 1000 + 1500  # and the read
 
 
 def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
@@ -61,7 +60,7 @@ def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
     succeed(element, Write(0))
     element.apply(Write(1))
     strain = []
-    for _ in range(round(2200.0 / element.tick)):
+    for _ in range(round(PER_LEVEL / element.tick)):
         element.advance()
         strain.append(element.actuator.strain)
     write = FAST.write
@@ -70,13 +69,3 @@ def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
     np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
     assert np.all(np.array(strain)[int(at[-1]) :] == 0.0)
     assert element.procedure == 'write'  # which ends with a read
-
-
-def test_the_file_holds_the_schedule():
-    file = yaml.safe_load(FILE.read_text())['/**']['ros__parameters']
-    assert file.pop('design') == {'preset': 'case_2'}
-    groups = {
-        name: dataclasses.replace(getattr(Settings(), name), **values)
-        for name, values in file.items()
-    }
-    assert dataclasses.replace(Settings(), **groups) == FAST

@@ -167,9 +167,12 @@ def _durations(subject: Subject) -> Finding:
 
 def cycle_time(subject: Subject, times: CycleSettings, peak: float) -> float:
     """Return how long a strain cycle takes, with the actuator's rate limit."""
-    least = SMOOTH_PEAK_RATE * abs(peak) / subject.settings.actuator.max_rate
-    back = times.ease + max(times.release, least)
-    return max(times.ramp, least) + times.hold + back + times.settle
+    whole = SMOOTH_PEAK_RATE * abs(peak) / subject.settings.actuator.max_rate
+    there = max(times.ramp, whole) + times.hold
+    if not times.ease:
+        return there + max(times.release, whole) + times.settle
+    eased = max(times.ease, abs(1.0 - times.ease_to) * whole)
+    return there + eased + max(times.release, abs(times.ease_to) * whole) + times.settle
 
 
 def _cycles(subject: Subject) -> dict[str, CycleSettings]:

@@ -17,7 +17,6 @@ from mlmem_ros.device.checks import Verdict, check
 from mlmem_ros.device.checks.echo_range import echo_strength
 from mlmem_ros.device.checks.launch import launched
 from mlmem_ros.device.checks.subject import Subject, sample
-from mlmem_ros.device.fast import FAST
 from mlmem_ros.device.forecast import forecast_echo
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
 from mlmem_ros.parameter_file import load
@@ -154,11 +153,11 @@ def test_weak_peaks_move_nothing():
 
 def test_a_hasty_schedule_is_for_a_simulation_to_judge():
     """Its tension is 38 % of what a slow ramp needs, and yet it writes (test_fast.py)."""
-    report = check(CASE_II, FAST)
+    report = check(*load('fast'))
     assert failed(report) == set()
     assert report['write_peaks'].verdict is Verdict.WARN
     assert 'simulation' in report['write_peaks'].text
-    assert report['durations'].values['step'] == 2200.0
+    assert report['durations'].values['step'] == 1800.0
 
 
 def test_a_short_ramp_is_a_warning():
