@@ -58,8 +58,9 @@ CAPTIONS = {
     'guide explains them.',
     'retention': 'The base shakes along the chain for 2500 time units, then rests. Dashed: a '
     'constant acceleration that the landscape holds out against no more. SI: default scale.',
-    'fast': 'Blue: all 28 writes upward succeed, from every level to every higher one, without a '
-    'long rest on the way. Cross: the operating point. fast_write.md tells more.',
+    'fast': 'Blue: all writes upward succeed, from every level to every higher one, without a '
+    'long rest on the way. Cross: the operating point; the number is of time units per level. '
+    'fast_write.md tells more.',
     'energy': 'Heat of a write, marks: work put in. energy.md tells more.',
     'check': 'Lower panel: relative differences of the table below.',
 }

@@ -152,7 +152,7 @@ def test_weak_peaks_move_nothing():
 
 
 def test_a_hasty_schedule_is_for_a_simulation_to_judge():
-    """Its tension is 38 % of what a slow ramp needs, and yet it writes (test_fast.py)."""
+    """Its tension is a third of what a slow ramp needs, and yet it writes (test_fast.py)."""
     report = check(*load('fast'))
     assert failed(report) == set()
     assert report['write_peaks'].verdict is Verdict.WARN
