@@ -67,7 +67,7 @@ def test_both_peaks_may_be_off(name, factors):
 
 
 def test_eight_levels_at_450_are_farther_from_failure_than_the_plain_schedule():
-    """Ten times faster than the paper's element, whose plain tension is freed by no 30 % less."""
+    """Ten times faster than the paper's element, whose plain tension fails when 30 % weaker."""
     factors = np.array([0.7, 1.0, 1.3])
     quick, plain = (
         passes(design, settings.write, factors, [1])
