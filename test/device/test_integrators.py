@@ -4,7 +4,7 @@
 
 import pytest
 
-from mlmem_ros.device import Erase, Outcome, Settings, SettingsError, Write, new_element
+from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.device.checks import check
 from mlmem_ros.device.forecast import forecast_echo
@@ -14,15 +14,9 @@ from mlmem_ros.physics import CASE_II, PEFRL, StateError
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.verdict import Verdict
 
+from .rig import run
+
 FOURTH = Settings(time=TimeSettings(integrator='pefrl'))
-
-
-def run(element, command):
-    element.apply(command)
-    while True:
-        for event in element.advance():
-            if isinstance(event, Outcome):
-                return event
 
 
 def test_every_level_is_written_and_read_with_half_the_steps():

@@ -9,7 +9,6 @@ import pytest
 from mlmem_ros.device import (
     Calibrate,
     Calibration,
-    Outcome,
     Read,
     SelfTest,
     SettingsError,
@@ -19,17 +18,11 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.parameter_file import load
 
+from .rig import run
+
 
 def device():
     return new_element(*load('bits_1'))
-
-
-def run(element, command):
-    element.apply(command)
-    while True:
-        for event in element.advance():
-            if isinstance(event, Outcome):
-                return event
 
 
 def test_it_is_calibrated_at_the_right_alone():
