@@ -91,6 +91,9 @@ class WriteSettings(CycleSettings):
         low=1.0,
         high=4.0,
     )
+    min_margin: float = described(
+        0.5, 'least level margin with which a level counts as written', low=0.0, high=0.99
+    )
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ a cell of its defect, site 25, 50 ... 200; a blank element has none.
 import ast
 import dataclasses
 import itertools
+import re
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from mlmem_ros.device import (
     Calibrate,
     DelayTable,
     Erase,
+    Faults,
     Heard,
     MemoryElement,
     Outcome,
@@ -276,6 +278,20 @@ def test_a_wall_between_two_levels_is_not_guessed_at():
     assert not outcome.success
     assert 'lies between levels' in outcome.error
     assert outcome.reading.level == UNDECODABLE
+
+
+def test_a_wall_that_stopped_on_its_way_does_not_count_as_written():
+    """Scatter of 0.1 % in alpha stops walls 8 cells short; the nearest level is as asked."""
+    silent = {}
+    for min_margin in (0.0, 0.5):
+        element = rig.device(1, write=WriteSettings(attempts=1, min_margin=min_margin))
+        element.suffer(Faults(disorder_alpha=1e-3, seed=3))
+        outcome = rig.run(element, Write(2))
+        assert abs(rig.wall(element) - 75.3) > 3.0
+        silent[min_margin] = outcome.success
+        if not outcome.success:
+            assert re.search(r'read instead: level 2 with a margin of 0\.\d', outcome.error)
+    assert silent == {0.0: True, 0.5: False}
 
 
 def test_a_wall_that_has_left_is_told(written):

@@ -20,26 +20,31 @@ def write(element: MemoryElement, level: int) -> Procedure[Result]:
     """Write a level: step up to it, or erase and start again; then verify by reading.
 
     What the reading says is where the next try goes on from, with peak strains that are
-    `write.escalation` times greater: a wall that did not follow was not pulled hard enough.
+    `write.escalation` times greater: a wall that did not follow was not pulled hard enough. A
+    wall that stopped on its way is nearest to the level that was asked for, too, but no later
+    step finds it in its place: with less than `write.min_margin` it is written anew.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
     """
-    attempts = element.settings.write.attempts
+    attempts, least = element.settings.write.attempts, element.settings.write.min_margin
     yield from slacken(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
         reading = yield from look(element)
-    seen = []
+    present, seen = reading.level, []
     for attempt in range(1, attempts + 1):
         try:
-            yield from drive(element, reading.level, level, _force(element, attempt))
+            yield from drive(element, present, level, _force(element, attempt))
             reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
-        if reading.level == level:
-            return Result(reading, attempt)
-        seen.append(describe_level(reading.level))
+        present, said = reading.level, describe_level(reading.level)
+        if present == level:
+            if reading.level_margin >= least:
+                return Result(reading, attempt)
+            present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
+        seen.append(said)
     raise ProcedureFailed(
         f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}',
         attempts,
