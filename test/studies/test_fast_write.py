@@ -21,13 +21,17 @@ PER_LEVEL = {
     'fast_bits_2': 600.0,
     'fast_bits_4': 800.0,
     'fast_bits_5': 1000.0,
+    'fast_bits_6': 1500.0,
     'damped_bits_3': 450.0,
     'damped_bits_4': 550.0,
 }
 """Time units of a level, as documented."""
 
+FASTER = {**SHIPPED, 'fast_bits_6': 'bits_6'}
+"""All that ship, and the plain ones; the map of 64 levels takes too long for the figure."""
 
-@pytest.mark.parametrize('name', SHIPPED)
+
+@pytest.mark.parametrize('name', FASTER)
 def test_a_level_takes_what_is_documented_and_the_actuator_follows(name):
     design, settings = load(name)
     assert duration(settings.write) == PER_LEVEL[name]
@@ -44,7 +48,7 @@ def test_the_design_check_warns_and_does_not_refuse(name):
     assert check(*load(name)).verdict is Verdict.WARN  # the ramps are short beside the damping
 
 
-@pytest.mark.parametrize(('name', 'plain'), SHIPPED.items())
+@pytest.mark.parametrize(('name', 'plain'), FASTER.items())
 def test_what_is_not_of_the_write_is_that_of_the_plain_element(name, plain):
     """But where the damping is another, which the erase's times and the probe follow."""
     design, settings = load(name)
@@ -106,7 +110,7 @@ def test_large_elements_are_started_from_a_sample():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', SHIPPED)
+@pytest.mark.parametrize('name', FASTER)
 def test_a_fast_element_is_proven(name):
     study = Proof(*load(name)).campaign()
     tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
