@@ -89,6 +89,10 @@ def leaves(node):
     return leaves(node['first']) + leaves(node['second'])
 
 
+def offered(node):
+    return set(dict(node.get_service_names_and_types_by_node('mlmem', '/')))
+
+
 def test_the_foxglove_layout(robot):
     layout = json.loads((CONFIG / 'foxglove_layout.json').read_text())
     assert set(layout) == {
@@ -117,8 +121,8 @@ def test_the_foxglove_layout(robot):
     assert topics <= set(TYPES)
     assert topics >= {'/mlmem/image', '/mlmem/markers', '/mlmem/level', '/diagnostics'}
     robot.wait(lambda: 'mlmem' in robot.node.get_node_names(), 'the node')
-    offered = dict(robot.node.get_service_names_and_types_by_node('mlmem', '/'))
-    assert services <= set(offered)
+    # Its services are discovered one by one, after its name.
+    robot.wait(lambda: services <= offered(robot.node), f'all of {sorted(services)}')
 
 
 def test_the_plotjuggler_layout(robot):
