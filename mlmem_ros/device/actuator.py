@@ -27,6 +27,12 @@ class Motion:
     duration: float
     smooth: bool
 
+    @classmethod
+    def limited(cls, start: float, target: float, duration: float, max_rate: float) -> Motion:
+        """Return a smooth move in a time, or in a longer one if the rate limit asks for it."""
+        least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
+        return cls(start, target, max(duration, least), smooth=True)
+
     def strain(self, t: Array) -> Array:
         """Return the strain at the times since the move began; the target afterwards."""
         if self.duration == 0.0:
@@ -78,8 +84,7 @@ class Actuator:
             Refused: The strain is not finite or beyond the limit.
         """
         self.check(strain)
-        least = SMOOTH_PEAK_RATE * abs(strain - self.strain) / self.settings.max_rate
-        self._begin(Motion(self.strain, strain, max(duration, least), smooth=True))
+        self._begin(Motion.limited(self.strain, strain, duration, self.settings.max_rate))
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
         """Move along a timed profile, from where the strain is.

@@ -11,7 +11,7 @@ from .pefrl import PEFRL
 from .presets import CASE_I, CASE_II, PRESETS, preset
 from .specimen import Scatter, Specimen, scattered
 from .stepping import INTEGRATORS, default_step, kernel_in_cache, stable_step, substep_times
-from .wall import Wall, walls
+from .wall import Wall, level_of, walls
 
 __all__ = [
     'CASE_I',
@@ -31,6 +31,7 @@ __all__ = [
     'Wall',
     'default_step',
     'kernel_in_cache',
+    'level_of',
     'preset',
     'scattered',
     'stable_step',

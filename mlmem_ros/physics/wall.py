@@ -40,3 +40,21 @@ def walls(design: Design, configuration: Array) -> list[Wall]:
         Wall(float(position), bool(anti_kink))
         for position, anti_kink in zip(left + 1 + fraction, active[left], strict=True)
     ]
+
+
+def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
+    """Return the level whose defect the only wall sits at; -1 blank; -2 anything else.
+
+    Args:
+        design: The element.
+        configuration: Delta_j = v_j - V_j, shape (N,).
+        tolerance: How near to the defect, in cells.
+    """
+    found = walls(design, configuration)
+    if not found and configuration.max() < design.D_barrier:
+        return -1
+    if len(found) == 1 and found[0].anti_kink:
+        level = round(found[0].position / design.J) - 1
+        if 0 <= level < design.levels:
+            return level if abs(found[0].position - design.defect(level)) < tolerance else -2
+    return -2

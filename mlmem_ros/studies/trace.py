@@ -97,15 +97,3 @@ def wall_position(design: Design, configuration: Array) -> float:
 def wall_path(design: Design, configurations: list[Array]) -> Array:
     """Return the wall's position in each of m configurations, shape (m,), NaN for none."""
     return np.array([wall_position(design, configuration) for configuration in configurations])
-
-
-def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
-    """Return the level whose defect the only wall sits at; -1 blank; -2 anything else."""
-    found = walls(design, configuration)
-    if not found and configuration.max() < design.D_barrier:
-        return -1
-    if len(found) == 1 and found[0].anti_kink:
-        level = round(found[0].position / design.J) - 1
-        if 0 <= level < design.levels:
-            return level if abs(found[0].position - design.defect(level)) < tolerance else -2
-    return -2

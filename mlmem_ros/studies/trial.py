@@ -19,8 +19,8 @@ from ..device import (
     factory_calibration,
 )
 from ..device.settings import WriteSettings
-from ..physics import Design
-from .trace import level_of, wall_position
+from ..physics import Design, level_of
+from .trace import wall_position
 
 
 @dataclass(frozen=True)

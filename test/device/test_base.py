@@ -12,9 +12,8 @@ import pytest
 from mlmem_ros.device import Disturb, Outcome, Read, Refused, Settings, Write, snapshot
 from mlmem_ros.device.base import Base
 from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics import CASE_II, level_of
 from mlmem_ros.studies.figures.retention import harmonic
-from mlmem_ros.studies.trace import level_of
 
 from . import rig
 

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The design checker: what can be told of a design in a second, before anything is written.
 
-Closed forms, equilibria and linear waves; only the launch, which is neither, is a short run of
-the first cells.
+Closed forms, equilibria and linear waves; only the launch and some steps, which are neither, are
+short runs.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from __future__ import annotations
 from ...physics import Design
 from ...verdict import Verdict
 from ..settings import Settings
-from . import drift, echo_range, echoes, launch, material, pinning, schedule, wall, waves
+from . import drift, echo_range, echoes, launch, material, pinning, schedule, steps, wall, waves
 from .finding import Finding, Report
 from .subject import Subject
 
 __all__ = ['Finding', 'Report', 'Verdict', 'check']
 
-CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, echo_range, echoes)
+CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, steps, echo_range, echoes)
 """Modules with `check(subject)`, in the order of a report."""
 
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ...verdict import Verdict, worst
-from ..actuator import SMOOTH_PEAK_RATE
+from ...verdict import Verdict
 from ..procedures import listening_time
-from ..settings import CycleSettings, EraseSettings, WriteSettings
+from ..settings import EraseSettings, WriteSettings
+from ..strain_cycle import StrainCycle
 from .finding import Finding, judged
 from .subject import Subject
 
@@ -18,7 +18,7 @@ ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
 SLOW = 3.0
-"""Ramp in damping times 1 / eta from which the wall follows the strain quietly."""
+"""Ramp in damping times 1 / eta from which kink and wall follow the strain quietly."""
 
 STEPS = (
     'under a non-zero strain a change in the energy landscape releases and repels the domain '
@@ -27,7 +27,7 @@ STEPS = (
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on write and erase peaks, ramps, and durations."""
+    """Yield the findings on the peaks of write and erase, on an erase's times, and durations."""
     frees = {level: forward(subject, level, kink=False) for level in subject.steps}
     yield _peaks(subject, 'write', frees)
     kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
@@ -64,7 +64,7 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
         verdict = Verdict.WARN
         text = (
             f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; whether one in '
-            'haste does is for a simulation to say'
+            f'haste does is for a simulation to say{" (`write_steps`)" if name == "write" else ""}'
         )
     elif held:
         text = f'the {mover} is not freed from level {held[0]} by any strain: see `freed_by_...`'
@@ -97,33 +97,30 @@ def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
 
 
 def _ramps(subject: Subject) -> Finding:
-    eta = subject.design.eta
-    values, verdicts = {}, []
-    for name, times in _cycles(subject).items():
-        values[name] = min(times.ramp, times.release) * eta
-        verdicts.append(judged(values[name], 0.0, SLOW))
-    verdict = worst(verdicts)
+    erase = subject.settings.erase
+    slowest = min(erase.ramp, erase.release) * subject.design.eta
+    verdict = judged(slowest, 0.0, SLOW)
     return Finding(
-        'ramps',
-        values,
+        'erase_ramps',
+        {'shortest': slowest},
         'damping times',
         verdict,
-        'the strain changes slowly beside the damping, so that the wall follows it quietly'
+        'the strain changes slowly beside the damping, so that kink and wall follow it quietly'
         if verdict is Verdict.PASS
-        else 'ramps this short beside the damping time 1 / eta leave the wall ringing, and where '
-        'it ends is for a simulation to say',
+        else 'ramps this short beside the damping time 1 / eta leave kink and wall ringing, and '
+        'where they end is for a simulation to say',
         'deformation due to a prescribed, quasi-static boundary displacement (p. 5)',
     )
 
 
 def _settling(subject: Subject) -> Finding:
-    design = subject.design
+    design, erase = subject.design, subject.settings.erase
     way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.left)
     needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
-    given = min(0.5 * times.release + times.settle for times in _cycles(subject).values())
+    given = 0.5 * erase.release + erase.settle
     verdict = judged(given / needed, 0.0, 1.0)
     return Finding(
-        'settling',
+        'erase_settling',
         {'needed': needed, 'given': given},
         'time',
         verdict,
@@ -142,15 +139,11 @@ def _durations(subject: Subject) -> Finding:
     design, settings = subject.design, subject.settings
     unit = settings.scale.time
     write, erase = settings.write, settings.erase
-    peaks = {
-        name: max(abs(group.compression), group.tension)
-        for name, group in (('write', write), ('erase', erase))
-    }
-    step = cycle_time(subject, write, peaks['write'])
+    step = cycle_time(subject, write)
     read = listening_time(design, settings.probe, 'left')
     look = listening_time(design, settings.probe_right, 'right')
     top = design.levels - 1
-    kink = cycle_time(subject, erase, peaks['erase']) + look
+    kink = cycle_time(subject, erase) + look
     values = {
         'step': step,
         'read': read,
@@ -165,15 +158,7 @@ def _durations(subject: Subject) -> Finding:
     )  # fmt: skip
 
 
-def cycle_time(subject: Subject, times: CycleSettings, peak: float) -> float:
-    """Return how long a strain cycle takes, with the actuator's rate limit."""
-    whole = SMOOTH_PEAK_RATE * abs(peak) / subject.settings.actuator.max_rate
-    there = max(times.ramp, whole) + times.hold
-    if not times.ease:
-        return there + max(times.release, whole) + times.settle
-    eased = max(times.ease, abs(1.0 - times.ease_to) * whole)
-    return there + eased + max(times.release, abs(times.ease_to) * whole) + times.settle
-
-
-def _cycles(subject: Subject) -> dict[str, CycleSettings]:
-    return {'write': subject.settings.write, 'erase': subject.settings.erase}
+def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
+    """Return how long a strain cycle takes, at the greater peak and with the rate limit."""
+    peak = max(-times.compression, times.tension)
+    return StrainCycle.planned(times, peak, subject.settings.actuator.max_rate).duration

@@ -13,11 +13,11 @@ import numpy as np
 from ...device.actuator import Motion
 from ...device.pulse import Pulse
 from ...device.settings import CycleSettings, WriteSettings
+from ...device.strain_cycle import StrainCycle
 from ...physics import CASE_II, Chain
 from ...physics.equilibrium import resting_wall
 from .. import independent as other
 from ..echoes import PAPER, detect, listen
-from ..figures.peaks import schedule
 from ..study import Data, Quality
 from ..trace import strain_chain, wall_position
 from .row import Row
@@ -26,7 +26,8 @@ from .row import Row
 def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
     """Yield a strain cycle (its first half, if small) and an echo, by kernel and DOP853."""
     design = dataclasses.replace(CASE_II, N=quality.pick(80, 110))
-    segments = schedule(WriteSettings().compression, CycleSettings())[: quality.pick(2, 4)]
+    cycle = StrainCycle.planned(CycleSettings(), WriteSettings().compression)
+    segments = cycle.segments[: quality.pick(2, 4)]
     start = resting_wall(design, 0)
     at = quality.pick(50.0, 20.0)
     chain = Chain(design)

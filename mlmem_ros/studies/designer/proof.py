@@ -29,11 +29,10 @@ from ...device import (
     Write,
     factory_calibration,
 )
-from ...physics import Design
+from ...physics import Design, level_of
 from ...physics.equilibrium import resting_wall
 from ..campaign import Campaign, Row
 from ..campaign.campaign import Values
-from ..trace import level_of
 from ..trial import write_upward
 
 EVERY = 16

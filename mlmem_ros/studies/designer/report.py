@@ -46,7 +46,7 @@ def row(name: str, design: Design, settings: Settings, tally: Tally) -> tuple[st
     """
     write, subject = settings.write, Subject(design, settings)
     probe = settings.probe if settings.read.end == 'left' else settings.probe_right
-    step = cycle_time(subject, write, max(write.tension, -write.compression))
+    step = cycle_time(subject, write)
     unit = settings.scale.time
     return (
         name,

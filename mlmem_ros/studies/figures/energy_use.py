@@ -11,11 +11,11 @@ import numpy as np
 
 from ...device import Command, Erase, Read, Settings, Write, new_element
 from ...parameter_file import load
-from ...physics import CASE_II
+from ...physics import CASE_II, level_of
 from ..meter import fit_meter
 from ..study import Data, Quality
 from ..style import COMPRESSION, FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
-from ..trace import Trace, level_of, watch
+from ..trace import Trace, watch
 
 SCHEDULES = {'plain': 'case_2', 'fast': 'fast'}
 """Shipped configurations of the paper's element."""

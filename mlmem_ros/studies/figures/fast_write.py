@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 from ...device.settings import WriteSettings
+from ...device.strain_cycle import StrainCycle
 from ...parameter_file import load
 from ...physics import Chain, Design
 from ...physics.equilibrium import resting_wall
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
 from ..trace import Segment, strain_chain, wall_path
-from ..upward import distance, duration, passes, pulse
+from ..upward import distance, passes
 
 SHIPPED = {
     'fast': 'bits_3',
@@ -57,7 +58,7 @@ def compute(quality: Quality) -> Data:
         design, settings = load(name)
         first = quality.pick([0], starts(design))
         data[f'{name}_passed'] = passes(design, settings.write, factors, first)
-        data[f'{name}_time'] = np.array(duration(settings.write))
+        data[f'{name}_time'] = np.array(StrainCycle.planned(settings.write, 1.0).duration)
     for kind, name in (('plain', 'bits_3'), ('fast', 'fast')):
         design, settings = load(name)
         path = _path(design, settings.write, quality.pick(1, design.levels - 1))
@@ -70,7 +71,8 @@ def _path(design: Design, write: WriteSettings, last: int) -> Data:
     segments: list[Segment] = []
     for level in range(last):
         compress = design.freed_by_compression(level)
-        segments += pulse(write.compression if compress else write.tension, write)
+        peak = write.compression if compress else write.tension
+        segments += StrainCycle.planned(write, peak).segments
     chain = Chain(design)
     chain.place(resting_wall(design, 0))
     trace = strain_chain(chain, segments, 20.0)

@@ -11,10 +11,10 @@ import numpy as np
 
 from ...device import Erase, Settings, Write, new_element
 from ...device.settings import TimeSettings
-from ...physics import CASE_II
+from ...physics import CASE_II, level_of
 from ..study import Data, Quality
 from ..style import FAINT, INK, S2, axes_grid, contour, label, new_figure, phase_bar
-from ..trace import Trace, level_of, watch
+from ..trace import Trace, watch
 
 
 def compute(quality: Quality) -> Data:

@@ -12,10 +12,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ...device.pulse import Move
 from ...device.settings import EraseSettings, WriteSettings
-from ...physics import CASE_II, Chain, Drive, substep_times, walls
+from ...physics import CASE_II, Chain, Drive, level_of, substep_times, walls
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S1, axes_grid, label, new_figure
-from ..trace import level_of, strain_chain
+from ..trace import strain_chain
 
 PRINTED_VELOCITY = -0.6148
 

@@ -10,21 +10,15 @@ import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ...device.settings import CycleSettings, WriteSettings
-from ...physics import CASE_II, Chain
+from ...device.strain_cycle import StrainCycle
+from ...physics import CASE_II, Chain, level_of
 from ...physics.equilibrium import resting_wall
 from ..study import Data, Quality
 from ..style import INK, MARK, axes_grid, label, new_figure
-from ..trace import level_of, strain_chain, wall_position
+from ..trace import strain_chain, wall_position
 
 LOST = 9
 """Stands for a wall that is not at rest at a level: between levels, or gone."""
-
-
-def schedule(peak: float, times: CycleSettings) -> list[tuple[float, float]]:
-    """Return the segments of one strain cycle."""
-    return [
-        (peak, times.ramp), (peak, times.hold), (0.0, times.release), (0.0, times.settle)
-    ]  # fmt: skip
 
 
 def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
@@ -36,7 +30,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
     """
     chain = Chain(CASE_II)
     chain.place(resting_wall(CASE_II, level))
-    strain_chain(chain, schedule(peak, times), 500.0)
+    strain_chain(chain, StrainCycle.planned(times, peak).segments, 500.0)
     place = wall_position(CASE_II, chain.configuration)
     if np.isnan(place):
         place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)

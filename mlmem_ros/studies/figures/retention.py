@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...device.settings import DisturbanceSettings, ScaleSettings
-from ...physics import CASE_II, Chain, StateError, substep_times
+from ...physics import CASE_II, Chain, StateError, level_of, substep_times
 from ...physics.dispersion import band
 from ...physics.ensemble import Ensemble
 from ...physics.equilibrium import resting_wall
@@ -23,7 +23,6 @@ from ...physics.held_wall import hold_walls
 from ...physics.potential import Array
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
-from ..trace import level_of
 
 SHAKE = 2500.0
 """Duration of the shaking: ten times the damping time 1 / eta, in which resonances build up."""

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from ...device.settings import CycleSettings, WriteSettings
-from ...physics import CASE_II, Chain, Design
+from ...device.strain_cycle import StrainCycle
+from ...physics import CASE_II, Chain, Design, level_of
 from ...physics.equilibrium import resting_wall
 from ..echoes import PAPER, detect, listen
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
-from ..trace import level_of, strain_chain, wall_path
-from .peaks import schedule
+from ..trace import strain_chain, wall_path
 
 EVERY = 10.0
 """Time between looks."""
@@ -83,7 +83,7 @@ def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     chain = Chain(design)
     chain.place(resting_wall(design, level))
     peak = settings.compression if compress else settings.tension
-    trace = strain_chain(chain, schedule(peak, times), EVERY)
+    trace = strain_chain(chain, StrainCycle.planned(times, peak).segments, EVERY)
     end = level_of(design, chain.configuration)
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
 

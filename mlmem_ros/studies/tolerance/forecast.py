@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ...device import Settings
-from ...device.actuator import SMOOTH_PEAK_RATE, Motion
+from ...device.strain_cycle import StrainCycle
 from ...physics import Design, Scatter, Specimen, scattered
 from ...physics.rolling_wall import Schedule, Track, roll, track
 
@@ -79,18 +79,9 @@ class Forecast:
 
 
 def _schedule(settings: Settings, peak: float) -> Schedule:
-    """Return a write cycle as the device makes it: up, hold, ease, back, settle."""
-    write = settings.write
-    eased = write.ease_to * peak if write.ease else peak
-    moves = [(0.0, peak, write.ramp, write.hold), (eased, 0.0, write.release, write.settle)]
-    if write.ease:
-        moves.insert(1, (peak, eased, write.ease, 0.0))
-    parts = []
-    for start, target, duration, wait in moves:
-        least = SMOOTH_PEAK_RATE * abs(target - start) / settings.actuator.max_rate
-        motion = Motion(start, target, max(duration, least), smooth=True)
-        parts.append(motion.strain(np.arange(0.0, motion.duration + wait, DT)))
-    return Schedule(np.concatenate(parts), DT)
+    """Return a write cycle as the device makes it."""
+    cycle = StrainCycle.planned(settings.write, peak, settings.actuator.max_rate)
+    return Schedule(cycle.strain(np.arange(0.0, cycle.duration, DT)), DT)
 
 
 def forecast_rate(forecast: Forecast, design: Design, scatter: Scatter, steps: int) -> float:

@@ -22,9 +22,9 @@ from ...device.procedures.blocks import cycle
 from ...device.procedures.listening import probe
 from ...device.settings import Settings, TimeSettings
 from ...device.transducer import ENDS
-from ...physics import Design, Scatter, Specimen, StateError, scattered
+from ...physics import Design, Scatter, Specimen, StateError, level_of, scattered
 from ...physics.equilibrium import resting_wall
-from ..trace import level_of, wall_position
+from ..trace import wall_position
 from ..trial import blank_element
 
 T = TypeVar('T')

@@ -96,7 +96,7 @@ def test_the_check_is_quick(case_ii):
 
 def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
     report = spoiled(gamma=-6e-5)
-    assert failed(report) == {'peierls_nabarro'}
+    assert failed(report) == {'peierls_nabarro', 'write_steps'}
     assert report['peierls_nabarro'].values['least pull'] < 0.0
     assert 'gamma' in report['peierls_nabarro'].text
 
@@ -147,8 +147,9 @@ def test_weak_peaks_move_nothing():
         {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
     )
     report = check(CASE_II, settings)
-    assert failed(report) == {'write_peaks'}
+    assert failed(report) == {'write_peaks', 'write_steps'}
     assert report['write_peaks'].values['compression needed'] == pytest.approx(-0.0204, abs=3e-4)
+    assert 'from level 0 to the next' in report['write_steps'].text
 
 
 def test_a_hasty_schedule_is_for_a_simulation_to_judge():
@@ -157,12 +158,36 @@ def test_a_hasty_schedule_is_for_a_simulation_to_judge():
     assert failed(report) == set()
     assert report['write_peaks'].verdict is Verdict.WARN
     assert 'simulation' in report['write_peaks'].text
+    assert report['write_steps'].verdict is Verdict.PASS
     assert report['durations'].values['step'] == 1800.0
 
 
-def test_a_short_ramp_is_a_warning():
-    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'ramp': 400.0}})
-    assert check(CASE_II, settings)['ramps'].verdict is Verdict.WARN
+def test_a_short_ramp_of_an_erase_is_a_warning():
+    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 400.0}})
+    assert check(CASE_II, settings)['erase_ramps'].verdict is Verdict.WARN
+
+
+def test_steps_that_fail_near_the_operating_point_are_warned_of():
+    """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
+    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
+    steps = check(CASE_II, settings)['write_steps']
+    assert steps.verdict is Verdict.WARN
+    assert '0.85 and 0.85, 1.15 and 0.85 times their own' in steps.text
+    assert steps.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'fail': 2}
+
+
+def test_what_rings_spoils_the_second_step():
+    """The fast write of eight levels needs its damping: with the paper's its steps are lost."""
+    design, settings = load('damped_bits_3')
+    assert check(design, settings)['write_steps'].verdict is Verdict.PASS
+    ringing = check(dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
+    assert ringing.verdict is not Verdict.PASS
+
+
+def test_a_single_level_has_no_steps():
+    names = [finding.name for finding in check(*load('case_1')).findings]
+    assert 'launch_write' in names
+    assert 'write_steps' not in names
 
 
 def test_a_wide_wall_does_not_fit_a_level():

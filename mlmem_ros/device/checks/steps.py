@@ -1,0 +1,83 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Steps of a write, run from the sampled levels: two in a row, as what rings decides the second.
+
+The closed forms of the schedule hold for slow ramps. A hasty write lives on inertia and damping,
+and a step of the bare chain takes milliseconds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+
+from ...physics import StateError
+from ...verdict import Verdict
+from ..steps_up import steps_up
+from .finding import Finding
+from .subject import Subject
+
+ROW = 2
+"""Steps in a row."""
+
+OFF = 0.15
+"""By how much both peaks may be off at once: an operating point nearer to failure is warned of."""
+
+SOURCE = (
+    'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
+    'defect site different from the one from which it originated (p. 5)'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the finding on the steps of a write."""
+    if not subject.steps:
+        return
+    own = _lost(subject, 1.0, 1.0)
+    weak, strong = 1.0 - OFF, 1.0 + OFF
+    corners = [(weak, weak), (weak, strong), (strong, weak), (strong, strong)]
+    off = [] if own else [corner for corner in corners if _lost(subject, *corner)]
+    if own:
+        verdict = Verdict.FAIL
+        text = (
+            f'a write upward does not take the wall from level {own[0]} to the next: choose '
+            'greater peaks, longer times or more damping'
+        )
+    elif off:
+        verdict = Verdict.WARN
+        names = ', '.join(f'{c:.2f} and {t:.2f}' for c, t in off)
+        text = (
+            f'the steps are made, but not where the peaks are {names} times their own '
+            '(compression and tension): `mlmem margins` tells how far they may be off'
+        )
+    else:
+        verdict = Verdict.PASS
+        text = f'the steps are made, also where both peaks are {OFF:.0%} off'
+    values = {
+        'steps': float(len(subject.steps)),
+        'lost': float(len(own)),
+        'peaks tried': 1.0 if own else 1.0 + len(corners),
+        'fail': float(bool(own) or len(off)),
+    }
+    yield Finding('write_steps', values, '', verdict, text, SOURCE)
+
+
+def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
+    """Return the levels from which no step is made with the peaks multiplied by factors."""
+    # What a soft substrate does is the rigidity's finding, and takes a hundred times as long.
+    design = dataclasses.replace(subject.design, substrate='rigid')
+    settings = subject.settings
+    write = dataclasses.replace(
+        settings.write,
+        compression=compression * settings.write.compression,
+        tension=tension * settings.write.tension,
+    )
+    lost = []
+    for start in subject.steps[::ROW]:
+        goal = min(start + ROW, design.levels - 1)
+        try:
+            made = list(steps_up(design, write, start, goal, settings.actuator.max_rate))
+        except StateError:  # the level pins no wall
+            made = [False]
+        lost += [start + step for step, success in enumerate(made) if not success]
+    return lost
