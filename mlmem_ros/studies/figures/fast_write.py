@@ -14,52 +14,59 @@ from ...device.strain_cycle import StrainCycle
 from ...parameter_file import load
 from ...physics import Chain, Design
 from ...physics.equilibrium import resting_wall
+from ...physics.potential import Array
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
 from ..trace import Segment, strain_chain, wall_path
 from ..upward import distance, passes
 
-SHIPPED = {
-    'fast': 'bits_3',
-    'fast_bits_1': 'bits_1',
-    'fast_bits_2': 'bits_2',
-    'fast_bits_4': 'bits_4',
-    'fast_bits_5': 'bits_5',
-    'damped_bits_3': 'bits_3',
-    'damped_bits_4': 'bits_4',
-}
-"""The fast configurations, and whose plain schedule each is compared with."""
+PLAIN = 'bits_3'
+"""The paper's element with its slow ramps: what the others are compared with."""
 
-SAMPLED = 4
-"""Of elements of more than sixteen levels: starts at either end that stand for all."""
+SHIPPED = (
+    'fast', 'bits_1', 'bits_2', 'damped_bits_3', 'bits_4', 'damped_bits_4', 'bits_5', 'bits_6',
+)  # fmt: skip
+"""The configurations that write fast."""
+
+STEPS = 128
+"""Steps that a point of a map may take, if the rows from both ends' levels take no more."""
 
 
 def starts(design: Design) -> list[int]:
-    """Return the levels that writes are started from: all up to sixteen, else some."""
+    """Return the levels that writes are started from: all up to sixteen, else some of either end.
+
+    The row from level k and that from the k-th last one are as many steps together as there are
+    levels: as many pairs as fit into `STEPS` are taken, and one at least.
+    """
     steps = range(design.levels - 1)
-    return list(steps if design.levels <= 16 else (*steps[:SAMPLED], *steps[-SAMPLED:]))
+    pairs = max(1, STEPS // design.levels)
+    return sorted({*steps[:pairs], *steps[-pairs:]})
+
+
+def factors_of(design: Design, factors: Array) -> Array:
+    """Return the factors on the peaks that are tried: of the largest elements every second."""
+    return factors[::2] if design.levels > STEPS else factors
 
 
 def compute(quality: Quality) -> Data:
     """Map which peaks write every level from every lower one, and follow two writes.
 
     Returns:
-        `factors` on the peaks, shape (m,); per configuration whether all writes upward succeed
-        (compression x tension, m x m), `NAME_passed`, and the time per level, `NAME_time`; of
-        the plain schedules `PRESET_passed` and `PRESET_time` likewise; and the wall's path of a
-        plain and a fast write of the paper's levels 0 to 7.
+        The names of the `maps`, the plain schedule's first; per name the factors on the peaks,
+        shape (m,), `NAME_factors`, whether all writes upward succeed (compression x tension,
+        m x m), `NAME_passed`, and the time per level, `NAME_time`; and the wall's path of a plain
+        and a fast write of the paper's levels 0 to 7.
     """
     factors = np.array(quality.pick([0.3, 1.0], np.round(np.arange(0.4, 1.65, 0.1), 1)))
-    names = quality.pick(
-        ['fast', 'fast_bits_2', 'bits_2'], [*SHIPPED, *dict.fromkeys(SHIPPED.values())]
-    )
-    data: Data = {'factors': factors, 'maps': np.array([n for n in SHIPPED if n in names])}
+    names = quality.pick((PLAIN, 'fast', 'bits_2'), (PLAIN, *SHIPPED))
+    data: Data = {'maps': np.array(names)}
     for name in names:
         design, settings = load(name)
+        data[f'{name}_factors'] = tried = factors_of(design, factors)
         first = quality.pick([0], starts(design))
-        data[f'{name}_passed'] = passes(design, settings.write, factors, first)
+        data[f'{name}_passed'] = passes(design, settings.write, tried, first)
         data[f'{name}_time'] = np.array(StrainCycle.planned(settings.write, 1.0).duration)
-    for kind, name in (('plain', 'bits_3'), ('fast', 'fast')):
+    for kind, name in (('plain', PLAIN), ('fast', 'fast')):
         design, settings = load(name)
         path = _path(design, settings.write, quality.pick(1, design.levels - 1))
         data |= {f'{kind}_{key}': value for key, value in path.items()}
@@ -92,13 +99,12 @@ def draw(data: Data) -> Any:
     wall.legend(loc='lower right')
     label(wall, 'a', "levels 0 to 7 of the paper's element")
     strain.set(ylabel=r'$\varepsilon\times10^3$', xlabel=r'time $t\times10^{-3}$')
-    columns = 4
+    columns = 5
     panels = axes_grid(lower, -(-len(data['maps']) // columns), columns, sharex=True, sharey=True)
-    factors = data['factors']
     for axes in panels.ravel()[len(data['maps']) :]:
         axes.set_visible(False)
-    for axes, name, letter in zip(panels.ravel(), data['maps'], 'bcdefghi', strict=False):
-        passed = data[f'{name}_passed']
+    for axes, name, letter in zip(panels.ravel(), data['maps'], 'bcdefghijk', strict=False):
+        factors, passed = data[f'{name}_factors'], data[f'{name}_passed']
         axes.pcolormesh(
             factors, factors, passed, cmap=ListedColormap(['#e8e8e8', S2]), vmin=0, vmax=1,
             shading='nearest', edgecolors='w', lw=0.4,
