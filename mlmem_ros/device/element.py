@@ -283,7 +283,7 @@ class MemoryElement:
         except ProcedureFailed as failure:
             self.transducer.release()
             if run.name != 'read':  # which leaves a strain set by hand where it is
-                self.actuator.ramp_to(0.0, self.settings.write.release)
+                self.actuator.ramp_to(0.0, self.settings.erase.release)
             result = Result(self.reading, failure.attempts)
             self.statistics.count(self._end(False, str(failure), result))
 

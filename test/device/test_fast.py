@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Read, Write, new_element
+from mlmem_ros.device import Abort, Read, SetStrain, Write, new_element
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -69,3 +69,15 @@ def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
     np.testing.assert_allclose(seen, [1.0, 1.0, write.ease_to, 0.0], atol=1e-12)
     assert np.all(np.array(strain)[int(at[-1]) :] == 0.0)
     assert element.procedure == 'write'  # which ends with a read
+
+
+def test_an_abort_lets_go_as_slowly_as_an_erase():
+    """A write that eases off is done within a tick: from a peak that would be a jerk."""
+    design, settings = load('bits_2')
+    assert settings.write.release == settings.time.tick
+    element = new_element(design, settings)
+    element.apply(SetStrain(0.02))
+    while element.actuator.moving:
+        element.advance()
+    outcome = run(element, Abort())
+    assert (outcome.end_tick - outcome.start_tick) * element.tick >= settings.erase.release

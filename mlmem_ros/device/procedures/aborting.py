@@ -15,16 +15,17 @@ if TYPE_CHECKING:
 def abort(element: MemoryElement) -> Procedure[Result]:
     """Let a held cell go and bring the strain to zero, smoothly.
 
-    As slowly as a cycle does: let go at the greatest rate, one element in twenty was left with
+    As slowly as an erase does: let go at the greatest rate, one element in twenty was left with
     cells in a third ground state, which no strain clears (see `bring_back`).
     """
+    times = element.settings.erase
     detector = element.transducer.detector
     element.transducer.release()
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
-        yield from ramp(element, 0.0, element.settings.write.release)
+        yield from ramp(element, 0.0, times.release)
     elif detector is not None:  # the next read must not take this pulse's echo for its own
         element.transducer.detector = detector  # and an abort of this abort has to wait as well
-        yield from wait(element, element.settings.write.settle)
+        yield from wait(element, times.settle)
         element.transducer.release()
     return Result(None)

@@ -108,9 +108,10 @@ def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
 
 
 def slacken(element: MemoryElement) -> Procedure[None]:
-    """Bring a strain that was set by hand back to zero, and let the element settle."""
+    """Bring a strain that was set by hand back to zero, and let the element settle.
+
+    By the times of an erase, which is slow: a write may end its way back within a tick.
+    """
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
-        yield from ramp(element, 0.0, element.settings.write.release)
-        yield from wait(element, element.settings.write.settle)
-        yield from wait(element, element.settings.write.final_settle)
+        yield from let_go(element, element.settings.erase)

@@ -91,15 +91,18 @@ def _erase(element: MemoryElement) -> Procedure[Check]:
 
 
 def _strain(element: MemoryElement) -> Procedure[Check]:
-    """Strain the element a little and see whether its right end goes with it, from zero on."""
-    settings = element.settings.write
+    """Strain the element a little and see whether its right end goes with it, from zero on.
+
+    As slowly as an erase does, so that the end is at rest when it is looked at.
+    """
+    times = element.settings.erase
     offset = _felt(element)
     try:
-        yield from ramp(element, TEST_STRAIN, settings.ramp)
-        yield from wait(element, settings.settle)
+        yield from ramp(element, TEST_STRAIN, times.ramp)
+        yield from wait(element, times.settle)
         felt = _felt(element)
-        yield from ramp(element, 0.0, settings.release)
-        yield from wait(element, settings.settle)
+        yield from ramp(element, 0.0, times.release)
+        yield from wait(element, times.settle)
     except ProcedureFailed as failure:
         return Check('actuator', False, str(failure))
     error = max(abs(offset), abs(felt - TEST_STRAIN))
