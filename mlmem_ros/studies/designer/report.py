@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from ...device import Settings
 from ...device.checks.schedule import cycle_time
 from ...device.checks.subject import Subject
+from ...device.settings import WriteSettings
 from ...physics import Design
 from .listening import dynamic_range
 from .proof import Tally
@@ -21,7 +22,7 @@ COLUMNS = (
     'gamma',
     'beta',
     '1/eta',
-    'ramp, hold, release, settle',
+    'ramp, hold, ease, release, settle',
     'peaks',
     'read from, carrier, sigma',
     'echo range, dB',
@@ -56,7 +57,7 @@ def row(name: str, design: Design, settings: Settings, tally: Tally) -> tuple[st
         f'{design.gamma:.3g}',
         f'{design.beta:.3g}',
         f'{1.0 / design.eta:.0f}' if design.eta else 'none',
-        f'{write.ramp:.0f}, {write.hold:.0f}, {write.release:.0f}, {write.settle:.0f}',
+        ', '.join(f'{time:.0f}' for time in _times(write)),
         f'{write.compression:.4g}, {write.tension:+.4g}',
         f'{settings.read.end}, {probe.omega_c:g}, {probe.sigma:g}',
         f'{dynamic_range(subject):.0f}',
@@ -68,6 +69,10 @@ def row(name: str, design: Design, settings: Settings, tally: Tally) -> tuple[st
         f'{step * unit:.2g}',
         f'{tally.erase_time * unit:.3g}',
     )
+
+
+def _times(write: WriteSettings) -> tuple[float, ...]:
+    return write.ramp, write.hold, write.ease, write.release, write.settle
 
 
 def markdown(rows: Iterable[Sequence[str]]) -> str:
