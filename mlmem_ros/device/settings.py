@@ -115,6 +115,9 @@ class EraseSettings(CycleSettings):
     launch_speed: float = described(
         0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
     )
+    trust_reading: bool = described(
+        False, 'listen for a blank element only once the kink is where the wall was read'
+    )
 
 
 @dataclass(frozen=True)

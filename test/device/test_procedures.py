@@ -393,6 +393,35 @@ def test_a_blank_element_is_erased_by_looking(written):
     assert not trace.any()
 
 
+def echoes_of(element, command):
+    """Return how many echoes a procedure listened for, and what it read last."""
+    told = list(rig.events(element, command))
+    assert told[-1].success, told[-1].error
+    return sum(isinstance(event, Heard) for event in told), told[-1].reading
+
+
+@LEVELS
+def test_an_erase_that_trusts_the_reading_listens_when_the_kink_has_met_the_wall(written, level):
+    """Once or twice, where others listen after every cycle; and it needs no cycle more."""
+    plain, trusting = (
+        written(level, **rig.with_group('erase', trust_reading=trust)) for trust in (False, True)
+    )
+    assert echoes_of(plain, Erase())[0] >= level
+    count, reading = echoes_of(trusting, Erase())
+    assert count <= 2
+    assert reading.level == BLANK
+    assert rig.wall(trusting) is None
+    assert trusting.statistics.cycles == plain.statistics.cycles
+
+
+@pytest.mark.parametrize(('believed', 'true'), [(1, 4), (6, 2), (3, None), (BLANK, 2)])
+def test_an_erase_that_trusts_a_wrong_reading_succeeds_all_the_same(written, believed, true):
+    element = rig.device(true, **rig.with_group('erase', trust_reading=True))
+    element.reading = dataclasses.replace(written(1).reading, level=believed)
+    assert echoes_of(element, Erase())[1].level == BLANK
+    assert rig.wall(element) is None
+
+
 def test_an_erase_that_does_not_succeed_ends():
     feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
     element = rig.device(6, **feeble)

@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 
 LOOK_SPACING = 8
 """An erase looks after every cycle at first, then after an eighth more each time: a look takes as
-long as a cycle or longer, and the kink needs about as many cycles as the wall's level."""
+long as a cycle or several."""
 
 
 def erase(element: MemoryElement) -> Procedure[Result]:
     """Make the element blank: launch a kink and drive it on until it meets the wall.
 
     A kink answers to the opposite strain of a wall at the same site. Whether the wall is gone
-    is heard from the right end, where a blank element echoes from its far end.
+    is heard from the right end, where a blank element echoes from its far end. With
+    `erase.trust_reading` that is not listened for before the kink is where the wall was read.
 
     Raises:
         ProcedureFailed: The element is not blank after two cycles for every level.
@@ -33,7 +34,7 @@ def erase(element: MemoryElement) -> Procedure[Result]:
     design = element.design
     yield from slacken(element)
     cycles = 2 * design.levels + 2
-    kink = 0
+    kink, meeting = 0, _meeting(element)
     for _ in range(cycles):
         for end in ('right', 'left'):
             if element.phase(end) is None:
@@ -43,8 +44,10 @@ def erase(element: MemoryElement) -> Procedure[Result]:
             yield from launch(
                 element, settings.start_strain, design.D_s1, settings.launch_speed, settings
             )
-            kink = 0
-        if kink % max(1, kink // LOOK_SPACING) == 0:
+            if kink:  # launched again: nothing is as foreseen
+                kink = meeting = 0
+        late = kink - meeting
+        if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
             reading = yield from probe(element, 'right')
             if reading.level == BLANK:
                 return Result(reading)
@@ -56,3 +59,15 @@ def erase(element: MemoryElement) -> Procedure[Result]:
         f'the element is not blank after {cycles} strain cycles; read last: '
         f'{describe_level(reading.level)}'
     )
+
+
+def _meeting(element: MemoryElement) -> int:
+    """Return after how many cycles to begin listening: when the kink meets the wall, if known.
+
+    It begins at level 0 and moves on by one level each. A wall that compression frees has by then
+    been moved on, too; from the level before its own, where levels are short, the two attract.
+    """
+    reading = element.reading
+    if not element.settings.erase.trust_reading or reading is None or reading.level < 1:
+        return 0
+    return reading.level - 1 + element.design.freed_by_compression(reading.level)

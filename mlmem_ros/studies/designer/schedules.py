@@ -136,6 +136,7 @@ def erase_schedule(design: Design, frees: Freeing) -> EraseSettings:
         tension=_tidy(kink * (wall / kink) ** ORDER),
         start_strain=-LAUNCH_STRAIN,
         launch_speed=LAUNCH_SPEED,
+        trust_reading=True,
     )
 
 
