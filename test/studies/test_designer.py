@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a number of levels to a design, and what simulation says of it.
 
-The shipped elements are those that the designer finds, but for the times and peaks of a write,
-which a search made shorter than the designer's rule; they do what their table says.
+The shipped elements are those that the designer finds, but for the times and peaks of a write
+(and the rate that they ask of the actuator), which a search made shorter than the designer's rule;
+they do what their table says.
 """
 
 import dataclasses
@@ -38,7 +39,8 @@ def test_the_designer_finds_what_is_shipped(bits):
     found = propose(2**bits)
     design, settings = load(str(CONFIG / f'bits_{bits}.yaml'))
     assert found.design == design == PRESETS[f'bits_{bits}']
-    assert dataclasses.replace(found.settings, write=settings.write) == settings
+    searched = {'write': settings.write, 'actuator': settings.actuator}
+    assert dataclasses.replace(found.settings, **searched) == settings
     assert duration(settings) <= duration(found.settings)
     assert design.levels == 2**bits
     assert design.bits == bits
