@@ -52,7 +52,7 @@ def test_the_bounds_of_every_number_belong_to_it(group, name):
     ((_, description),) = [
         found for found in descriptions(getattr(Settings(), group)) if found[0].name == name
     ]
-    if description.choices:
+    if description.choices or description.low is None:
         return
     for bound, beyond in ((description.low, -math.inf), (description.high, math.inf)):
         assert getattr(changed(group, **{name: bound}), name) == bound
