@@ -163,8 +163,17 @@ def test_a_hasty_schedule_is_for_a_simulation_to_judge():
 
 
 def test_a_short_ramp_of_an_erase_is_a_warning():
-    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 400.0}})
+    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 300.0}})
     assert check(CASE_II, settings)['erase_ramps'].verdict is Verdict.WARN
+
+
+def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
+    """A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends."""
+    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 500.0}})
+    shake = check(CASE_II, settings)['erase_shake']
+    assert shake.values['far end'] == pytest.approx(6 * 225 * 0.042 / 500**2, rel=0.01)
+    assert shake.verdict is Verdict.WARN
+    assert check(CASE_II, settings)['erase_ramps'].verdict is Verdict.PASS
 
 
 def test_steps_that_fail_near_the_operating_point_are_warned_of():
