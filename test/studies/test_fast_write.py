@@ -26,6 +26,7 @@ PER_LEVEL = {
     'damped_bits_4': 550.0,
     'bits_5': 1000.0,
     'bits_6': 1500.0,
+    'bits_8': 2760.0,
 }
 """Time units of a level, as documented."""
 

@@ -25,6 +25,7 @@ PLAIN = 'bits_3'
 
 SHIPPED = (
     'fast', 'bits_1', 'bits_2', 'damped_bits_3', 'bits_4', 'damped_bits_4', 'bits_5', 'bits_6',
+    'bits_8',
 )  # fmt: skip
 """The configurations that write fast."""
 
