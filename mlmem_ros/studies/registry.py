@@ -26,7 +26,7 @@ STUDIES = (
     Study('rigidity', 'rigidity', 'How stiff the substrate has to be', 10),
     Study('design', 'design', 'How the pieces of a design act together', 1),
     Study('retention', 'retention', 'Which shaking of the base loses a level', 65),
-    Study('fast', 'fast_write', 'How fast a write can be, and how far its peaks may be off', 200),
+    Study('fast', 'fast_write', 'How fast a write can be, and how far its peaks may be off', 700),
     Study('energy', 'energy_use', 'The energy of a write, and where it becomes heat', 30),
     Study('check', 'check', 'The independent check: SciPy, closed forms, Newton', 15),
 )

@@ -116,6 +116,6 @@ def draw(data: Data) -> Any:
             axes.plot(1.0 + far * np.cos(angle), 1.0 + far * np.sin(angle), ':', color=INK, lw=0.8)
         axes.plot(1.0, 1.0, '+', color=MARK, ms=9, mew=2)
         axes.set_aspect('equal')
-        label(axes, letter, f'{name}: {data[f"{name}_time"]:g}')
+        label(axes, letter, f'{name}\n{data[f"{name}_time"]:g}')
     panels[-1, 0].set(xlabel='tension, over its own', ylabel='compression, over its own')
     return figure
