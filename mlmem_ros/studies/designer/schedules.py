@@ -37,7 +37,7 @@ HOLD, EASE = 0.06 / 0.34, 0.58 / 0.34
 """A write's hold and its way back, over its ramp."""
 
 EASE_TO = 0.03
-"""Where that way ends, as a share of the peak; the rest is let go in a tick."""
+"""Where that way ends, as a share of the peak: the rest is let go as calmly, in a tick or more."""
 
 QUIET = 4.0
 """Rest after the last cycle of a write in damping times."""
@@ -111,7 +111,7 @@ def write_schedule(design: Design, frees: Freeing) -> WriteSettings:
         hold=_up_to(TICK, HOLD * ramp),
         ease=_up_to(TICK, EASE * ramp),
         ease_to=EASE_TO,
-        release=TICK,
+        release=_up_to(TICK, _calm(design, EASE_TO * max(compression, tension), WRITE_CALM)),
         settle=0.0,
         final_settle=_up_to(100.0, QUIET / design.eta),
         compression=-_tidy(compression),
