@@ -16,7 +16,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,8 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='ROS parameter file or preset: the design, and the operating point',
     )  # fmt: skip
     parser.add_argument(
-        '--tick', type=float, default=50.0,
-        help='time units to which every wait is rounded up; longer ones are faster to simulate',
+        '--tick', type=float,
+        help='time units to which every wait is rounded up; by default 50, which is faster to '
+        'simulate, where the schedule is in whole ones, else those of the design',
     )  # fmt: skip
     parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
     campaigns.add_arguments(parser)
@@ -59,12 +59,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
-    from ..studies.margins import Shmoo, make_axis
+    from ..studies.margins import Shmoo, coarsened, make_axis
 
     console = Console()
     try:
         design, settings = load(arguments.design)
-        settings = replace(settings, time=replace(settings.time, tick=arguments.tick))
+        settings = coarsened(settings, arguments.tick)
         x, y = (
             make_axis(name, settings, span)
             for name, span in (

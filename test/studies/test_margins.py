@@ -16,9 +16,10 @@ import pytest
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import Outcome, Settings, SettingsError
 from mlmem_ros.device.settings import TimeSettings
+from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.studies.campaign import Ledger, run
-from mlmem_ros.studies.margins import Shmoo, draw, make_axis, measure, rerun
+from mlmem_ros.studies.margins import Shmoo, coarsened, draw, make_axis, measure, rerun
 from mlmem_ros.studies.margins.axes import NOISE, RAMPS, with_values
 from mlmem_ros.studies.style import save_figure, styled
 from mlmem_ros.studies.trial import Heat, Step, blank_element, write_upward
@@ -321,6 +322,13 @@ def test_a_point_is_run_alone_step_by_step(tmp_path, capsys, monkeypatch):
     assert 'point 0: write.compression -0.05, write.tension 0.03' in out
     assert 'fails at level 2' in out
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(('name', 'tick'), [('case_2', 50.0), ('bits_4', 20.0), ('fast', 10.0)])
+def test_a_map_rounds_no_time_of_its_operating_point(name, tick):
+    _, settings = load(name)
+    assert coarsened(settings).time.tick == tick
+    assert coarsened(settings, 5.0).time.tick == 5.0
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ from .axes import AXES, Axis, make_axis
 from .distance import Margins, measure
 from .draw import draw
 from .point import rerun
-from .shmoo import Shmoo
+from .shmoo import Shmoo, coarsened
 
-__all__ = ['AXES', 'Axis', 'Margins', 'Shmoo', 'draw', 'make_axis', 'measure', 'rerun']
+__all__ = [
+    'AXES', 'Axis', 'Margins', 'Shmoo', 'coarsened', 'draw', 'make_axis', 'measure', 'rerun',
+]  # fmt: skip

@@ -5,17 +5,40 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ...device import Settings
+from ...device.strain_cycle import StrainCycle
 from ...physics import Design
 from ...physics.potential import Array
 from ..campaign import Campaign, Row
 from .axes import Axis
 from .point import common, evaluate
+
+LONG_TICK = 50.0
+"""Tick of a map: the longer, the faster it is simulated."""
+
+
+def coarsened(settings: Settings, tick: float | None = None) -> Settings:
+    """Return settings with a tick for a map.
+
+    Args:
+        settings: The instrument's.
+        tick: Asked for. None for `LONG_TICK` where all times of a write are whole numbers of
+            it; other schedules would not be what they are, and keep the instrument's.
+
+    Raises:
+        SettingsError: It is out of range.
+    """
+    write = settings.write
+    if tick is None:
+        times = StrainCycle.planned(write, write.tension).motions
+        whole = all(each.duration % LONG_TICK == 0.0 for each in times)
+        tick = LONG_TICK if whole else settings.time.tick
+    return replace(settings, time=replace(settings.time, tick=tick))
 
 
 @dataclass(frozen=True)
