@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +23,9 @@ from .shmoo import Shmoo
 
 UNFIT_COLOR = '#b0b0b0'
 PASS_COLOR = '#d5e8d4'
+
+LONGEST_LINE = 60
+"""Characters of an axis's label that fit beside the map."""
 
 SIGNS = {
     'echo': ('.', INK, 'the wall is right, its echo is not'),
@@ -115,7 +119,8 @@ def _distance(margins: Margins) -> str:
 
 
 def _label(axis: Axis) -> str:
-    return f'{axis.name}: {axis.text}' + (f' [{axis.unit}]' if axis.unit else '')
+    text = f'{axis.name}: {axis.text}' + (f' [{axis.unit}]' if axis.unit else '')
+    return '\n'.join(textwrap.wrap(text, LONGEST_LINE))
 
 
 def _places(axis: Axis, values: Array) -> Array:
