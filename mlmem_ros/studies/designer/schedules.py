@@ -27,8 +27,9 @@ TICK = TimeSettings().tick
 WRITE_FORCE = 1.8
 """Peaks of a write over what frees a wall: there either may be off by most."""
 
-WRITE_CALM = 4e-4
-"""Greatest acceleration of the far end in a write's ramp, in cells per time squared."""
+WRITE_CALM = 6.3e-3
+"""Greatest acceleration of the far end in a write's ramp, in cells per time squared, over the root
+of eta, as what rings has until the next ramp to fade: 4e-4 with the paper's damping."""
 
 WRITE_RAMP = 0.95
 """Least ramp of a write in damping times."""
@@ -50,7 +51,7 @@ ORDER = 0.4
 far wall is shaken by the ramp as well."""
 
 ERASE_CALM = 2e-4
-"""As for a write; the longer of two ramps is then taken `SLOWER` times as long."""
+"""Greatest acceleration of the far end in an erase's ramp, before it is made slower."""
 
 ERASE_RAMP = 1.6
 """Least ramp in damping times, before it is made slower."""
@@ -104,14 +105,14 @@ def _sizes(strains: list[float], sign: float) -> Iterator[float]:
 def write_schedule(design: Design, frees: Freeing) -> WriteSettings:
     """Return the cycles of a write."""
     compression, tension = WRITE_FORCE * frees.wall_compression, WRITE_FORCE * frees.wall_tension
-    calm = _calm(design, max(compression, tension), WRITE_CALM)
-    ramp = _up_to(TICK, max(calm, WRITE_RAMP / design.eta))
+    peak, shaken = max(compression, tension), WRITE_CALM * math.sqrt(design.eta)
+    ramp = _up_to(TICK, max(_calm(design, peak, shaken), WRITE_RAMP / design.eta))
     return WriteSettings(
         ramp=ramp,
         hold=_up_to(TICK, HOLD * ramp),
         ease=_up_to(TICK, EASE * ramp),
         ease_to=EASE_TO,
-        release=_up_to(TICK, _calm(design, EASE_TO * max(compression, tension), WRITE_CALM)),
+        release=_up_to(TICK, _calm(design, EASE_TO * peak, shaken)),
         settle=0.0,
         final_settle=_up_to(100.0, QUIET / design.eta),
         compression=-_tidy(compression),
