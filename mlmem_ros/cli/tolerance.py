@@ -50,6 +50,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--screen', action='store_true',
         help='let a forecast choose which steps are simulated, and weight them: for rare failures',
     )  # fmt: skip
+    parser.add_argument(
+        '--levels', type=int, default=0, metavar='N',
+        help='try N levels of each element, drawn anew for each; all by default. What spoils one '
+        'level may spoil all, so few levels of many elements tell more of large ones',
+    )  # fmt: skip
     parser.add_argument('--output', type=Path, default=Path('tolerance'), help='folder')
     parser.add_argument(
         '--compare', nargs='+', type=Path, metavar='FOLDER',
@@ -73,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
             return _compare(console, arguments)
         study = Tolerance(
             *load(arguments.design), tuple(arguments.kinds) or KINDS, tuple(arguments.tried),
-            arguments.amounts, arguments.most, arguments.screen, arguments.seed,
+            arguments.amounts, arguments.most, arguments.screen, arguments.levels, arguments.seed,
         )  # fmt: skip
         if arguments.point is not None:
             return _run_point(console, study, arguments.point)
@@ -136,17 +141,18 @@ def _run_point(console: Console, study: Tolerance, point: int) -> int:
     """Make the elements of one batch again and print what each did."""
     from rich.table import Table
 
-    from ..studies.tolerance.point import batch, seeds
-    from ..studies.tolerance.trial import STEP, chance, outcomes
+    from ..studies.tolerance.point import elements
+    from ..studies.tolerance.trial import STEP
 
     plan = study.campaign()
     plan.check_point(point)
-    kind, tried, amount = (plan.points[point][name] for name in ('kind', 'tried', 'scatter'))
-    table = Table(title=f'batch {point}: {kind} scatters by {amount:g}')
+    values = plan.points[point]
+    table = Table(title=f'batch {point}: {values["kind"]} scatters by {values["scatter"]:g}')
     table.add_column('seed of the element')
-    table.add_column('level after a step from each' if tried == STEP else f'read from {tried}')
-    for seed in seeds(batch(study.design, screen=False), plan.seed_of(point)):
-        found = outcomes(study.design, study.settings, chance(kind, amount), seed, tried)
-        table.add_row(str(seed), ' '.join(map(str, found)))
+    table.add_column('step from:to' if values['tried'] == STEP else 'level:read as')
+    for one in elements(plan.common, values, plan.seed_of(point)):
+        simulated = one.counts > 0.0
+        found = zip(one.levels[simulated], one.found[simulated], strict=True)
+        table.add_row(str(one.seed), '  '.join(f'{level}:{now}' for level, now in found))
     console.print(table)
     return 0

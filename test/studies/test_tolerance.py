@@ -1,111 +1,26 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tolerance: the statistics against known laws, and elements that chance has made."""
+"""Tolerance: elements that chance has made, the forecast, and the study."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest
 
 from mlmem_ros.cli.main import main
-from mlmem_ros.device import Settings
-from mlmem_ros.physics import CASE_II, Scatter, scattered
+from mlmem_ros.device import UNDECODABLE, Settings
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II, Scatter, preset, scattered
 from mlmem_ros.studies import campaign
 from mlmem_ros.studies.tolerance import point
-from mlmem_ros.studies.tolerance.estimate import (
-    ENOUGH,
-    RARE,
-    Fragility,
-    Rate,
-    fit,
-    foot,
-    pooled,
-    rare_scatter,
-)
+from mlmem_ros.studies.tolerance.estimate import ENOUGH, RARE, Fragility
 from mlmem_ros.studies.tolerance.forecast import Forecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
 from mlmem_ros.studies.tolerance.study import Tolerance
 from mlmem_ros.studies.tolerance.trial import Chance, chance, outcomes
-from mlmem_ros.studies.tolerance.walk import BEGIN, next_rung, trials_wanted
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 """Two levels: a step takes a third of the time."""
-
-
-# --- statistics -------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(('failures', 'trials'), [(0, 40), (3, 1000), (40, 40)])
-def test_the_interval_is_that_of_clopper_and_pearson(failures, trials):
-    expected = binomtest(failures, trials).proportion_ci(0.95, method='exact')
-    assert Rate(failures, trials).interval == pytest.approx((expected.low, expected.high))
-
-
-def test_the_fit_finds_the_curve_that_the_counts_were_drawn_from():
-    law = Fragility(median=0.01, spread=0.5)
-    random = np.random.default_rng(1)
-    sigmas = [0.002, 0.003, 0.004, 0.006]
-    rates = [Rate(int(random.binomial(20_000, law.rate(s))), 20_000) for s in sigmas]
-    found = fit(sigmas, rates)
-    assert found.sigma(1e-3) == pytest.approx(law.sigma(1e-3), rel=0.05)
-    assert law.rate(law.sigma(1e-3)) == pytest.approx(1e-3, rel=1e-6)
-    value, low, high = rare_scatter(sigmas, rates, repeats=40)
-    assert low < value < high
-    assert low < law.sigma(1e-3) < high
-
-
-def test_what_fails_beyond_the_foot_does_not_bend_it():
-    """Half of the element at another scatter: a step in the curve that no fragility has."""
-    rates = [Rate(10, 10_000), Rate(100, 10_000), Rate(1500, 10_000), Rate(1600, 10_000)]
-    sigmas = [1.0, 1.5, 2.2, 3.3]
-    assert foot(rates) == 3
-    assert fit(sigmas, rates) == fit(sigmas[:3], rates[:3])
-
-
-def test_counts_that_tell_no_curve_give_none():
-    assert fit([0.1, 0.2], [Rate(0, 100), Rate(3, 100)]) is None
-    assert rare_scatter([0.1, 0.2], [Rate(0, 100), Rate(100, 100)]) is None
-
-
-def test_trials_that_fail_together_count_as_one():
-    alike = pooled(elements=50, each=8, failures=5 * 8, squares=5 * 64)
-    assert alike.clustering == pytest.approx(8.0, rel=0.05)
-    assert alike.interval == pytest.approx(Rate(5, 50).interval, rel=0.05)
-    random = np.random.default_rng(1)
-    apart = random.binomial(8, 0.1, size=4000)
-    rate = pooled(4000, 8, int(apart.sum()), int((apart**2).sum()))
-    assert rate.clustering == pytest.approx(1.0, abs=0.05)
-
-
-# --- where to count ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize('median', [2e-5, 3e-3, 0.2])
-@pytest.mark.parametrize('spread', [0.05, 0.5])
-def test_counting_finds_where_failures_begin_wherever_that_is(median, spread):
-    law, random = Fragility(median, spread), np.random.default_rng(2)
-    ladder = 1e-6 * 10.0 ** (np.arange(55) / 10)
-    rates = {}
-    while (rung := next_rung(rates, len(ladder), 4000)) is not None:
-        more = 50 * math.ceil(trials_wanted(rates.get(rung), 4000) / 50)
-        failures = int(random.binomial(more, law.rate(ladder[rung])))
-        before = rates.get(rung, Rate(0, 0))
-        rates[rung] = Rate(before.failures + failures, before.trials + more)
-    counted = [rung for rung, rate in rates.items() if rate.trials > 50]
-    assert rates[min(counted)].value < RARE
-    assert max(rate.value for rate in rates.values()) > BEGIN
-    assert sum(rate.trials for rate in rates.values()) < 5 * 4000
-    assert law.rate(ladder[max(counted)]) < 0.9, 'no counting where all is known to fail'
-
-
-def test_where_nothing_fails_the_greatest_amount_alone_is_counted():
-    rates = {}
-    while (rung := next_rung(rates, 40, 500)) is not None:
-        before = rates.get(rung, Rate(0, 0))
-        rates[rung] = Rate(0, before.trials + 50)
-    assert [rung for rung, rate in rates.items() if rate.trials == 500] == [39]
 
 
 # --- elements ---------------------------------------------------------------------------------
@@ -173,7 +88,7 @@ def test_a_screen_counts_every_step_once_in_the_mean():
             return list(PROBABILITY)[level]
 
     specimen = scattered(SHORT, Scatter(), 0)
-    found = np.array([weights(Known(), specimen, len(PROBABILITY), s) for s in range(4000)])
+    found = np.array([weights(Known(), specimen, range(len(PROBABILITY)), s) for s in range(4000)])
     assert found.mean(axis=0) == pytest.approx(1.0, abs=0.3)
     assert (found > 0.0).mean(axis=0) == pytest.approx(list(PROBABILITY.values()), abs=0.03)
 
@@ -205,10 +120,11 @@ CURVE = Fragility(median=0.004, spread=0.5)
 
 def false_counts(shared, values, seed):
     """Count what a known curve lets fail: the study is tested, not the element."""
+    elements, _ = point.size(shared, values['kind'], values['tried'])
     random = np.random.default_rng(seed)
-    failed = int(random.binomial(32, float(CURVE.rate(values['scatter']))))
-    counts = {'elements': 32, 'simulated': 32, 'squares': failed, 'silent': 0}
-    return counts | {'failed_0': failed, 'failed_1': 0}
+    failed = int(random.binomial(elements, float(CURVE.rate(values['scatter']))))
+    counts = {'elements': elements, 'simulated': elements, 'squares': failed, 'silent': 0}
+    return counts | {'tried_0': elements, 'failed_0': failed}
 
 
 def counted(study, folder, points=None):
@@ -230,7 +146,9 @@ def test_counting_stops_where_enough_has_failed_and_a_killed_study_goes_on(tmp_p
     assert counted(study, parts) == rows
     amounts, rates = study.rates(rows, 'alpha', 'step')
     assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
-    assert all(rate.failures < ENOUGH + 32 for rate in rates), 'much fails: no longer than needed'
+    assert all(rate.failures < ENOUGH + point.BATCH for rate in rates), (
+        'much fails: no longer than needed'
+    )
     assert amounts[0] < CURVE.sigma(RARE) < amounts[-1]
     _, low, high = study.rare(rows, 'alpha', 'step')
     assert low < CURVE.sigma(1e-3) < high
@@ -242,6 +160,56 @@ def test_an_instrument_that_reads_from_one_end_is_tried_there_alone():
     assert Tolerance(SHORT, right).tried == ('step', 'right')
     with pytest.raises(ValueError, match='left'):
         Tolerance(SHORT, right, tried=('left',))
+
+
+def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
+    """Levels are drawn anew for each element; one that fails more is no more often tried."""
+    rate = np.linspace(0.0, 0.6, 16)
+    bits_4 = preset('bits_4')
+
+    def false_outcomes(design, settings, by, seed, what, levels):
+        lost = np.random.default_rng(seed).random(design.levels) < rate
+        return tuple(UNDECODABLE if lost[level] else level for level in levels)
+
+    monkeypatch.setattr(point, 'outcomes', false_outcomes)
+    values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.01}
+    found = {}
+    for levels in (0, 3):
+        study = Tolerance(bits_4, Settings(), ('mass',), ('right',), levels=levels)
+        rows = [values | point.evaluate(study.shared, values, seed) for seed in range(150)]
+        found[levels] = study.rate(rows), study.rates_by_level(rows)
+    (whole, _), (drawn, by_level) = found[0], found[3]
+    assert whole.trials == 150 * 64
+    assert drawn.trials == 150 * 21 * 3
+    assert sum(level.trials for level in by_level.values()) == drawn.trials
+    assert len({level.trials for level in by_level.values()}) > 1, 'drawn by chance'
+    assert sum(level.failures for level in by_level.values()) == drawn.failures
+    assert drawn.value == pytest.approx(rate.mean(), rel=0.05)
+    assert [level.value for level in by_level.values()] == pytest.approx(rate, abs=0.07)
+    assert drawn.clustering == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_level_does_among_the_drawn_what_it_does_among_all(monkeypatch):
+    monkeypatch.setattr(point, 'BATCH', 8)
+    design, settings = load('bits_2')
+    shared = point.common(design, settings, screen=False, levels=1)
+    values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.02}
+    drawn = list(point.elements(shared, values, seed=5))
+    assert len(drawn) == 8
+    assert len({int(one.levels[0]) for one in drawn}) > 2
+    assert 0 < sum(int(one.wrong[0]) for one in drawn) < 8
+    for one in drawn:
+        every = outcomes(design, settings, chance('mass', 0.02), one.seed, 'right')
+        assert one.found[0] == every[one.levels[0]]
+
+
+def test_another_sample_is_another_study(tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_ros.studies.tolerance.study.evaluate', false_counts)
+    counted(Tolerance(CASE_II, Settings(), ('alpha',), ('step',), levels=1), tmp_path, points=1)
+    with pytest.raises(campaign.CampaignError, match='another common'):
+        counted(Tolerance(CASE_II, Settings(), ('alpha',), ('step',), levels=2), tmp_path)
+    with pytest.raises(ValueError, match='levels'):
+        Tolerance(CASE_II, Settings(), levels=-1)
 
 
 def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(

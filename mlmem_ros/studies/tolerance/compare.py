@@ -88,7 +88,7 @@ def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
         Design(**shared['design']), Settings.from_dict(shared['settings']),
         tuple(kind for kind in KINDS if kind in kinds),
         tuple(one for one in WORDS if any(row['tried'] == one for row in rows)),
-        screen=shared['screen'],
+        screen=shared['screen'], levels=shared['levels'],
     )  # fmt: skip
     return Counted(folder.name, study, rows)
 

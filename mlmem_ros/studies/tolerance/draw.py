@@ -15,7 +15,6 @@ from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
 from .estimate import RARE, Rate, fit, foot
 from .study import Tolerance
-from .trial import wanted
 
 COLOURS = {'step': INK, 'left': COMPRESSION, 'right': TENSION}
 
@@ -99,9 +98,10 @@ def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
         most = np.array([max(rate.value, 1e-6) for rate in rates])
         number = int(np.argmin(np.abs(np.log(most / SHOWN))))
         some = study.curve(rows, kind, tried)[1][number]
-        levels = range(len(wanted(study.design, tried)))
-        by_level = [study.rate(some, level) for level in levels]
-        draw_rates(axes, np.arange(len(levels)) + shift, by_level, COLOURS[tried], '')
+        by_level = study.rates_by_level(some)
+        draw_rates(
+            axes, np.array(list(by_level)) + shift, [*by_level.values()], COLOURS[tried], ''
+        )
         chosen.append(f'{amounts[number]:.2g}')
     axes.set_title(f'at {", ".join(chosen)}', color=INK, loc='right')
     axes.set(ylim=(0.0, 0.5), xlabel='level (of a step: where it begins)')

@@ -5,13 +5,17 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...device import UNDECODABLE, Settings
 from ...physics import Design, DesignError, scattered
+from ...physics.potential import Array
 from ..campaign import Row
 from ..campaign.campaign import Values
 from .forecast import FORESEEN, Forecast
@@ -19,7 +23,7 @@ from .screen import DRAWN, weights
 from .trial import STEP, chance, outcomes, wanted
 
 BATCH = 64
-"""Levels of a point: so many small elements, or one of 64 levels."""
+"""Levels of a point: so many small elements, or one that is tried at 64 levels."""
 
 
 def screened(shared: Values, kind: str, tried: str) -> bool:
@@ -27,66 +31,100 @@ def screened(shared: Values, kind: str, tried: str) -> bool:
     return bool(shared['screen']) and tried == STEP and kind in FORESEEN
 
 
-def batch(design: Design, *, screen: bool) -> int:
-    """Return the number of elements of a point: a second of computing, or a few."""
-    return max(1, BATCH // design.levels) * (DRAWN if screen else 1)
-
-
-def common(design: Design, settings: Settings, *, screen: bool) -> dict[str, Any]:
+def common(design: Design, settings: Settings, *, screen: bool, levels: int) -> dict[str, Any]:
     """Return what all points share."""
     return {
-        'design': dataclasses.asdict(design), 'settings': settings.as_dict(), 'screen': screen
+        'design': dataclasses.asdict(design), 'settings': settings.as_dict(), 'screen': screen,
+        'levels': levels,
     }  # fmt: skip
 
 
-def seeds(count: int, seed: int) -> list[int]:
-    """Return the seeds of the elements of a point: any one of them can be made again alone."""
-    return [int(s) for s in np.random.SeedSequence(seed).generate_state(count, np.uint64)]
+def size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
+    """Return the number of elements of a point, a few seconds of computing, and trials of each."""
+    each = len(wanted(Design(**shared['design']), tried))
+    if shared['levels']:
+        each = min(each, shared['levels'])
+    return max(1, BATCH // each) * (DRAWN if screened(shared, kind, tried) else 1), each
 
 
-def evaluate(shared: Values, values: Values, seed: int) -> Row:
-    """Return the counts of one point.
+@dataclass(frozen=True)
+class Element:
+    """What was tried of one element.
+
+    Attributes:
+        seed: With which it can be made again alone.
+        levels: From which, or of which, rising: all, or as many as are tried, drawn by chance.
+        counts: What a failure of each counts; 0 where the screen left it out.
+        found: What came out, see `outcomes`; where it was left out, what should.
+        wrong: Whether that is not what should, of each.
+    """
+
+    seed: int
+    levels: NDArray[np.int_]
+    counts: Array
+    found: NDArray[np.int_]
+    wrong: NDArray[np.bool_]
+
+
+def elements(shared: Values, values: Values, seed: int) -> Iterator[Element]:
+    """Make the elements of a point and try each.
 
     Args:
         shared: What `common` returned.
         values: kind, scatter, and what is tried: `STEP` or an end that reads.
-        seed: Of the batch.
+        seed: Of the point.
+    """
+    design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
+    kind, tried = values['kind'], values['tried']
+    by, right = chance(kind, values['scatter']), np.array(wanted(design, tried))
+    count, each = size(shared, kind, tried)
+    for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
+        # The specimen is made of the first four streams of this seed, the screen of the fifth.
+        random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(one).spawn(6)[5]))
+        levels = np.sort(random.choice(len(right), each, replace=False))
+        counts = np.ones(each)
+        if screened(shared, kind, tried):
+            specimen = scattered(design, by.scatter, one)
+            counts = weights(_forecast(design, settings), specimen, levels, one)
+        found = right[levels]
+        simulated = counts > 0.0
+        if simulated.any():
+            try:
+                found[simulated] = outcomes(
+                    design, settings, by, one, tried, levels[simulated].tolist()
+                )
+            except DesignError:  # a cell so light that the step is too long for it: all lost
+                found[simulated] = UNDECODABLE
+        yield Element(one, levels, counts, found, found != right[levels])
+
+
+def evaluate(shared: Values, values: Values, seed: int) -> Row:
+    """Return the counts of one point; for the arguments see `elements`.
 
     Returns:
         elements: How many were made.
         simulated: How many trials were simulated; the screen knows the others.
         squares: Sum over the elements of the square of the number of their failures.
         silent: Reads, of all levels, that were decoded as another level.
-        failed_L: How many failed to go from level L to the next, or to be decoded as L.
+        tried_L: How many were to go from level L to the next, or to be decoded as L.
+        failed_L: How many of them failed.
     """
-    design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
-    kind, tried = values['kind'], values['tried']
-    by, right = chance(kind, values['scatter']), np.array(wanted(design, tried))
-    screen = screened(shared, kind, tried)
-    elements = batch(design, screen=screen)
-    failed = np.zeros(design.levels)
-    squares, silent, simulated = 0.0, 0, 0
-    for one in seeds(elements, seed):
-        counts = np.ones(len(right))
-        if screen:
-            specimen = scattered(design, by.scatter, one)
-            counts = weights(_forecast(design, settings), specimen, len(right), one)
-        levels = np.flatnonzero(counts)
-        if len(levels) == 0:
-            continue
-        try:
-            found = np.array(outcomes(design, settings, by, one, tried, levels.tolist()))
-        except DesignError:  # so light a cell that the step is too long for it: lost altogether
-            found = np.full(len(levels), UNDECODABLE)
-        wrong = found != right[levels]
-        failed[levels] += wrong * counts[levels]
-        squares += float(np.sum(counts[levels][wrong])) ** 2
-        simulated += len(levels)
-        if tried != STEP:
-            silent += int(np.sum(wrong & (found != UNDECODABLE)))
-    named = {f'failed_{level}': float(count) for level, count in enumerate(failed)}
+    levels = range(len(wanted(Design(**shared['design']), values['tried'])))
+    tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
+    made = simulated = silent = 0
+    squares = 0.0
+    for one in elements(shared, values, seed):
+        made += 1
+        simulated += int(np.count_nonzero(one.counts))
+        tried[one.levels] += 1
+        failed[one.levels] += one.wrong * one.counts
+        squares += float(one.wrong @ one.counts) ** 2
+        if values['tried'] != STEP:
+            silent += int(np.sum(one.wrong & (one.found != UNDECODABLE)))
     return {
-        'elements': elements, 'simulated': simulated, 'squares': squares, 'silent': silent, **named
+        'elements': made, 'simulated': simulated, 'squares': squares, 'silent': silent,
+        **{f'tried_{level}': int(tried[level]) for level in levels},
+        **{f'failed_{level}': float(failed[level]) for level in levels},
     }  # fmt: skip
 
 

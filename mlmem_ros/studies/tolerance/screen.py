@@ -13,6 +13,7 @@ element where two in a thousand fail.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -30,23 +31,21 @@ DRAWN = 16
 """Elements drawn for each that would be made without a screen: about as much computing."""
 
 
-def weights(forecast: Forecast, specimen: Specimen, steps: int, seed: int) -> Array:
+def weights(forecast: Forecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
     """Draw the steps of an element that are simulated.
 
     Args:
         forecast: Of its design and instrument.
         specimen: The element.
-        steps: How many there are.
+        levels: Where the steps begin.
         seed: Of the draw; the same gives the same.
 
     Returns:
-        For every step what it counts, shape (steps,): 0 for those that are not simulated.
+        What each step counts, in the order of the levels: 0 for those that are not simulated.
     """
     inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
-    q = np.array(
-        [PROBABILITY[forecast.failing(specimen, level, inflations)] for level in range(steps)]
-    )
+    q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])
     # The specimen is made of the first four streams of this seed.
     stream = np.random.SeedSequence(seed).spawn(5)[4]
-    drawn = np.random.Generator(np.random.PCG64(stream)).random(steps) < q
+    drawn = np.random.Generator(np.random.PCG64(stream)).random(len(q)) < q
     return np.where(drawn, 1.0 / q, 0.0)

@@ -16,9 +16,9 @@ from ...device import Settings
 from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
 from .estimate import Rate, pooled, rare_scatter
-from .point import batch, common, evaluate, screened
+from .point import common, evaluate, screened, size
 from .screen import DRAWN, HEAVIEST
-from .trial import KINDS, STEP, ends, wanted
+from .trial import KINDS, STEP, ends
 from .walk import next_rung, trials_wanted
 
 LEAST = 1e-6
@@ -41,6 +41,7 @@ class Tolerance:
         amounts: How many amounts in a decade are looked at.
         most: Trials of an amount after which counting stops, however few have failed.
         screen: Whether a forecast tells which steps are simulated, see `screen`.
+        levels: How many levels of each element are tried, drawn anew for each; 0 for all.
         seed: Of everything.
     """
 
@@ -51,6 +52,7 @@ class Tolerance:
     amounts: int = 10
     most: int = 3000
     screen: bool = False
+    levels: int = 0
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -63,6 +65,8 @@ class Tolerance:
             raise ValueError(
                 f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
             )
+        if self.levels < 0:
+            raise ValueError(f'levels must be at least 1, or 0 for all; got {self.levels}')
         object.__setattr__(self, 'tried', self.tried or possible)
 
     @cached_property
@@ -88,12 +92,12 @@ class Tolerance:
     @cached_property
     def shared(self) -> dict[str, Any]:
         """What all points share."""
-        return common(self.design, self.settings, screen=self.screen)
+        return common(self.design, self.settings, screen=self.screen, levels=self.levels)
 
     def trials(self, kind: str, tried: str) -> int:
         """Return how many trials a batch is."""
-        elements = batch(self.design, screen=screened(self.shared, kind, tried))
-        return elements * len(wanted(self.design, tried))
+        elements, each = size(self.shared, kind, tried)
+        return elements * each
 
     def limit(self, kind: str, tried: str) -> int:
         """Return the trials of an amount, at most; a screen lets as many more be drawn."""
@@ -142,24 +146,31 @@ class Tolerance:
 
     # --- what came out ---------------------------------------------------------------------
 
-    def rate(self, rows: Sequence[Row], level: int | None = None) -> Rate:
-        """Return the rate at which a step or a read fails, of one level or of all.
+    def rate(self, rows: Sequence[Row]) -> Rate:
+        """Return the rate at which steps or reads fail, of all levels.
 
         Args:
             rows: Points, all of the same kind, amount, and thing tried.
-            level: The level it starts from or reads; None for all.
         """
-        elements = sum(row['elements'] for row in rows)
-        each = len(wanted(self.design, rows[0]['tried']))
-        failures = sum(row[f'failed_{number}'] for row in rows for number in range(each))
+        what = rows[0]['kind'], rows[0]['tried']
+        elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
+        failures = sum(_by_level(rows, 'failed').values())
+        heaviest = HEAVIEST if screened(self.shared, *what) else 1.0
+        return pooled(elements, size(self.shared, *what)[1], failures, squares, heaviest)
+
+    def rates_by_level(self, rows: Sequence[Row]) -> dict[int, Rate]:
+        """Return the rate of every level that was tried, the one it starts from or reads.
+
+        A level is one trial of an element; what a screen weights is weighted here, too.
+        """
         weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
-        squares = sum(row['squares'] for row in rows)
-        rate = pooled(elements, each, failures, squares, HEAVIEST if weighted else 1.0)
-        if level is None:
-            return rate
-        # A level is one trial of an element; what a screen weights is weighted here, too.
-        failed = sum(row[f'failed_{level}'] for row in rows)
-        return Rate(failed, elements, rate.clustering if weighted else 1.0)
+        clustering = self.rate(rows).clustering if weighted else 1.0
+        failed = _by_level(rows, 'failed')
+        return {
+            level: Rate(failed[level], trials, clustering)
+            for level, trials in _by_level(rows, 'tried').items()
+            if trials
+        }
 
     def curve(
         self, rows: Sequence[Row], kind: str, tried: str
@@ -195,3 +206,10 @@ class Tolerance:
         if failing < len(rates):
             words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
         return ', '.join(words)
+
+
+def _by_level(rows: Sequence[Row], name: str) -> dict[int, float]:
+    """Return the sum of a count of points by level, see `evaluate`."""
+    prefix = f'{name}_'
+    levels = [int(column.removeprefix(prefix)) for column in rows[0] if column.startswith(prefix)]
+    return {level: sum(row[f'{prefix}{level}'] for row in rows) for level in levels}
