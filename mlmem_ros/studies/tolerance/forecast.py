@@ -79,9 +79,10 @@ class Forecast:
 
 
 def _schedule(settings: Settings, peak: float) -> Schedule:
-    """Return a write cycle as the device makes it."""
+    """Return a write of the next level as the device makes it, whatever the ticks."""
     cycle = StrainCycle.planned(settings.write, peak, settings.actuator.max_rate)
-    return Schedule(cycle.strain(np.arange(0.0, cycle.duration, DT)), DT)
+    duration = cycle.duration + settings.write.final_settle
+    return Schedule(cycle.strain(np.arange(0.0, duration, DT)), DT)
 
 
 def forecast_rate(forecast: Forecast, design: Design, scatter: Scatter, steps: int) -> float:

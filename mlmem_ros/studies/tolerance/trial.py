@@ -3,8 +3,8 @@
 """One element as chance has it: every level read from an end, or every step up tried once.
 
 Each level is tried for itself: the wall is put where it rests in this element (by Newton's
-method), read, and driven on by one strain cycle. So one element gives a sample of every step
-or of every read, and a step that fails spoils no other.
+method), and read from there, or driven on by a write of the next level. So one element gives a
+sample of every step or of every read, and a step that fails spoils no other.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 
 from ...device import UNDECODABLE, Disturb, Faults, MemoryElement, SetFaults
 from ...device.errors import ProcedureFailed
-from ...device.procedures.blocks import cycle
 from ...device.procedures.listening import probe
-from ...device.settings import Settings, TimeSettings
+from ...device.procedures.writing import drive
+from ...device.settings import Settings
 from ...device.transducer import ENDS
 from ...physics import Design, Scatter, Specimen, StateError, level_of, scattered
 from ...physics.equilibrium import resting_wall
@@ -29,11 +29,8 @@ from ..trial import blank_element
 
 T = TypeVar('T')
 
-TICK = 100.0
-"""A long tick: procedures wait by ticks, and the material is the same."""
-
-SHAKEN_TICK = 20.0
-"""The node's tick, where the base shakes: its acceleration changes from tick to tick."""
+LONG_TICK = 100.0
+"""Of a read: it waits longer than by the instrument's own, and the material is the same."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +41,7 @@ class Chance:
         scatter: Of the fabrication.
         noise: Of what the transducers hear, in cells.
         vibration: Of the acceleration of the base, in lattice constants per time unit squared:
-            drawn anew for every tick, with straight lines between.
+            drawn anew for every tick of the instrument, with straight lines between.
     """
 
     scatter: Scatter = field(default_factory=Scatter)
@@ -101,15 +98,17 @@ def outcomes(
         levels: From which, or of which; by default all that there are.
 
     Returns:
-        Of steps, for every one of these levels, the level to which one strain cycle took the
-        wall; `UNDECODABLE` where there is not one wall at rest at any, or the level it started
+        Of steps, for every one of these levels, the level to which a write of the next one took
+        the wall; `UNDECODABLE` where there is not one wall at rest at any, or the level it started
         from pins none. Of reads, the one decoded.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
     """
-    tick = SHAKEN_TICK if by.vibration else TICK
-    settings = dataclasses.replace(settings, time=TimeSettings(tick=tick))
+    if tried != STEP and not by.vibration:
+        settings = dataclasses.replace(
+            settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
+        )
     element = blank_element(design, settings)
     element.apply(SetFaults(Faults(sensor_noise=by.noise, seed=seed % 2**31)))
     specimen = scattered(design, by.scatter, seed)
@@ -149,11 +148,9 @@ class _Trial:
         return True
 
     def step(self, level: int) -> int:
-        """Drive the wall on by one strain cycle, and return the level at which it rests then."""
+        """Drive the wall to the next level, and return that at which it rests then."""
         element, design = self._element, self._element.design
-        times = element.settings.write
-        peak = times.compression if design.freed_by_compression(level) else times.tension
-        self._carry_out(cycle(element, peak, times))
+        self._carry_out(drive(element, level, level + 1))
         configuration = element.chain.configuration
         reached = level_of(design, configuration, design.J / 2)
         if reached < 0:
