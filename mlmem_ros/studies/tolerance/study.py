@@ -21,7 +21,7 @@ from .screen import DRAWN, HEAVIEST
 from .trial import KINDS, STEP, ends
 from .walk import next_rung, trials_wanted
 
-LEAST = 1e-6
+LEAST = 1e-8
 """Least amount of scatter, noise or vibration that is looked at."""
 
 GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
