@@ -13,6 +13,7 @@ from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Scatter, preset, scattered
 from mlmem_ros.studies import campaign
 from mlmem_ros.studies.tolerance import point
+from mlmem_ros.studies.tolerance.compare import load_counted
 from mlmem_ros.studies.tolerance.estimate import ENOUGH, RARE, Fragility
 from mlmem_ros.studies.tolerance.forecast import Forecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
@@ -201,6 +202,15 @@ def test_a_level_does_among_the_drawn_what_it_does_among_all(monkeypatch):
     for one in drawn:
         every = outcomes(design, settings, chance('mass', 0.02), one.seed, 'right')
         assert one.found[0] == every[one.levels[0]]
+
+
+@pytest.mark.parametrize('design', [SHORT, CASE_II])
+def test_one_element_in_ten_has_a_step_that_fails(design, tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_ros.studies.tolerance.study.evaluate', false_counts)
+    counted(Tolerance(design, Settings(), ('alpha',), ('step',), levels=1), tmp_path)
+    share = 1.0 - 0.9 ** (1.0 / (design.levels - 1))
+    found = float(load_counted(tmp_path).in_an_element('alpha'))
+    assert found == pytest.approx(CURVE.sigma(share), rel=0.15)
 
 
 def test_another_sample_is_another_study(tmp_path, monkeypatch):

@@ -18,7 +18,7 @@ from ..campaign import CampaignError, Row
 from ..campaign.ledger import read
 from ..style import INK, MARK, axes_grid, label, new_figure
 from .draw import RANGE, WORDS, draw_curve, dress
-from .estimate import RARE, Rate
+from .estimate import FOOT, RARE, Rate, fit
 from .forecast import FORESEEN, Forecast, forecast_rate
 from .study import Tolerance
 from .trial import KINDS, STEP, chance
@@ -53,11 +53,13 @@ class Counted:
     def in_an_element(self, kind: str) -> str:
         """Return the scatter at which `ELEMENT` of all elements have a step that fails.
 
-        Between two counts their logarithms are interpolated.
+        As far as the curve goes, by it; beyond, logarithms are interpolated between two counts.
         """
         amounts, rates = self.study.rates(self.rows, kind, STEP)
         steps = self.study.design.levels - 1
         share = -math.expm1(math.log1p(-ELEMENT) / steps)  # steps fail independently
+        if share < FOOT and (curve := fit(amounts, rates)) is not None:
+            return f'{curve.sigma(share):.2g}'
         for number in range(1, len(rates)):
             low, high = rates[number - 1].value, rates[number].value
             if 0.0 < low < share <= high:
