@@ -19,7 +19,7 @@ from mlmem_ros.studies.upward import distance, passes, scaled, writes
 
 PER_LEVEL = {
     'fast': 1800.0,
-    'bits_1': 440.0,
+    'bits_1': 500.0,
     'bits_2': 620.0,
     'damped_bits_3': 450.0,
     'bits_4': 800.0,
