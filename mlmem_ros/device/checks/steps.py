@@ -57,7 +57,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         'steps': float(len(subject.steps)),
         'lost': float(len(own)),
         'peaks tried': 1.0 if own else 1.0 + len(corners),
-        'fail': float(bool(own) or len(off)),
+        'peaks failed': float(bool(own) or len(off)),
     }
     yield Finding('write_steps', values, '', verdict, text, SOURCE)
 
