@@ -48,10 +48,14 @@ def test_topic_out(robot, topic):
 
 def test_services(robot):
     namespace, name = robot.element.rsplit('/', 1)
-    find = robot.node.get_service_names_and_types_by_node
-    offered = dict(find(name, namespace or '/'))
+
+    def offered():
+        return dict(robot.node.get_service_names_and_types_by_node(name, namespace or '/'))
+
+    # They are discovered one by one.
+    robot.wait(lambda: set(map(robot.name, SERVICES)) <= set(offered()), 'all services')
     for service, kind in SERVICES.items():
-        assert offered[robot.name(service)] == [type_name(kind)]
+        assert offered()[robot.name(service)] == [type_name(kind)]
 
 
 def test_every_parameter_describes_itself(robot):
