@@ -13,11 +13,17 @@ from .settings import WriteSettings
 from .strain_cycle import StrainCycle
 
 STEP = 0.5
-"""Time step, where it is stable; the wall's own motion is a hundred times slower."""
+"""Time step; the wall's own motion is a hundred times slower."""
 
 
 def steps_up(
-    design: Design, write: WriteSettings, start: int, goal: int, max_rate: float = math.inf
+    design: Design,
+    write: WriteSettings,
+    start: int,
+    goal: int,
+    *,
+    max_rate: float = math.inf,
+    dt: float = STEP,
 ) -> Iterator[bool]:
     """Yield for every step from a level up to another whether a write may end there.
 
@@ -31,11 +37,12 @@ def steps_up(
         start: The level at which a wall rests first.
         goal: The level of the last step.
         max_rate: Of the actuator, in strain per time unit.
+        dt: Time step, where it is stable.
 
     Raises:
         StateError: The level to start from pins no wall.
     """
-    chain = Chain(design, min(STEP, stable_step(design)))
+    chain = Chain(design, min(dt, stable_step(design)))
     chain.place(resting_wall(design, start))
     cycles = {
         compress: StrainCycle.planned(
