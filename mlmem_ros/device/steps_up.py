@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator
 
@@ -14,6 +15,13 @@ from .strain_cycle import StrainCycle
 
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
+
+
+def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
+    """Return the settings with the peaks multiplied by factors."""
+    return dataclasses.replace(
+        write, compression=compression * write.compression, tension=tension * write.tension
+    )
 
 
 def steps_up(

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from ..device.settings import WriteSettings
-from ..device.steps_up import steps_up
+from ..device.steps_up import scaled, steps_up
 from ..physics import Design
 from ..physics.potential import Array
 
@@ -28,13 +27,6 @@ def writes(
     last = design.levels - 1
     for start in range(last) if starts is None else starts:
         yield from steps_up(design, write, start, last)
-
-
-def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
-    """Return the settings with the peaks multiplied by factors."""
-    return dataclasses.replace(
-        write, compression=compression * write.compression, tension=tension * write.tension
-    )
 
 
 def passes(

@@ -15,13 +15,14 @@ import pytest
 from mlmem_ros.device import Calibration, Settings
 from mlmem_ros.device.checks import Verdict, check
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.device.steps_up import scaled
 from mlmem_ros.device.strain_cycle import StrainCycle
 from mlmem_ros.parameter_file import load, parse, text_of
 from mlmem_ros.physics import CASE_II, PRESETS
 from mlmem_ros.physics.dispersion import frequency
 from mlmem_ros.studies.designer import DesignNotFound, Proof, Tally, propose
 from mlmem_ros.studies.designer.listening import CLEAR
-from mlmem_ros.studies.upward import scaled, writes
+from mlmem_ros.studies.upward import writes
 
 CONFIG = Path(__file__).parents[2] / 'config'
 QUICK, LARGE = (1, 2, 4), (5, 6, 8)

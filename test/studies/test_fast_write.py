@@ -11,11 +11,12 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.checks import Verdict, check
 from mlmem_ros.device.checks.schedule import cycle_time
 from mlmem_ros.device.checks.subject import Subject
+from mlmem_ros.device.steps_up import scaled
 from mlmem_ros.device.strain_cycle import StrainCycle
 from mlmem_ros.parameter_file import load
 from mlmem_ros.studies.designer import Proof, Tally
 from mlmem_ros.studies.figures.fast_write import SHIPPED, factors_of, starts
-from mlmem_ros.studies.upward import distance, passes, scaled, writes
+from mlmem_ros.studies.upward import distance, passes, writes
 
 PER_LEVEL = {
     'fast': 1800.0,

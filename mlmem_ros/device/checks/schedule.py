@@ -18,8 +18,9 @@ ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
 SLOW = 1.3
-"""Ramp of an erase in damping times 1 / eta from which kink and wall follow it: over both peaks 4
-and 16 levels were erased alike with 1.4 and 2.4, with 1.1 less surely."""
+"""Ramp of an erase in damping times 1 / eta from which kink and wall follow it: with tensions from
+15 % weaker to 20 % stronger 4 and 16 levels were erased alike with 1.4 and 2.4, less so with
+1.1."""
 
 CALM = 2e-4
 """Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed: of

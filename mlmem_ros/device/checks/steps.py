@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 from ...physics import StateError
 from ...verdict import Verdict
-from ..steps_up import steps_up
+from ..steps_up import scaled, steps_up
 from .finding import Finding
 from .subject import Subject
 
@@ -70,11 +70,7 @@ def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
     # What a soft substrate does is the rigidity's finding, and takes a hundred times as long.
     design = dataclasses.replace(subject.design, substrate='rigid')
     settings = subject.settings
-    write = dataclasses.replace(
-        settings.write,
-        compression=compression * settings.write.compression,
-        tension=tension * settings.write.tension,
-    )
+    write = scaled(settings.write, compression, tension)
     lost = []
     for start in subject.steps[::ROW]:
         goal = min(start + ROW, design.levels - 1)

@@ -25,7 +25,7 @@ TICK = TimeSettings().tick
 """Times of a write are whole ticks, so that the device makes them as they are."""
 
 WRITE_FORCE = 1.8
-"""Peaks of a write over what frees a wall: there either may be off by most."""
+"""Peaks of a write over what frees a wall: either may then be 42 % off, up to 64 levels."""
 
 WRITE_CALM = 6.3e-3
 """Greatest acceleration of the far end in a write's ramp, in cells per time squared, over the root
@@ -106,15 +106,15 @@ def write_schedule(design: Design, frees: Freeing) -> WriteSettings:
     """Return the cycles of a write."""
     compression, tension = WRITE_FORCE * frees.wall_compression, WRITE_FORCE * frees.wall_tension
     peak, shaken = max(compression, tension), WRITE_CALM * math.sqrt(design.eta)
-    ramp = _up_to(TICK, max(_calm(design, peak, shaken), WRITE_RAMP / design.eta))
+    ramp = up_to(TICK, max(_calm(design, peak, shaken), WRITE_RAMP / design.eta))
     return WriteSettings(
         ramp=ramp,
-        hold=_up_to(TICK, HOLD * ramp),
-        ease=_up_to(TICK, EASE * ramp),
+        hold=up_to(TICK, HOLD * ramp),
+        ease=up_to(TICK, EASE * ramp),
         ease_to=EASE_TO,
-        release=_up_to(TICK, _calm(design, EASE_TO * peak, shaken)),
+        release=up_to(TICK, _calm(design, EASE_TO * peak, shaken)),
         settle=0.0,
-        final_settle=_up_to(100.0, QUIET / design.eta),
+        final_settle=up_to(100.0, QUIET / design.eta),
         compression=-_tidy(compression),
         tension=_tidy(tension),
         start_strain=LAUNCH_STRAIN,
@@ -126,7 +126,7 @@ def erase_schedule(design: Design, frees: Freeing) -> EraseSettings:
     """Return the cycles of an erase."""
     damping_time = 1.0 / design.eta
     calm = _calm(design, ERASE_FORCE * frees.kink_compression, ERASE_CALM)
-    ramp = _up_to(100.0, SLOWER * max(calm, ERASE_RAMP * damping_time))
+    ramp = up_to(100.0, SLOWER * max(calm, ERASE_RAMP * damping_time))
     kink, wall = frees.kink_tension, frees.wall_tension_least
     return EraseSettings(
         ramp=ramp,
@@ -146,7 +146,8 @@ def _calm(design: Design, peak: float, acceleration: float) -> float:
     return math.sqrt(6.0 * peak * design.N / acceleration)
 
 
-def _up_to(unit: float, time: float) -> float:
+def up_to(unit: float, time: float) -> float:
+    """Return a time rounded up to a whole number of units."""
     return unit * math.ceil(time / unit - 1e-9)  # what is whole to rounding is whole
 
 

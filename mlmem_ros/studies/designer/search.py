@@ -17,7 +17,6 @@ What is chosen, and why:
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 from ...device import Settings
@@ -26,7 +25,7 @@ from ...device.checks.subject import Subject
 from ...device.settings import ActuatorSettings, ProbeSettings, ReadSettings
 from ...physics import CASE_II, Design
 from .listening import Listening, damping_for, listen
-from .schedules import Freeing, erase_schedule, freeing, write_schedule
+from .schedules import Freeing, erase_schedule, freeing, up_to, write_schedule
 
 FEWEST, MOST = 2, 256
 """Numbers of levels that are designed for."""
@@ -128,11 +127,7 @@ def _settings(design: Design, frees: Freeing, probe: ProbeSettings) -> Settings:
         probe_right=probe,
         read=ReadSettings(
             end='right',
-            rest=_hundreds(1.2 * design.N),  # what runs to and fro within has crossed it
-            patience=_hundreds(24.0 / design.eta + 2.0 * design.N),
+            rest=up_to(100.0, 1.2 * design.N),  # what runs to and fro within has crossed it
+            patience=up_to(100.0, 24.0 / design.eta + 2.0 * design.N),
         ),
     )
-
-
-def _hundreds(value: float) -> float:
-    return 100.0 * math.ceil(value / 100.0 - 1e-9)  # what is a hundred to rounding is one
