@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
-import time
 from threading import Condition
 from typing import Protocol
+
+from .. import threads
 
 
 class Pacer(Protocol):
@@ -36,7 +37,7 @@ class SteadyPacer:
 
     def now(self) -> float:
         """Return the time in seconds."""
-        return time.monotonic()
+        return threads.monotonic()
 
     def wait(self, changed: Condition, seconds: float) -> None:
         """Wait on a condition, for a time at most."""
