@@ -10,9 +10,9 @@ from typing import Any
 from ..described import Description, descriptions
 from ..device.faults import Faults
 from ..device.settings import Settings
+from ..host.design_check import CHOICES
+from ..host.settings import FileSettings, PublishSettings, RecordSettings, StateSettings
 from ..physics import CASE_II, PRESETS, Design
-from .design_check import CHOICES
-from .settings import FileSettings, PublishSettings, RecordSettings, StateSettings
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),

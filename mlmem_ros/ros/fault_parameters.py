@@ -5,39 +5,29 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ..device import Faults, Loop, MemoryElement, Refused, SetFaults, SettingsError
-from .gate import Gate
+from ..device import Faults, Refused, SettingsError
+from ..host import Host
+from .boundary import Boundary
 
 PREFIX = 'faults.'
 
 
 class FaultParameters:
-    """Keeps the faults of the device those of the parameters.
+    """Keeps the device's faults those of the parameters; what it could not have is refused."""
 
-    Attributes:
-        element: The device whose faults they are, or None while there is none: a value that it
-            could not have is refused.
-    """
-
-    def __init__(self, node: Node, gate: Gate) -> None:
-        self.element: MemoryElement | None = None
+    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         self._node = node
-        self._gate = gate
+        self._host = host
         node.add_on_set_parameters_callback(self._check)
-        node.add_post_set_parameters_callback(self._submit)
+        node.add_post_set_parameters_callback(boundary.guarded('faults', self._submit))
 
-    def begin(self, loop: Loop) -> None:
-        """Hand the faults to a device whose time is about to run, where it has others."""
-        faults = self._with(())
-        if faults != loop.element.faults:
-            loop.submit(SetFaults(faults))
-
-    def _with(self, changed: tuple[Parameter, ...] | list[Parameter]) -> Faults:
+    def _with(self, changed: Sequence[Parameter]) -> Faults:
         values = {
             field.name: self._node.get_parameter(PREFIX + field.name).value
             for field in dataclasses.fields(Faults)
@@ -46,14 +36,14 @@ class FaultParameters:
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         ours = [parameter for parameter in changed if parameter.name.startswith(PREFIX)]
-        if ours and self.element is not None:
+        element = self._host.element
+        if ours and element is not None:
             try:
-                self.element.specimen(self._with(ours))
+                element.specimen(self._with(ours))
             except (Refused, SettingsError) as refusal:
                 return SetParametersResult(successful=False, reason=str(refusal))
         return SetParametersResult(successful=True)
 
     def _submit(self, changed: list[Parameter]) -> None:
-        ours = any(parameter.name.startswith(PREFIX) for parameter in changed)
-        if ours and self._gate.loop is not None:
-            self._gate.submit(SetFaults(self._with(())))
+        if any(parameter.name.startswith(PREFIX) for parameter in changed):
+            self._host.be_faulty(self._with(()))

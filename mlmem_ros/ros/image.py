@@ -12,8 +12,8 @@ from builtin_interfaces.msg import Time
 from sensor_msgs.msg import Image
 
 from ..device import MemoryElement
+from ..host.settings import PublishSettings
 from .palette import COLOURS, Palette
-from .settings import PublishSettings
 
 ROWS = 512
 """Greatest height; of a longer chain every second, third ... cell is shown."""

@@ -9,27 +9,19 @@ from concurrent.futures import Future
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Empty, Float64, UInt8
 from trajectory_msgs.msg import JointTrajectory
 
 from ..bag.command_topics import COMMAND_TOPICS
-from .gate import Gate
-from .outlets import Tap, Topic
+from ..host import Host
+from .outlets import Topic
 from .qos import RELIABLE, SENSOR_DATA
-
-QUIET = 1.0
-"""Seconds between two lines in the log about a stream."""
 
 
 class Inlets:
-    """Turns command messages into commands; a refusal is logged.
-
-    Attributes:
-        tap: Called with every message that comes in, or None.
-    """
+    """Turns command messages into commands; a refusal is logged, and no message does harm."""
 
     TOPICS: tuple[Topic, ...] = (
         ('~/strain', Float64, RELIABLE),
@@ -39,33 +31,30 @@ class Inlets:
         ('~/disturbance', Imu, SENSOR_DATA),  # which hears reliable publishers, too
     )
 
-    def __init__(self, node: Node, gate: Gate) -> None:
-        self.tap: Tap | None = None
-        self._node = node
-        self._gate = gate
+    def __init__(self, node: Node, host: Host) -> None:
+        self._host = host
         for topic, kind, qos in self.TOPICS:
-            node.create_subscription(kind, topic, self._listener(topic, qos), qos)
+            listener = self._listener(topic, node.resolve_topic_name(topic), kind)
+            node.create_subscription(kind, topic, listener, qos, raw=True)
 
-    def _listener(self, topic: str, qos: QoSProfile) -> Callable[[Any], None]:
-        name = self._node.resolve_topic_name(topic)
+    def _listener(self, topic: str, name: str, kind: type[Any]) -> Callable[[bytes], None]:
         _, make = COMMAND_TOPICS[topic.removeprefix('~/')]
-        log = self._log_now_and_then if qos is SENSOR_DATA else self._log_refusal
+        journal = self._host.journal
 
-        def listen(message: Any) -> None:
-            if self.tap is not None:
-                self.tap(name, serialize_message(message))
-            answer = self._gate.submit_scaled(lambda scale: make(message, scale))
-            answer.add_done_callback(lambda done: log(topic, done))
+        def listen(cdr: bytes) -> None:
+            try:
+                message = deserialize_message(cdr, kind)
+            except Exception as error:  # the middleware's, of bytes that are no such message
+                journal.refused(topic, f'the message must be a {kind.__name__}; {error}')
+                return
+            with journal.guarded(topic):
+                if (recording := self._host.recording) is not None:
+                    recording.put(name, cdr)
+                answer = self._host.submit_scaled(lambda scale: make(message, scale))
+                answer.add_done_callback(told)
+
+        def told(answer: Future[Any]) -> None:
+            if (refusal := answer.exception()) is not None:
+                journal.refused(topic, refusal)
 
         return listen
-
-    def _log_now_and_then(self, topic: str, answer: Future[Any]) -> None:
-        """Log refusals of a stream: a hundred a second say no more than one."""
-        if (refusal := answer.exception()) is not None:
-            self._node.get_logger().warning(
-                f'{topic} refused: {refusal}', throttle_duration_sec=QUIET
-            )
-
-    def _log_refusal(self, topic: str, answer: Future[Any]) -> None:
-        if (refusal := answer.exception()) is not None:
-            self._node.get_logger().warning(f'{topic} refused: {refusal}')

@@ -13,9 +13,9 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..device import MemoryElement, describe_level
+from ..host.settings import PublishSettings
 from ..physics import walls
 from .palette import COLOURS, Palette
-from .settings import PublishSettings
 
 CELLS = 500
 """Most cells shown; of a longer chain every second, third ... is."""

@@ -1,38 +1,32 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory node: a managed node around a device in real time."""
+"""The memory node: a managed node around a host."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
-from ..bag.errors import BagError
-from ..device import Event, Faults, Loop, MemoryElement, Refused, SettingsError
-from ..device.loop import Stamped
+from ..device import Event
 from ..device.pacing import SteadyPacer
-from ..physics import DesignError, StateError
+from ..host import REFUSALS, Host
+from .boundary import Boundary
 from .compiling import telling_compilation
-from .design_check import check_design
 from .diagnostics import Diagnostics
 from .fault_parameters import FaultParameters
-from .gate import Gate
 from .inlets import Inlets
-from .memory_file import MemoryFile
 from .outlets import Outlets
-from .parameters import ParameterError, Parameters, ParameterSet
-from .recording import Recording
+from .parameters import ParameterError, ParameterSet
+from .recorded import session_plan
 from .services import Services
-from .sessions import Sessions
 from .sim_time import SimTimePacer
 from .speedometer import Speedometer
 
-REFUSALS = (ParameterError, DesignError, SettingsError, StateError, BagError)
-"""What a transition may fail with: the message is for the user."""
+TEND = 1.0
+"""Seconds between two looks of the host at disks and intervals."""
 
 
 class MemoryNode(LifecycleNode):
@@ -44,7 +38,10 @@ class MemoryNode(LifecycleNode):
     cleanup     releases the device
 
     A transition that fails says why and leaves the node in the state it was in; a device that
-    fails while active leaves it unconfigured.
+    fails while active, and a defect anywhere in a transition, leave it unconfigured.
+
+    Attributes:
+        host: Keeps the element; it knows no ROS.
     """
 
     def __init__(self, name: str = 'mlmem', **options: Any) -> None:
@@ -59,20 +56,22 @@ class MemoryNode(LifecycleNode):
             SettingsError: Settings contradict each other.
         """
         super().__init__(name, **options)
-        self._given = ParameterSet(self)
-        self.gate = Gate()
-        self._inlets = Inlets(self, self.gate)
-        self._sessions = Sessions(self, self.gate, self._attach)
-        self._requests = Services(self, self.gate, self._sessions)
-        self._diagnostics = Diagnostics(self, self.gate)
-        self._faults = FaultParameters(self, self.gate)
-        self._speedometer = Speedometer(self, self.gate)
-        self._element: MemoryElement | None = None
+        self.host = Host(
+            self.get_logger(), lambda: self.get_clock().now().nanoseconds, failed=self._wake
+        )
+        boundary = Boundary(self, self.host.journal)
+        self._given = ParameterSet(self, self.host, boundary)
+        self._inlets = Inlets(self, self.host)
+        self._requests = Services(self, self.host)
+        self._diagnostics = Diagnostics(self, self.host, boundary)
+        self._faults = FaultParameters(self, self.host, boundary)
+        self._speedometer = Speedometer(self, self.host, boundary)
         self._outlets: Outlets | None = None
-        self._memory_file: MemoryFile | None = None
         self._starting = False
         self._refusal: Exception | None = None
-        self.add_post_set_parameters_callback(self._set_speed)
+        self.add_post_set_parameters_callback(boundary.guarded('time.speed', self._set_speed))
+        self.create_timer(TEND, boundary.guarded('looking after the disks', self.host.tend))
+        boundary.guard_services()
 
     def start(self) -> None:
         """Configure and activate, as a node does that starts itself.
@@ -91,10 +90,17 @@ class MemoryNode(LifecycleNode):
         """How many requests have not been answered yet."""
         return self._requests.waiting
 
-    @property
-    def failure(self) -> Exception | None:
-        """What stopped the device while active, or None."""
-        return self.gate.loop.failure if self.gate.loop else None
+    def mind_failure(self) -> None:
+        """Take a node whose device has failed out of its active state; by its executor."""
+        if self.host.failure is not None:
+            with self.host.journal.guarded('minding a failure'):
+                self.trigger_deactivate()  # by way of its error handling: unconfigured
+
+    def close(self) -> None:
+        """Stop time where it runs, save the content, close the session file."""
+        with self.host.journal.guarded('closing'):
+            self.host.close()
+        self._release()
 
     # --- transitions ---------------------------------------------------------------------
 
@@ -108,40 +114,37 @@ class MemoryNode(LifecycleNode):
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold the state, with no strain."""
-        if self.failure is not None:
-            return TransitionCallbackReturn.ERROR
         return self._attempt('deactivate', self._deactivate)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release the device."""
-        self._release()
-        return TransitionCallbackReturn.SUCCESS
+        return self._attempt('clean up', self._clean_up)
 
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold, save and release."""
-        self.close()
-        return TransitionCallbackReturn.SUCCESS
+        return self._attempt('shut down', self.close)
 
     def on_error(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release a device that failed: the node is unconfigured afterwards."""
-        self.get_logger().error(f'the device has stopped: {self.failure}')
-        self.close()
-        return TransitionCallbackReturn.SUCCESS
-
-    def close(self) -> None:
-        """Stop time where it runs, save the content, close the session file."""
-        if self.gate.loop is not None:
-            self._deactivate()
+        with self.host.journal.guarded('handling an error'):
+            self.host.fail()
         self._release()
+        return TransitionCallbackReturn.SUCCESS
 
     def _attempt(self, transition: str, work: Callable[[], None]) -> TransitionCallbackReturn:
         try:
             work()
-        except REFUSALS as error:
+        except (*REFUSALS, ParameterError) as error:
             self._refusal = error
+            if self.host.failure is not None:
+                return TransitionCallbackReturn.ERROR
             if not self._starting:
-                self.get_logger().error(f'cannot {transition}: {error}')
+                self.host.journal.error(f'cannot {transition}: {error}')
             return TransitionCallbackReturn.FAILURE
+        except Exception as error:
+            self._refusal = error
+            self.host.journal.exception(transition, error)
+            return TransitionCallbackReturn.ERROR
         return TransitionCallbackReturn.SUCCESS
 
     # --- what they do --------------------------------------------------------------------
@@ -151,89 +154,57 @@ class MemoryNode(LifecycleNode):
         self.get_logger().info('preparing the device')
         integrator = given.settings.time.integrator
         with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
-            check_design(given.design, given.settings, given.check, self.get_logger())
-            element, memory_file = self._build(given)
+            element = self.host.configure(given)
         self._given.lock(given.design.levels)
-        self._element, self._memory_file = element, memory_file
-        self._faults.element = element
-        self._outlets = Outlets(self, element, given.publish)
+        self._outlets = Outlets(self, element, given.publish, self.host)
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {given.design.N} cells, '
             f'{given.design.substrate} substrate, '
             f'{1e3 * element.tick * given.settings.scale.time:g} ms ticks'
         )
 
-    def _build(self, given: Parameters) -> tuple[MemoryElement, MemoryFile]:
-        memory_file = MemoryFile(self, given.state, given.files.root, self.gate)
-        try:
-            element = memory_file.new_element(given.design, given.settings)
-            _check_faults(element, given.faults)
-            memory_file.restore(element)
-        except REFUSALS:
-            memory_file.close()
-            raise
-        return element, memory_file
-
     def _activate(self) -> None:
-        assert self._element is not None
         given = self._given.values()
-        self._sessions.open(self._element, given.record)
         sim_time = self.get_parameter('use_sim_time').value
-        loop = Loop(
-            self._element,
+        self.host.activate(
+            given,
+            session_plan(self, given.record),
             self._after_tick,
-            pacer=SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
-            speed=self.get_parameter('time.speed').value,
-            rest_ticks=given.publish.common_ticks,
-            heard_ticks=math.gcd(given.publish.heard_ticks, given.record.hash_every),
+            SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
+            self.get_parameter('time.speed').value,
         )
-        self._faults.begin(loop)
-        self.gate.loop = loop
-        self._speedometer.begin(loop)
-        loop.start()
+        self._speedometer.begin(self.host.open_loop())
 
     def _deactivate(self) -> None:
-        loop, self.gate.loop = self.gate.open_loop(), None
+        loop = self.host.open_loop()
+        self.host.deactivate()
         self._speedometer.end(loop)
-        loop.finish()
-        self._sessions.close()
-        if loop.failure is None and self._memory_file is not None:
-            self._memory_file.save(loop.element)
+
+    def _clean_up(self) -> None:
+        self.host.release()
+        self._release()
 
     def _release(self) -> None:
         if self._outlets is not None:
             self._outlets.close()
-        if self._memory_file is not None:
-            self._memory_file.close()
-        self._element = self._outlets = self._memory_file = self._faults.element = None
+        self._outlets = None
         self._given.locked = False
 
     # --- while active --------------------------------------------------------------------
 
-    def _after_tick(self, commands: Sequence[Stamped], events: Sequence[Event]) -> None:
-        """Publish and record what happened, in the loop's thread."""
+    def _after_tick(self, events: Sequence[Event]) -> None:
+        """Publish what happened, in the loop's thread."""
         if self._outlets is not None:
             self._outlets.tick(events)
-        if (loop := self.gate.loop) is not None:
+        if (loop := self.host.loop) is not None:
             self._diagnostics.tick(loop)
-        if (recording := self._sessions.current) is not None:
-            recording.tick(commands)
 
-    def _attach(self, recording: Recording | None) -> None:
-        """Let all that is published and received go into a recording, or into none."""
-        assert self._outlets is not None
-        self._outlets.tap = self._inlets.tap = recording.put if recording else None
-        self._outlets.tap_views = self._given.values().record.views
-        self._diagnostics.attach(recording)
+    def _wake(self) -> None:
+        """Have the executor look at a failure, from the loop's thread."""
+        if self.executor is not None:
+            self.executor.wake()
 
     def _set_speed(self, changed: list[Parameter]) -> None:
         for parameter in changed:
-            if parameter.name == 'time.speed' and self.gate.loop is not None:
-                self.gate.loop.set_speed(parameter.value)
-
-
-def _check_faults(element: MemoryElement, faults: Faults) -> None:
-    try:
-        element.specimen(faults)
-    except Refused as refusal:
-        raise ParameterError(f'parameters {refusal}') from refusal
+            if parameter.name == 'time.speed':
+                self.host.set_speed(parameter.value)

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics the node publishes, and a tap from which a session is recorded."""
+"""The topics the node publishes, which a session records as they go over the wire."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -16,25 +16,18 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
 from visualization_msgs.msg import MarkerArray
 
 from ..device import Event, Heard, MemoryElement, Outcome
+from ..host import Host, Recording
+from ..host.settings import PublishSettings
 from . import messages
 from .image import Contour
 from .markers import ChainMarkers
 from .qos import LATCHED, RELIABLE, SENSOR_DATA
-from .settings import PublishSettings
-
-Tap = Callable[[str, bytes], None]
-"""Takes the full topic name and the serialized message."""
 
 Topic = tuple[str, type[Any], QoSProfile]
 
 
 class Outlets:
-    """Publishes what the device does, tick by tick, in the loop's thread.
-
-    Attributes:
-        tap: Called with every message that is published, or None.
-        tap_views: Whether the tap takes the views too, which are large.
-    """
+    """Publishes what the device does, tick by tick, in the loop's thread."""
 
     TOPICS: tuple[Topic, ...] = (
         ('~/level', Int16, LATCHED),
@@ -51,12 +44,11 @@ class Outlets:
     )
     """What is made for people alone, and only while somebody looks."""
 
-    _VIEW_NAMES = frozenset(name for name, *_ in VIEWS)
-
-    def __init__(self, node: Node, element: MemoryElement, settings: PublishSettings) -> None:
-        self.tap: Tap | None = None
-        self.tap_views = False
+    def __init__(
+        self, node: Node, element: MemoryElement, settings: PublishSettings, host: Host
+    ) -> None:
         self._node = node
+        self._host = host
         self._element = element
         self._settings = settings
         self._publishers = {
@@ -72,12 +64,12 @@ class Outlets:
             self._node.destroy_publisher(publisher)
 
     def publish(self, topic: str, message: Any) -> None:
-        """Publish a message, and hand it to the tap: serialized once for both."""
+        """Publish a message, and hand it to the recording: serialized once for both."""
         publisher = self._publishers[topic]
-        if self.tap is not None and self._tapped(topic):
+        if (recording := self._recording(topic)) is not None:
             cdr = serialize_message(message)
             publisher.publish(cdr)
-            self.tap(publisher.topic_name, cdr)
+            recording.put(publisher.topic_name, cdr)
         else:
             publisher.publish(message)
 
@@ -105,10 +97,14 @@ class Outlets:
 
     def _watched(self, topic: str) -> bool:
         """Return whether anybody takes a message that is not kept for those who come late."""
-        return self._tapped(topic) or self._publishers[topic].get_subscription_count() > 0
+        recorded = self._recording(topic) is not None
+        return recorded or self._publishers[topic].get_subscription_count() > 0
 
-    def _tapped(self, topic: str) -> bool:
-        return self.tap is not None and (self.tap_views or topic not in self._VIEW_NAMES)
+    def _recording(self, topic: str) -> Recording | None:
+        """Return the session that takes the messages of a topic, or None."""
+        recording = self._host.recording
+        taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
+        return recording if taken else None
 
     def _publish_heard(self, heard: Heard) -> None:
         if self._watched('~/echo'):

@@ -7,7 +7,6 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import sys
-from dataclasses import dataclass
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -22,30 +21,18 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..described import Description, descriptions
-from ..device import Faults, SettingsError
+from ..device import SettingsError
 from ..device.settings import Settings
-from ..physics import Design, DesignError, preset
+from ..host import Host
+from ..host.files import confined
+from ..host.settings import Parameters
+from ..physics import DesignError, preset
+from .boundary import Boundary
 from .declarations import AUTOSTART, CHECK, LIVE, PRESET, groups
-from .files import confined
-from .settings import FileSettings, PublishSettings, RecordSettings, StateSettings
 
 
 class ParameterError(ValueError):
     """A parameter has the wrong type or value; the message names it."""
-
-
-@dataclass(frozen=True)
-class Parameters:
-    """All the node was given."""
-
-    design: Design
-    check: str
-    settings: Settings
-    publish: PublishSettings
-    record: RecordSettings
-    state: StateSettings
-    faults: Faults
-    files: FileSettings
 
 
 LIVE_GROUPS = ('record', 'faults')
@@ -61,8 +48,13 @@ CHOSEN = {'design.preset': PRESET[1], 'design.check': CHECK[1]}
 class ParameterSet:
     """Declares every parameter of the contract, guards them, and tells their values."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         """Declare all parameters.
+
+        Args:
+            node: The node.
+            host: Tells whether it is active.
+            boundary: Guards what is done after a change.
 
         Raises:
             ParameterError: One has the wrong type or is out of range, or several together make
@@ -70,6 +62,7 @@ class ParameterSet:
             SettingsError: Settings of different groups contradict each other.
         """
         self._node = node
+        self._host = host
         self.locked = False
         """Whether the node is configured, so that only live parameters may be set."""
         name = _declare(node, 'design.preset', *PRESET)
@@ -90,7 +83,9 @@ class ParameterSet:
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_on_set_parameters_callback(self._check)
-        node.add_post_set_parameters_callback(self._follow_preset)
+        node.add_post_set_parameters_callback(
+            boundary.guarded('design.preset', self._follow_preset)
+        )
 
     def values(self) -> Parameters:
         """Return the present values.
@@ -141,6 +136,11 @@ class ParameterSet:
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         for parameter in changed:
+            if parameter.name == 'use_sim_time' and self._host.loop is not None:
+                return SetParametersResult(
+                    successful=False,
+                    reason='use_sim_time may be set only while the node is not active',
+                )
             live = parameter.name in LIVE or parameter.name.split('.')[0] in LIVE_GROUPS
             if self.locked and not live and parameter.name != 'use_sim_time':
                 return SetParametersResult(

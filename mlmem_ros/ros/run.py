@@ -11,12 +11,19 @@ from collections.abc import Sequence
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
-from .node import REFUSALS, MemoryNode
+from ..host import REFUSALS
+from .boundary import GuardedExecutor
+from .node import MemoryNode
+from .parameters import ParameterError
 from .signal_wakeup import woken_by_signals
+
+ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
+"""Exit status: it ended because it was asked to; it could not be started; it ended because it was
+asked to, and content or recording could not be saved. (2 is a wrong command line.)"""
 
 POLL = 1.0
 """Seconds between two looks whether the device has failed."""
@@ -36,34 +43,33 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
         stop: The signals received so far; whoever handles them adds to it.
 
     Returns:
-        Exit status: 0, or 1 when the node could not be started.
+        Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
-        executor = SingleThreadedExecutor()
         node = MemoryNode()
+        executor = GuardedExecutor(node.host.journal)
         executor.add_node(node)
         if node.get_parameter('autostart').value:
             node.start()
-    except (*REFUSALS, ParameterException) as error:
+    except (*REFUSALS, ParameterError, ParameterException) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
-        return 1
+        return NOT_STARTED
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
             get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
-            return 1
+            return NOT_STARTED
         raise
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
     with woken_by_signals(executor):
         while not stop:
             executor.spin_once(timeout_sec=POLL)
-            if node.failure is not None:
-                node.trigger_deactivate()  # by way of its error handling: unconfigured
+            node.mind_failure()
     return _shut_down(node, executor)
 
 
-def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
+def _shut_down(node: MemoryNode, executor: Executor) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
         signal.signal(number, signal.SIG_IGN)
     node.close()
@@ -73,8 +79,9 @@ def _shut_down(node: MemoryNode, executor: SingleThreadedExecutor) -> int:
         executor.spin_once(timeout_sec=0.0)
     if not told:
         time.sleep(DELIVERY)
-    node.get_logger().info('shut down')
+    status = NOT_SAVED if node.host.lost else ENDED
+    node.get_logger().info('shut down' if status == ENDED else 'shut down; not all was saved')
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()
-    return 0
+    return status

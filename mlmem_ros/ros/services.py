@@ -12,10 +12,10 @@ from typing import Any
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
-from ..bag.errors import BagError
 from ..device import (
     Abort,
     Calibrate,
@@ -23,14 +23,15 @@ from ..device import (
     Erase,
     Outcome,
     Read,
-    Refused,
     SelfTest,
-    SettingsError,
     Write,
 )
+from ..host import REFUSALS, Host
 from . import messages
-from .gate import Gate
-from .sessions import Sessions
+from .recorded import session_plan
+
+EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+"""Of requests and answers: with the default, an eleventh that comes at once is lost unanswered."""
 
 
 class Services:
@@ -40,11 +41,10 @@ class Services:
         waiting: How many requests have not been answered yet.
     """
 
-    def __init__(self, node: Node, gate: Gate, sessions: Sessions) -> None:
+    def __init__(self, node: Node, host: Host) -> None:
         self.waiting = 0
         self._node = node
-        self._gate = gate
-        self._sessions = sessions
+        self._host = host
         procedures: dict[str, Callable[[], Command]] = {
             '~/write': lambda: Write(node.get_parameter('target_level').value),
             '~/read': Read,
@@ -52,21 +52,23 @@ class Services:
             '~/calibrate': Calibrate,
             '~/abort': Abort,
         }
-        # The node's own group admits nothing else, not even ~/abort, while a request waits.
-        group = ReentrantCallbackGroup()
+        group = ReentrantCallbackGroup()  # the node's own admits nothing while a request waits
+
+        def serve(kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
+            node.create_service(kind, name, callback, qos_profile=EVERY_ONE, callback_group=group)
+
         for name, command in procedures.items():
-            serve = self._procedure(command)
-            node.create_service(Trigger, name, serve, callback_group=group)
-        node.create_service(SelfTestService, '~/self_test', self._self_test, callback_group=group)
-        node.create_service(SetBool, '~/pause', self._pause, callback_group=group)
-        node.create_service(SetBool, '~/record', self._record, callback_group=group)
-        node.create_service(Trigger, '~/step', self._step, callback_group=group)
+            serve(Trigger, name, self._procedure(command))
+        serve(SelfTestService, '~/self_test', self._self_test)
+        serve(SetBool, '~/pause', self._pause)
+        serve(SetBool, '~/record', self._record)
+        serve(Trigger, '~/step', self._step)
 
     def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
         async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
             try:
-                outcome: Outcome = await self.result(self._gate.submit(command()))
-            except Exception as failure:  # Refused, or what stopped the device: the caller is told
+                outcome: Outcome = await self.result(self._host.submit(command()))
+            except REFUSALS as failure:
                 response.message = messages.refusal(str(failure))
             else:
                 response.success = outcome.success
@@ -80,8 +82,8 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome: Outcome = await self.result(self._gate.submit(SelfTest()))
-        except Exception as failure:  # as above
+            outcome: Outcome = await self.result(self._host.submit(SelfTest()))
+        except REFUSALS as failure:
             response.status = [messages.refused_test(name, str(failure))]
         else:
             response.passed = bytes([outcome.success])
@@ -92,8 +94,8 @@ class Services:
         self, request: SetBool.Request, response: SetBool.Response
     ) -> SetBool.Response:
         try:
-            tick = await self.result(self._gate.pause(request.data))
-        except Refused as refusal:
+            tick = await self.result(self._host.pause(request.data))
+        except REFUSALS as refusal:
             response.message = messages.refusal(str(refusal))
         else:
             response.success = True
@@ -103,21 +105,20 @@ class Services:
     async def _record(
         self, request: SetBool.Request, response: SetBool.Response
     ) -> SetBool.Response:
-        change = self._sessions.start if request.data else self._sessions.stop
         try:
-            path = await self.result(change())
-        except (Refused, BagError, SettingsError) as refusal:
+            plan = session_plan(self._node) if request.data else None
+            path = await self.result(self._host.record(plan))
+        except REFUSALS as refusal:
             response.message = messages.refusal(str(refusal))
         else:
-            self._sessions.settle()
             response.success = True
             response.message = json.dumps({'recording': request.data, 'path': str(path)})
         return response
 
     async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            tick = await self.result(self._gate.step())
-        except Refused as refusal:
+            tick = await self.result(self._host.step())
+        except REFUSALS as refusal:
             response.message = messages.refusal(str(refusal))
         else:
             response.success = True

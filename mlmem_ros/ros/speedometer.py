@@ -9,7 +9,8 @@ import time
 from rclpy.node import Node
 
 from ..device import Loop
-from .gate import Gate
+from ..host import Host
+from .boundary import Boundary
 
 INTERVAL = 10.0
 """Seconds between two reports while time runs as fast as it can."""
@@ -18,11 +19,11 @@ INTERVAL = 10.0
 class Speedometer:
     """Logs the factor on real time: of every run, and now and then of one without pace."""
 
-    def __init__(self, node: Node, gate: Gate) -> None:
+    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         self._node = node
-        self._gate = gate
+        self._host = host
         self._begun = self._last = (0.0, 0)
-        node.create_timer(INTERVAL, self._report)
+        node.create_timer(INTERVAL, boundary.guarded('the speedometer', self._report))
 
     def begin(self, loop: Loop) -> None:
         """Take the present for the beginning of a run."""
@@ -33,7 +34,7 @@ class Speedometer:
         self._log(loop, self._begun)
 
     def _report(self) -> None:
-        loop = self._gate.loop
+        loop = self._host.loop
         if loop is not None and loop.speed == 0.0 and not loop.paused:
             self._last = self._log(loop, self._last)
 

@@ -8,7 +8,7 @@ import pytest
 from robot import Robot
 
 from mlmem_ros.device import SettingsError
-from mlmem_ros.ros.files import confined
+from mlmem_ros.host.files import confined
 
 
 @pytest.fixture

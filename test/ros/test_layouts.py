@@ -19,11 +19,11 @@ from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
 from mlmem_ros.device import Settings, new_element
+from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.inlets import Inlets
 from mlmem_ros.ros.markers import ChainMarkers
 from mlmem_ros.ros.outlets import Outlets
-from mlmem_ros.ros.settings import PublishSettings
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / 'config'

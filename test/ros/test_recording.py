@@ -15,6 +15,7 @@ from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.replay import replay
 from mlmem_ros.bag.session_data import load
+from mlmem_ros.ros.run import NOT_SAVED
 
 EVERY_ONE = ('level', 'outcome', 'echo')
 """Reliable topics: a subscriber that is there receives all of them."""
@@ -122,7 +123,7 @@ def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_p
         assert str(bag) in recorder.message
         assert robot.write(0).success
         node.signal(signal.SIGINT)
-        assert node.exit_status() == 0
+        assert node.exit_status() == NOT_SAVED
     assert node.output.count('recording stopped') == 1
     assert 'Traceback' not in node.output
 

@@ -18,11 +18,11 @@ from sensor_msgs.msg import Image
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mlmem_ros.device import Outcome, Settings, Write, new_element
+from mlmem_ros.host.settings import IMAGE_COLUMNS, PublishSettings
 from mlmem_ros.physics import CASE_II, walls
 from mlmem_ros.ros.image import EMPTY, ROWS, Contour
 from mlmem_ros.ros.markers import CELLS, LABELS, WALLS, ChainMarkers
 from mlmem_ros.ros.palette import BLUE, COLOURS, RED, WHITE, Palette
-from mlmem_ros.ros.settings import IMAGE_COLUMNS, PublishSettings
 
 NOW = Time(sec=12, nanosec=34)
 

@@ -8,7 +8,7 @@ import time
 
 from ...device import Loop
 from ...device.loop_statistics import LoopStatistics
-from ..gate import Gate
+from ...host import Host
 from .health import ERROR, OK, STALE, WARN, Component, Health
 
 
@@ -17,8 +17,8 @@ class LoopComponent(Component):
 
     name = 'loop'
 
-    def __init__(self, gate: Gate) -> None:
-        self._gate = gate
+    def __init__(self, host: Host) -> None:
+        self._host = host
         self._last = (time.monotonic(), 0.0, 0.0)
 
     def health(self, loop: Loop) -> Health:
@@ -34,7 +34,8 @@ class LoopComponent(Component):
             'lateness_deviation': statistics.lateness_deviation,
             'busy': statistics.busy,
             'procedure': loop.element.procedure,
-            'refused': self._gate.refused,
+            'refused': self._host.refused,
+            'defects': self._host.journal.caught,
         }
         if loop.failure:
             return Health(ERROR, str(loop.failure), values)
@@ -44,7 +45,7 @@ class LoopComponent(Component):
 
     def rest(self) -> Health:
         """Count on: an inactive node refuses all that is asked of it."""
-        return Health(STALE, 'inactive', {'refused': self._gate.refused})
+        return Health(STALE, 'inactive', {'refused': self._host.refused})
 
     def _since_last(self, statistics: LoopStatistics) -> tuple[float, int]:
         """Return ticks per second and new overruns since the last report."""

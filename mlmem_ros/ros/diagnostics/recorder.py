@@ -5,21 +5,17 @@
 from __future__ import annotations
 
 from ...device import Loop
-from ..recording import Recording
+from ...host import Host
 from .health import ERROR, OK, WARN, Component, Health
 
 
 class RecorderComponent(Component):
-    """Warns of a session with gaps or at its greatest size; a recording that failed is an error.
-
-    Attributes:
-        recording: The session that is recorded, or None.
-    """
+    """Warns of a session with gaps or at its greatest size; one that failed is an error."""
 
     name = 'recorder'
 
-    def __init__(self) -> None:
-        self.recording: Recording | None = None
+    def __init__(self, host: Host) -> None:
+        self._host = host
 
     def health(self, loop: Loop) -> Health:
         """Return the status of the recording."""
@@ -27,9 +23,10 @@ class RecorderComponent(Component):
 
     def rest(self) -> Health:
         """Tell the same: a session may be closed while the node is not active."""
-        if self.recording is None:
-            return Health(OK, 'not recording')
-        status = self.recording.status
+        recording = self._host.recording
+        if recording is None:
+            return Health(OK, self._host.sessions.state.value)
+        status = recording.status
         values = {
             'path': status.path,
             'messages': status.messages,
@@ -42,6 +39,6 @@ class RecorderComponent(Component):
         if status.dropped:
             text = f'{status.dropped} messages found no room and are missing'
             return Health(WARN, text, values)
-        if self.recording.full:
+        if recording.full:
             return Health(WARN, 'full: the session has ended at record.most_megabytes', values)
         return Health(OK, status.state, values)

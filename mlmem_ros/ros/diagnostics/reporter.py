@@ -10,9 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from ...device import Loop
-from ..gate import Gate
+from ...host import Host
+from ..boundary import Boundary
 from ..messages import key_values
-from ..recording import Recording
 from .actuator import ActuatorComponent
 from .faults import FaultsComponent
 from .health import OK, Component, Health, Hysteresis
@@ -29,28 +29,23 @@ PERIOD = 1.0
 class Diagnostics:
     """Publishes one status for every component; a new one is added to the list here."""
 
-    def __init__(self, node: Node, gate: Gate) -> None:
+    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         self._node = node
-        self._gate = gate
-        self._recorder = RecorderComponent()
+        self._host = host
         components: list[Component] = [
-            LoopComponent(gate),
+            LoopComponent(host),
             MaterialComponent(),
             ActuatorComponent(),
             TransducerComponent(),
             MemoryComponent(),
             FaultsComponent(),
-            self._recorder,
+            RecorderComponent(host),
         ]
         self._components = [(component, Hysteresis()) for component in components]
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._due = 0.0
         self._looking = False
-        node.create_timer(PERIOD, self._report)
-
-    def attach(self, recording: Recording | None) -> None:
-        """Report on a recording, or on none."""
-        self._recorder.recording = recording
+        node.create_timer(PERIOD, boundary.guarded('/diagnostics', self._report))
 
     def tick(self, loop: Loop) -> None:
         """Let the components look at the device around one tick a period; called after each."""
@@ -66,7 +61,7 @@ class Diagnostics:
             self._looking = True
 
     def _report(self) -> None:
-        loop = self._gate.loop
+        loop = self._host.loop
         status = []
         for component, hysteresis in self._components:
             now = component.rest() if loop is None else component.health(loop)

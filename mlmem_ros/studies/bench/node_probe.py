@@ -64,7 +64,7 @@ def main(begun: float) -> None:
 
 def _watch(node: MemoryNode, executor: SingleThreadedExecutor, seconds: float) -> dict[str, float]:
     """Return what is seen of a node, turned as `memory_node` turns it."""
-    loop = node.gate.open_loop()
+    loop = node.host.open_loop()
     statistics = loop.statistics = Watched()
     used, begun = time.process_time(), time.monotonic()
     while (now := time.monotonic()) - begun < seconds:

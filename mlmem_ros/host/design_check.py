@@ -11,13 +11,13 @@ from ..device.checks import Verdict, check
 from ..physics import Design, DesignError
 
 if TYPE_CHECKING:  # what may be chosen is told without ROS
-    from rclpy.impl.rcutils_logger import RcutilsLogger
+    from .journal import Journal
 
 CHOICES = ('refuse', 'warn', 'off')
 """What to do about a design that fails: not to configure, to say so, not to look."""
 
 
-def check_design(design: Design, settings: Settings, mode: str, log: RcutilsLogger) -> None:
+def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
     """Check a design and log what is not a pass.
 
     Args:

@@ -4,16 +4,16 @@
 
 import dataclasses
 import logging
-from types import SimpleNamespace
+import threading
 
 import pytest
 
 from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot, state_file
 from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.gate import Gate
-from mlmem_ros.ros.memory_file import MemoryFile
-from mlmem_ros.ros.settings import StateSettings
+from mlmem_ros.host import Journal
+from mlmem_ros.host.settings import StateSettings
+from mlmem_ros.host.store import Store
+from mlmem_ros.physics import CASE_II, StateError
 
 
 @pytest.fixture
@@ -21,17 +21,45 @@ def file(tmp_path):
     return tmp_path / 'element.json'
 
 
-def test_an_older_snapshot_is_not_written_over_a_newer_one(file):
+def kept(file):
+    settings = StateSettings(path=str(file) if file else '', interval=0.0)
+    return Store(settings, '', Journal(logging.getLogger('test')))
+
+
+def test_what_is_kept_is_on_the_disk_once_it_is_told(file):
     element = new_element(CASE_II)
-    memory_file = MemoryFile(None, StateSettings(path=str(file), interval=0.0), '', Gate())
-    older = snapshot.take(element)  # taken at an interval, its thread is slow
+    store = kept(file)
+    for _ in range(3):
+        element.advance()
+        assert store.keep(element).result(20.0) is None
+        assert state_file.load(file)['ticks'] == element.ticks
+
+
+def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch):
+    """A disk that is slow once does not put back what was before the last saving."""
+    element, store, slow = new_element(CASE_II), kept(file), threading.Event()
+    save = state_file.save
+
+    def slowly(path, taken):
+        slow.wait(20.0)
+        save(path, taken)
+
+    monkeypatch.setattr(state_file, 'save', slowly)
+    older = store.keep(element)
     element.advance()
-    memory_file.save(element)  # the node is deactivated meanwhile
-    memory_file._write(older)
-    assert state_file.load(file)['ticks'] == element.ticks
-    element.advance()
-    memory_file.save(element)
-    assert state_file.load(file)['ticks'] == element.ticks
+    newer = store.keep(element)
+    assert not older.done()
+    slow.set()
+    assert newer.result(20.0) is None
+    assert store.close()
+    assert state_file.load(file)['ticks'] == element.ticks == 1
+
+
+def test_a_state_that_cannot_be_saved_is_told(tmp_path):
+    store = kept(tmp_path / 'folder' / 'element.json')
+    (tmp_path / 'folder').write_text('a file stands where a folder is wanted')
+    with pytest.raises(StateError, match=r'the state cannot be saved in .*element\.json'):
+        store.keep(new_element(CASE_II)).result(20.0)
 
 
 # --- calibrations -----------------------------------------------------------------------------
@@ -51,10 +79,6 @@ def counted(monkeypatch):
     return made
 
 
-def kept(file):
-    return MemoryFile(None, StateSettings(path=str(file), interval=0.0), '', Gate())
-
-
 def test_a_design_is_calibrated_once(file, counted):
     first = kept(file).new_element(CASE_II, Settings())
     assert kept(file).new_element(CASE_II, Settings()).calibration == first.calibration
@@ -69,21 +93,21 @@ def test_a_design_is_calibrated_once(file, counted):
 
 def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
     for _ in range(2):
-        MemoryFile(None, StateSettings(), '', Gate()).new_element(CASE_II, Settings())
+        kept(None).new_element(CASE_II, Settings())
     assert len(counted) == 2
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_was_learnt_is_known_even_where_the_state_is_gone(file):
-    memory_file = kept(file)
-    element = memory_file.new_element(CASE_II, Settings())
+    store = kept(file)
+    element = store.new_element(CASE_II, Settings())
     left = element.calibration.left
     learnt = dataclasses.replace(
         element.calibration,
         left=dataclasses.replace(left, delays=tuple(delay + 1 / 3 for delay in left.delays)),
     )
     element.calibration = learnt
-    memory_file.save(element)
+    assert store.keep(element).result(20.0) is None
     file.unlink()
     assert kept(file).new_element(CASE_II, Settings()).calibration == learnt
 
@@ -98,13 +122,8 @@ def test_a_state_of_0_1_0_brings_its_content_and_not_its_delays(file):
     saved = snapshot.take(element)
     del saved['calibration_key'], saved['statistics']
     state_file.save(file, saved)
-    memory_file = MemoryFile(rclpy_node(), StateSettings(path=str(file), interval=0.0), '', Gate())
-    restored = memory_file.new_element(CASE_II, Settings())
-    memory_file.restore(restored)
+    store = kept(file)
+    restored = store.new_element(CASE_II, Settings())
+    store.restore(restored)
     assert snapshot.digest(restored) == snapshot.digest(element)
     assert restored.calibration == new_element(CASE_II).calibration
-
-
-def rclpy_node():
-    """Return what of a node a memory file needs to say something."""
-    return SimpleNamespace(get_logger=lambda: logging.getLogger('test'))

@@ -8,7 +8,9 @@ import math
 from dataclasses import dataclass
 
 from ..described import described
+from ..device import Faults, Settings
 from ..device.settings import Checked
+from ..physics import Design
 
 IMAGE_COLUMNS = 400
 """Width of an image that shows at least as many ticks."""
@@ -104,3 +106,28 @@ class StateSettings(Checked):
         low=0.0,
         high=1e6,
     )
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All that a host is given.
+
+    Attributes:
+        design: The element.
+        check: What a design that fails its check does at configure.
+        settings: The instrument's settings.
+        publish: How often streams are published.
+        record: Where and how a session is recorded.
+        state: Where the content is kept.
+        faults: What is wrong with the device.
+        files: Where may be written.
+    """
+
+    design: Design
+    check: str
+    settings: Settings
+    publish: PublishSettings
+    record: RecordSettings
+    state: StateSettings
+    faults: Faults
+    files: FileSettings

@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the node may write: anywhere it is told to, or below one folder alone."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+from ..device import SettingsError
+
+
+def confined(path: str, root: str) -> Path:
+    """Return the path that a parameter means, which lies below the root.
+
+    Args:
+        path: As it was given; `~` is the home folder, a relative path starts at the root.
+        root: The folder it has to stay in, symbolic links and all; empty: it may lie anywhere.
+
+    Raises:
+        SettingsError: It leads out of the root, or can be no file: `~` of nobody, a part that is
+            too long, a NUL, or a folder's own name (`/`, `.`, `..`).
+    """
+    try:
+        given = Path(path).expanduser()
+        home = Path(root).expanduser().resolve() if root else None
+        target = (home / given).resolve() if home else given
+        with suppress(FileNotFoundError, NotADirectoryError):
+            os.lstat(target)
+    except (OSError, RuntimeError, ValueError) as error:
+        why = getattr(error, 'strerror', None) or error
+        raise SettingsError(f'{_short(path)} must be a path that can be written; {why}') from error
+    if home and home not in target.parents:
+        raise SettingsError(
+            f'{_short(path)} must lie below files.root = {root}; it leads to {target}'
+        )
+    if target.name in ('', '..'):
+        raise SettingsError(f'{_short(path)} must be the path of a file; it is a folder')
+    return target
+
+
+def _short(path: str) -> str:
+    return repr(path if len(path) < 100 else f'{path[:80]}...')

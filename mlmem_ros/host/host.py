@@ -1,0 +1,354 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The host of an element: takes it through its life, and every request to it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, TypeVar
+
+from .. import threads
+from ..device import (
+    Abort,
+    Command,
+    Event,
+    Faults,
+    Loop,
+    MemoryElement,
+    Outcome,
+    Read,
+    Refused,
+    SetFaults,
+    SettingsError,
+    snapshot,
+)
+from ..device.commands import Procedures
+from ..device.loop import Stamped
+from ..device.pacing import Pacer
+from ..device.settings import ScaleSettings
+from ..physics import StateError
+from .design_check import check_design
+from .errors import REFUSALS
+from .journal import Journal, Log
+from .recording import Recording, SessionPlan
+from .sessions import Sessions
+from .settings import Parameters
+from .store import Store
+
+T = TypeVar('T')
+
+Listener = Callable[[Sequence[Event]], None]
+"""Called in the loop's thread after every tick, or run of ticks of a resting device."""
+
+INACTIVE = 'inactive: configure and activate the node first'
+
+
+class Host:
+    """Keeps one element, from its configuration to its release.
+
+    Its life is that of a managed node. `configure`, `activate`, `deactivate`, `release`, `fail`
+    and `tend` are called by one thread, the executor's; requests may come from any.
+
+    Attributes:
+        journal: Where all is told.
+        element: The device, or None while unconfigured.
+        loop: Runs it while active, else None.
+        sessions: Its recording.
+        refused: Requests refused since the host was made.
+        lost: Times that content or recording could not be saved at the end of a life.
+    """
+
+    def __init__(
+        self,
+        log: Log,
+        now: Callable[[], int],
+        *,
+        failed: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Host nothing yet.
+
+        Args:
+            log: Where people read.
+            now: The time in nanoseconds that recorded messages are stamped with.
+            failed: Called in the loop's thread when the device has failed: `fail` is due.
+        """
+        self.journal = Journal(log)
+        self.element: MemoryElement | None = None
+        self.loop: Loop | None = None
+        self.refused = 0
+        self.lost = 0
+        self._failed = failed
+        self._root = ''
+        self._store: Store | None = None
+        self._rescued: dict[str, Any] | None = None
+        self.sessions = Sessions(lambda: self._root, self.journal, now)
+
+    @property
+    def failure(self) -> Exception | None:
+        """What stopped the device while active, or None."""
+        return self.loop.failure if self.loop is not None else None
+
+    @property
+    def recording(self) -> Recording | None:
+        """The session that all that happens goes into, or None."""
+        return self.sessions.current
+
+    # --- its life ------------------------------------------------------------------------
+
+    def configure(self, given: Parameters) -> MemoryElement:
+        """Check the design, build the device, restore its content.
+
+        Raises:
+            One of `REFUSALS`: Nothing is changed.
+        """
+        self._root = given.files.root
+        check_design(given.design, given.settings, given.check, self.journal)
+        store = Store(given.state, given.files.root, self.journal)
+        element = store.new_element(given.design, given.settings)
+        try:
+            element.specimen(given.faults)
+        except Refused as refusal:
+            raise SettingsError(f'parameters {refusal}') from refusal
+        store.restore(element)
+        self._restore_rescued(element)
+        self.element, self._store = element, store
+        return element
+
+    def activate(
+        self, given: Parameters, plan: SessionPlan, listener: Listener, pacer: Pacer, speed: float
+    ) -> None:
+        """Let time run, and record if a path says so.
+
+        Args:
+            given: What was configured, with the present faults and recording.
+            plan: Of the session.
+            listener: Called after ticks with what happened in them.
+            pacer: The clock.
+            speed: Factor on real time; 0: as fast as it can.
+
+        Raises:
+            One of `REFUSALS`: Nothing is changed.
+        """
+        assert self.element is not None
+        element = self.element
+        if given.record.path:
+            self.sessions.begin(plan, element)
+        guard = self.journal.guarded
+
+        def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
+            with guard('publishing'):
+                listener(events)
+            if (recording := self.recording) is not None:
+                with guard('recording'):
+                    recording.tick(element, commands)
+
+        loop = Loop(
+            element,
+            listen,
+            pacer=pacer,
+            speed=speed,
+            rest_ticks=given.publish.common_ticks,
+            heard_ticks=math.gcd(given.publish.heard_ticks, given.record.hash_every),
+            failed=self._failed,
+        )
+        if given.faults != element.faults:
+            loop.submit(SetFaults(given.faults))
+        self.loop = loop
+        loop.start()
+
+    def deactivate(self) -> None:
+        """Abort what runs, bring the strain to zero, close the recording, save the content.
+
+        Raises:
+            Refused: The node is not active.
+            StateError: The device has failed meanwhile: `fail` is due.
+        """
+        loop = self.open_loop()
+        loop.finish()
+        if loop.failure is not None:
+            raise StateError(f'the device has stopped: {loop.failure}')
+        self.loop = None
+        self._put_away(loop.element)
+
+    def fail(self) -> None:
+        """Release a device that has failed, with what can be saved of it."""
+        loop, self.loop = self.loop, None
+        element = self.element
+        if loop is not None and element is not None:
+            loop.stop()
+            self.journal.error(f'the device has stopped: {loop.failure}')
+            self._end_recording(element)
+            if self._let_go(element):
+                self._put_away(element)
+                kept = 'its content is saved'
+                if self._store is None or self._store.path is None:
+                    self._rescued = snapshot.take(element)
+                    kept = 'its content is kept until the next configuration'
+            else:
+                self.lost += 1
+                kept = 'what was saved of its content before is what there is'
+            self.journal.error(f'{kept}; configure and activate to go on')
+        self.release()
+
+    def release(self) -> None:
+        """Let the device go."""
+        if self._store is not None:
+            self._store.close()
+        self.element = self._store = None
+
+    def close(self) -> None:
+        """End, whatever the device is doing: hold, save and release it."""
+        if self.loop is not None:
+            try:
+                self.deactivate()
+            except StateError:
+                self.fail()
+        self.release()
+
+    def tend(self) -> None:
+        """Save at intervals, and answer who waits too long for a disk; about once a second."""
+        self.sessions.tend()
+        if self._store is not None:
+            self._store.tend(self.loop)
+
+    # --- requests ------------------------------------------------------------------------
+
+    def open_loop(self) -> Loop:
+        """Return the running loop.
+
+        Raises:
+            Refused: The node is not active.
+        """
+        if (loop := self.loop) is None:
+            raise Refused(INACTIVE)
+        return loop
+
+    def submit(self, command: Command) -> Future[Outcome | None]:
+        """Hand in a command for the next tick; see `Loop.submit`.
+
+        What may have changed the content is safe on the disk before its outcome is told, where
+        there is a state file; an outcome that could not be saved is no success.
+        """
+        return self._counted(lambda loop: self._kept(loop, command))
+
+    def submit_scaled(self, make: Callable[[ScaleSettings], Command]) -> Future[Outcome | None]:
+        """Hand in a command made of SI values, which the device's scale turns into its own."""
+        return self._counted(lambda loop: self._kept(loop, make(loop.element.settings.scale)))
+
+    def step(self) -> Future[int]:
+        """Run one tick while paused; see `Loop.single_tick`."""
+        return self._counted(lambda loop: loop.single_tick())
+
+    def pause(self, paused: bool) -> Future[int]:
+        """Hold time or let it run on; see `Loop.pause`."""
+        return self._counted(lambda loop: loop.pause(paused))
+
+    def record(self, plan: SessionPlan | None) -> Future[Path]:
+        """Begin a recording, or end it where there is no plan; see `Sessions`."""
+        if plan is None:
+            return self._counted(self.sessions.stop)
+        return self._counted(lambda loop: self.sessions.start(plan, loop))
+
+    def be_faulty(self, faults: Faults) -> None:
+        """Hand in faults where time runs; else they are taken at the next activation."""
+        if self.loop is not None:
+            self.submit(SetFaults(faults))
+
+    def set_speed(self, speed: float) -> None:
+        """Run at another factor on real time; 0: as fast as it can."""
+        if self.loop is not None:
+            self.loop.set_speed(speed)
+
+    def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
+        try:
+            answer = ask(self.open_loop())
+        except Refused as refusal:
+            answer = threads.Future()
+            answer.set_exception(refusal)
+        answer.add_done_callback(self._count)
+        return answer
+
+    def _count(self, answer: Future[Any]) -> None:
+        if isinstance(answer.exception(), Refused):
+            self.refused += 1
+
+    def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:
+        told = loop.submit(command)
+        store = self._store
+        changing = isinstance(command, Procedures) and not isinstance(command, Read)
+        if store is None or store.path is None or not changing:
+            return told
+        answer: Future[Outcome | None] = threads.Future()
+
+        def keep(done: Future[Outcome | None]) -> None:
+            """In the loop's thread, when a procedure has just ended."""
+            if (refusal := done.exception()) is not None:
+                answer.set_exception(refusal)
+                return
+            outcome = done.result()
+            if loop.element.procedure:  # an abort, which saves what it leaves
+                answer.set_result(outcome)
+                return
+            try:
+                saved = store.keep(loop.element)
+            except Exception as error:
+                self.journal.exception('taking the state', error)
+                saved = threads.Future()
+                saved.set_exception(error)
+            saved.add_done_callback(lambda saved: answer.set_result(_told(outcome, saved)))
+
+        told.add_done_callback(keep)
+        return answer
+
+    # --- ends ----------------------------------------------------------------------------
+
+    def _put_away(self, element: MemoryElement) -> None:
+        """Save all there is of a device whose time does not run any more."""
+        self._end_recording(element)
+        assert self._store is not None
+        saved = self._store.keep(element)
+        if not self._store.close() or saved.exception() is not None:
+            self.lost += 1
+
+    def _end_recording(self, element: MemoryElement) -> None:
+        if not self.sessions.close(element):
+            self.lost += 1
+
+    def _let_go(self, element: MemoryElement) -> bool:
+        """Bring the strain of a device to zero whose loop has failed; return whether it came."""
+        most = 1 + math.ceil(
+            (element.settings.erase.release + element.settings.erase.settle) / element.tick
+        )
+        try:
+            element.apply(Abort('the device has failed'))
+            for _ in range(3 * most):
+                if element.idle:
+                    return True
+                element.advance()
+        except Exception as error:
+            if not isinstance(error, REFUSALS):
+                self.journal.exception('letting go', error)
+        return False
+
+    def _restore_rescued(self, element: MemoryElement) -> None:
+        """Give a new device what an older one held that failed, where it fits."""
+        rescued, self._rescued = self._rescued, None
+        if rescued is not None:
+            try:
+                snapshot.restore(element, rescued)
+                self.journal.info('the content of the device that failed is restored')
+            except StateError:
+                self.journal.warning('the device that failed was another: the element is blank')
+
+
+def _told(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
+    """Return an outcome as it may be told: what is not on the disk is no success."""
+    error = saved.exception()
+    if error is None or outcome is None:
+        return outcome
+    done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
+    return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')

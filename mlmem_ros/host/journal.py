@@ -1,0 +1,95 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What people are told: never in floods, never at the length of what came in, nothing twice."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from .. import threads
+
+QUIET = 1.0
+"""Seconds between two lines in the log about the same thing."""
+
+LONGEST = 500
+"""Characters of a line; of more, the beginning and the end are told."""
+
+
+class Log(Protocol):
+    """Where lines go: a ROS logger, or one of the standard library."""
+
+    def info(self, message: str) -> Any:
+        """Tell what happens."""
+
+    def warning(self, message: str) -> Any:
+        """Tell what was refused or looks odd."""
+
+    def error(self, message: str) -> Any:
+        """Tell what failed."""
+
+
+class Journal:
+    """Writes to a log from any thread, and is where exceptions end that are nobody's answer.
+
+    Attributes:
+        caught: How many of these there were.
+    """
+
+    def __init__(self, log: Log) -> None:
+        self.caught = 0
+        self._log = log
+        self._lock = threads.Lock()
+        self._told: dict[str, float] = {}
+        self._withheld: dict[str, int] = {}
+
+    def info(self, text: str) -> None:
+        """Tell what happens."""
+        self._log.info(_short(text))
+
+    def warning(self, text: str) -> None:
+        """Tell what looks odd."""
+        self._log.warning(_short(text))
+
+    def error(self, text: str) -> None:
+        """Tell what failed."""
+        self._log.error(_short(text))
+
+    def refused(self, what: str, why: object) -> None:
+        """Tell of something refused: once a second of each thing, with how often since."""
+        if (since := self._due(what)) is not None:
+            self._log.warning(_short(f'{what} refused: {why}') + since)
+
+    def exception(self, where: str, error: BaseException) -> None:
+        """Tell of a defect: an exception that nobody expected, with its traceback."""
+        with self._lock:
+            self.caught += 1
+        if (since := self._due(where)) is not None:
+            trace = ''.join(traceback.format_exception(error))
+            self._log.error(f'{where} failed; this is a defect{since}:\n{trace}')
+
+    @contextmanager
+    def guarded(self, where: str) -> Iterator[None]:
+        """Let no exception out of the body."""
+        try:
+            yield
+        except Exception as error:
+            self.exception(where, error)
+
+    def _due(self, key: str) -> str | None:
+        """Return what to add on how much was withheld, or None where it is too early to tell."""
+        with self._lock:
+            now = threads.monotonic()
+            if now - self._told.get(key, -QUIET) < QUIET:
+                self._withheld[key] = self._withheld.get(key, 0) + 1
+                return None
+            self._told[key] = now
+            withheld = self._withheld.pop(key, 0)
+        return f' (and {withheld} times more since the last line)' if withheld else ''
+
+
+def _short(text: str) -> str:
+    half = LONGEST // 2
+    return text if len(text) <= LONGEST else f'{text[:half]} ... {text[-half:]}'

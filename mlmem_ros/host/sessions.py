@@ -1,0 +1,167 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Starting and stopping session files: one state machine, moved on by one thread."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from enum import Enum
+from pathlib import Path
+from types import NoneType
+from typing import TypeVar
+
+from ..bag.errors import BagError
+from ..device import Loop, MemoryElement, Refused
+from .files import confined
+from .journal import Journal
+from .recording import Recording, SessionPlan
+from .worker import Worker
+
+T = TypeVar('T')
+
+STARTING, CLOSING = 'starting the recording', 'closing the recording'
+
+
+class State(Enum):
+    """How far the one recording of an element is."""
+
+    IDLE = 'not recording'
+    STARTING = 'starting'
+    ON = 'recording'
+    STOPPING = 'stopping'
+
+
+class Sessions:
+    """Holds the one recording of an element.
+
+    Requests are done one after the other by the worker's thread, which alone changes `state`,
+    opens and closes files, and may hang on them; what is recorded begins and ends in the loop's
+    thread, between two ticks.
+
+    Attributes:
+        state: How far it is.
+        current: The recording that all that happens goes into, or None.
+    """
+
+    def __init__(self, root: Callable[[], str], journal: Journal, now: Callable[[], int]) -> None:
+        """Record nothing yet.
+
+        Args:
+            root: What paths are confined to; see `files`.
+            journal: Where it is told how recordings go.
+            now: The time in nanoseconds that messages are stamped with.
+        """
+        self.state = State.IDLE
+        self.current: Recording | None = None
+        self._root = root
+        self._journal = journal
+        self._now = now
+        self._worker = Worker('mlmem-sessions', journal)
+
+    def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
+        """Begin a recording before time runs, into just the path that is planned.
+
+        Raises:
+            BagError: The path exists, or cannot be written.
+            SettingsError: It leads out of `files.root`.
+            Overdue: The disk does not answer.
+        """
+        begun = self._worker.do(STARTING, lambda: self._start(plan, element, None, anew=False))
+        self._worker.wait()
+        begun.result()
+
+    def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
+        """Begin a recording while time runs; a path that exists gets the time added.
+
+        Returns:
+            The path of the new bag, once it holds the present state; `Refused` where a
+            recording or a procedure is under way, else as `begin` raises.
+        """
+        return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop, anew=True))
+
+    def stop(self, loop: Loop) -> Future[Path]:
+        """End the recording while time runs.
+
+        Returns:
+            The path of the bag, once it is closed; `Refused` where nothing is recorded, `BagError`
+            where not all is written.
+        """
+        return self._worker.do(CLOSING, lambda: self._stop(loop.element, loop))
+
+    def tend(self) -> None:
+        """Answer who waits too long for the disk; about once a second."""
+        self._worker.tend()
+
+    def close(self, element: MemoryElement) -> bool:
+        """End whatever is recorded, when time does not run any more; it waits, but not for long.
+
+        Returns:
+            Whether all is written that was recorded.
+        """
+        stopped = self._worker.do(CLOSING, lambda: self._stop(element, None))
+        self._worker.wait()
+        error = stopped.exception()
+        if not isinstance(error, (Refused, BagError, NoneType)):  # a recording that fails has told
+            self._journal.error(str(error))
+        return error is None or isinstance(error, Refused)
+
+    # --- in the worker's thread ----------------------------------------------------------
+
+    def _start(
+        self, plan: SessionPlan, element: MemoryElement, loop: Loop | None, anew: bool
+    ) -> Path:
+        if self.current is not None:
+            raise Refused(f'busy: recording into {self.current.status.path}')
+        if element.procedure:
+            raise Refused(f'busy: {element.procedure} is running; a session begins idle')
+        self.state = State.STARTING
+        try:
+            path = _new_path(plan.settings.path, self._root(), anew)
+            recording = Recording(plan, path, self._journal, self._now)
+            try:
+                _between_ticks(loop, lambda: self._begin(recording, element))
+            except Refused:  # a procedure began in between, or the loop has ended
+                recording.close()
+                raise
+        finally:
+            self.state = State.IDLE if self.current is None else State.ON
+        return path
+
+    def _begin(self, recording: Recording, element: MemoryElement) -> None:
+        recording.begin(element)
+        self.current = recording
+
+    def _stop(self, element: MemoryElement, loop: Loop | None) -> Path:
+        if (recording := self.current) is None:
+            raise Refused('nothing is being recorded')
+        _between_ticks(loop, lambda: self._end(recording, element))
+        self.state = State.STOPPING
+        try:
+            recording.close()
+        finally:
+            self.state = State.IDLE
+        return recording.status.path
+
+    def _end(self, recording: Recording, element: MemoryElement) -> None:
+        self.current = None
+        recording.end(element)
+
+
+def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
+    """Call a function where no tick is under way: in the loop's thread, where there is one."""
+    return function() if loop is None else loop.call(function).result()
+
+
+def _new_path(configured: str, root: str, anew: bool) -> Path:
+    """Return the configured path, or one with the time where it is empty, or taken."""
+    path = confined(configured or 'session', root)
+    if configured and not (anew and path.exists()):
+        return path
+    stamped = path.with_name(f'{path.name}-{time.strftime("%Y%m%d-%H%M%S")}')
+    more = 2
+    while stamped.exists():
+        stamped = stamped.with_name(f'{path.name}-{time.strftime("%Y%m%d-%H%M%S")}-{more}')
+        more += 1
+    return stamped

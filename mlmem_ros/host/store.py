@@ -1,0 +1,144 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What survives a restart: content and calibration of an element, in files."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from typing import Any
+
+from .. import threads
+from ..device import (
+    Calibration,
+    Loop,
+    MemoryElement,
+    Settings,
+    calibration_file,
+    new_element,
+    snapshot,
+    state_file,
+)
+from ..device.calibration import calibration_key
+from ..physics import Design, StateError
+from .files import confined
+from .journal import Journal
+from .settings import StateSettings
+from .worker import Worker
+
+
+class Store:
+    """Keeps the state of an element in a file, its calibrations beside it; an empty path: none.
+
+    The disk is written by a worker's thread, in the order in which states were taken: neither
+    the loop nor whoever asks waits for it.
+
+    Attributes:
+        path: The state file, or None.
+    """
+
+    def __init__(self, settings: StateSettings, root: str, journal: Journal) -> None:
+        """Look at no file yet.
+
+        Args:
+            settings: Path and interval.
+            root: What the path is confined to; see `files`.
+            journal: Where it is told what is restored and what cannot be saved.
+
+        Raises:
+            SettingsError: The path cannot be one, or leads out of the root.
+        """
+        self.path = confined(settings.path, root) if settings.path else None
+        self._calibrations = calibration_file.beside(self.path) if self.path else None
+        self._calibrated: tuple[str, Calibration] | None = None
+        self._interval = settings.interval
+        self._due = threads.monotonic() + self._interval
+        self._journal = journal
+        self._worker = Worker('mlmem-store', journal)
+
+    def new_element(self, design: Design, settings: Settings) -> MemoryElement:
+        """Return a blank device, calibrated as it was when it had this design and settings last.
+
+        A new combination of them is calibrated on an ideal element, which takes its time, and
+        is known from then on.
+
+        Raises:
+            StateError: The file of calibrations is damaged, or cannot be read or written.
+            SettingsError: It cannot be calibrated.
+            DesignError: The step is beyond the stability limit.
+        """
+        if self._calibrations is None:
+            return new_element(design, settings)
+        key = calibration_key(design, settings)
+        known = calibration_file.load(self._calibrations, key, design.levels)
+        element = new_element(design, settings, known)
+        if known is None:
+            calibration_file.save(self._calibrations, key, element.calibration)
+        self._calibrated = key, element.calibration
+        return element
+
+    def restore(self, element: MemoryElement) -> None:
+        """Give a new device the saved state, if there is one.
+
+        Raises:
+            StateError: The file is damaged, or belongs to another design.
+        """
+        if self.path is None:
+            return
+        saved = state_file.load(self.path)
+        if saved is None:
+            self._journal.info(f'no state in {self.path} yet: the element is blank')
+            return
+        saved.setdefault('calibration_key', '')  # 0.1.0 told none, and had other pulses
+        try:
+            snapshot.restore(element, saved)
+        except StateError as error:
+            raise StateError(f'{self.path} does not belong to this design: {error}') from error
+        self._journal.info(f'state restored from {self.path}')
+
+    def keep(self, element: MemoryElement) -> Future[None]:
+        """Save the present state of an idle device; to be called where no tick is under way.
+
+        Returns:
+            None once it is safe on the disk; `StateError` or `Overdue` where it is not, which is
+            logged, too.
+        """
+        if self.path is None:
+            saved: Future[None] = threads.Future()
+            saved.set_result(None)
+            return saved
+        taken = snapshot.take(element)
+        self._due = threads.monotonic() + self._interval
+        saved = self._worker.do(f'saving the state in {self.path}', lambda: self._save(taken))
+        saved.add_done_callback(self._tell)
+        return saved
+
+    def tend(self, loop: Loop | None) -> None:
+        """Save where the interval is over, answer who waits too long; about once a second."""
+        self._worker.tend()
+        if self.path is None or self._interval == 0.0 or loop is None:
+            return
+        now = threads.monotonic()
+        if now >= self._due and not loop.element.procedure:
+            self._due = now + self._interval
+            loop.call(lambda: self._keep_if_idle(loop.element))
+
+    def close(self) -> bool:
+        """Wait until all that was kept is saved; return whether it is."""
+        return self._worker.wait()
+
+    def _keep_if_idle(self, element: MemoryElement) -> None:
+        with self._journal.guarded('taking the state'):
+            if not element.procedure:  # else the next time will do
+                self.keep(element)
+
+    def _save(self, taken: dict[str, Any]) -> None:
+        assert self.path is not None
+        state_file.save(self.path, taken)
+        learnt = taken['calibration_key'], Calibration.from_dict(taken['calibration'])
+        if self._calibrations is not None and learnt != self._calibrated:
+            calibration_file.save(self._calibrations, *learnt)
+            self._calibrated = learnt
+
+    def _tell(self, saved: Future[None]) -> None:
+        if (error := saved.exception()) is not None:
+            self._journal.error(str(error))
