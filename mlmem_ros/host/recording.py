@@ -101,9 +101,18 @@ class Recording:
         return topic in self._types and not self.full
 
     def put(self, topic: str, cdr: bytes) -> None:
-        """Take a message as it goes over the wire, if it is wanted; never waits."""
+        """Take a message as it goes over the wire, if it is wanted; never waits.
+
+        One that is no message of its topic's type would spoil the bag for its readers: it is
+        left out, which is told.
+        """
         if self.takes(topic):
-            self._put(topic, jazzy().trim(cdr, self._types[topic]))
+            try:
+                trimmed = jazzy().trim(cdr, self._types[topic])
+            except BagError as error:
+                self._journal.refused(f'recording {topic}', error)
+            else:
+                self._put(topic, trimmed)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
         """Record the commands of a tick, and the state's hash where it is due."""

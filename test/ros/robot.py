@@ -14,7 +14,13 @@ from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
 from sensor_msgs.msg import Imu, JointState, Range
 from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, Int16, UInt8
 from std_srvs.srv import SetBool, Trigger
@@ -27,6 +33,8 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 SENSOR = qos_profile_sensor_data
+EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+"""Of a client that has many requests under way: with rclpy's default it hears the last ten."""
 
 IN = {
     'strain': Float64,
@@ -171,7 +179,9 @@ class Robot:
         """Send a request; return the future of its answer."""
         kind = kind or SERVICES[service]
         if service not in self._clients:
-            self._clients[service] = self.node.create_client(kind, self.name(service))
+            self._clients[service] = self.node.create_client(
+                kind, self.name(service), qos_profile=EVERY_ONE
+            )
         client = self._clients[service]
         self.wait(client.service_is_ready, f'service {service}')
         return client.call_async(request or kind.Request())

@@ -1,0 +1,180 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever a client sends, every request is answered once and the node lives on.
+
+One node takes all of it; every test ends with a read that it has to answer, and the last one asks
+it to end.
+"""
+
+import signal
+
+import pytest
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.serialization import serialize_message
+from robot import RELIABLE, Robot, values
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from mlmem_ros.bag.replay import replay
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.ros.run import ENDED
+
+
+@pytest.fixture(scope='module')
+def node(start_shared):
+    return start_shared(parameters={'scale.time': 1e-5})
+
+
+@pytest.fixture
+def robot(node):
+    with Robot(node.element) as robot:
+        yield robot
+        assert node.running
+        assert robot.trigger('read')['procedure'] == 'read'
+
+
+def state(robot):
+    return robot.response(
+        robot.send('get_state', GetState.Request(), GetState)
+    ).current_state.label
+
+
+def change(robot, **transition):
+    request = ChangeState.Request()
+    for name, value in transition.items():
+        setattr(request.transition, name, value)
+    return robot.response(robot.send('change_state', request, ChangeState)).success
+
+
+ACTIVE_CAN = {4, 7}
+"""Transitions of an active node: deactivate, and shut down."""
+
+
+def test_transitions_that_are_not_open_now_are_refused(robot, node):
+    for number in sorted(set(range(256)) - ACTIVE_CAN):
+        assert not change(robot, id=number), number
+    assert not change(robot, label='activate')
+    assert not change(robot, label='no such transition')
+    assert state(robot) == 'active'
+    assert 'Traceback' not in node.output
+
+
+def test_a_parameter_of_no_known_type_is_refused(robot):
+    for kind in (10, 200, 255):
+        odd = Parameter(name='target_level', value=ParameterValue(type=kind))
+        good = Parameter(name='target_level', value=ParameterValue(type=2, integer_value=1))
+        request = SetParameters.Request(parameters=[odd, good])
+        answer = robot.response(robot.send('set_parameters', request, SetParameters))
+        assert [result.successful for result in answer.results] == [False, False]
+        assert str(kind) in answer.results[0].reason
+        request = SetParametersAtomically.Request(parameters=[good, odd])
+        answer = robot.response(
+            robot.send('set_parameters_atomically', request, SetParametersAtomically)
+        )
+        assert not answer.result.successful
+    assert robot.get('target_level') == 0
+
+
+@pytest.mark.parametrize(
+    ('path', 'why'),
+    [
+        ('~nosuchuser/x', 'home'),
+        ('/', 'folder'),
+        ('.', 'folder'),
+        ('..', 'folder'),
+        ('x' * 300, 'too long'),
+    ],
+)
+@pytest.mark.parametrize('parameter', ['record.path', 'state.path'])
+def test_a_path_that_can_be_none_is_refused_when_it_is_set(robot, parameter, path, why):
+    result = robot.try_set(parameter, path)
+    assert not result.successful
+    assert result.reason.startswith(parameter)
+    if parameter == 'record.path':
+        assert why in result.reason
+        assert robot.get('record.path') == ''
+
+
+def test_of_many_requests_to_record_one_is_done(robot, tmp_path):
+    robot.set(record__path=str(tmp_path / 'session'))
+    for on in (True, False):
+        sent = [robot.send('record', SetBool.Request(data=on)) for _ in range(20)]
+        answers = [robot.answer(future) for future in sent]
+        (done,) = [answer for answer in answers if answer.success]
+        assert done == {'recording': on, 'path': str(tmp_path / 'session')}
+        why = 'busy: recording into' if on else 'nothing is being recorded'
+        assert all(why in answer['error'] for answer in answers if not answer.success)
+    assert [path.name for path in tmp_path.iterdir()] == ['session']
+    robot.set(record__path='')
+
+
+def test_views_may_be_asked_for_while_a_recording_begins(robot, tmp_path):
+    robot.set(record__path=str(tmp_path / 'session'))
+    begun = robot.send('record', SetBool.Request(data=True))
+    robot.set(record__views=True)
+    assert robot.answer(begun).success
+    assert robot.trigger('read').success
+    assert robot.record(False).success
+    assert replay(load(tmp_path / 'session')).exact
+    robot.set(record__views=False, record__path='')
+
+
+def test_steps_are_all_answered_though_time_runs(robot):
+    sent = [robot.send('step') for _ in range(50)]
+    answers = [robot.answer(future) for future in sent]
+    assert len(answers) == 50
+    assert all('only while paused' in answer['error'] for answer in answers)
+
+
+def test_messages_that_cannot_be_decoded_do_no_harm(robot):
+    """A text that is no UTF-8, a length beyond the end, nothing at all."""
+    message = JointTrajectory()
+    message.header.frame_id = 'frame'
+    good = serialize_message(message)
+    publisher = robot.node.create_publisher(
+        JointTrajectory, robot.name('strain_trajectory'), RELIABLE
+    )
+    robot.wait(publisher.get_subscription_count, 'a subscriber')
+    for bad in (
+        good.replace(b'frame', b'\xff\xfe\xff\xfe\xff'),
+        good[:9],
+        good[:4] + b'\xff' * 40,
+    ):
+        publisher.publish(bad)
+    assert robot.trigger('read').success
+
+
+def test_a_flood_of_bad_messages_leaves_a_short_log(robot, node):
+    before = len(node.output)
+    long = JointTrajectory(joint_names=['j' * 5_000_000])
+    for _ in range(3):
+        robot.send_message('strain_trajectory', long)
+    for _ in range(2000):
+        robot.publish('strain', float('nan'))
+    assert robot.trigger('read').success
+    refused = robot.latest(
+        '/diagnostics', lambda array: int(values(array.status[0]).get('refused', 0)) > 100
+    )
+    assert refused
+    assert len(node.output) - before < 20_000
+
+
+def test_a_trajectory_whose_points_are_no_strains_is_refused(robot, node):
+    message = JointTrajectory(joint_names=['substrate'])
+    message.points = [JointTrajectoryPoint(positions=[0.0, 0.0]), JointTrajectoryPoint()]
+    robot.send_message('strain_trajectory', message)
+    robot.wait(lambda: 'one position' in node.output, 'the refusal in the log')
+
+
+def test_sim_time_is_not_switched_while_time_runs(robot):
+    result = robot.try_set('use_sim_time', True)
+    assert not result.successful
+    assert 'not active' in result.reason
+
+
+def test_at_the_end_it_ends_as_it_is_asked_to(node):
+    node.signal(signal.SIGINT)
+    assert node.exit_status() == ENDED
+    assert 'Traceback' not in node.output
