@@ -1,11 +1,123 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Files that survive a power cut: what is on the disk is the old content or the new, whole."""
+"""Files that survive a power cut: the one place that asks the system for them.
+
+It uses the functions of `os` alone, each by its name in that module, so that a test may put a
+disk of its own there. A call that a signal interrupts is repeated by Python itself.
+"""
 
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
+
+_AT_ONCE = 2**20  # bytes asked for when reading
+
+
+class DurableFile:
+    """A file that is written from its beginning to its end, and synced on the way.
+
+    Nothing is kept back in memory: what `write` has taken survives the death of the program,
+    what `sync` has confirmed that of the machine.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        """Take over an open file.
+
+        Args:
+            descriptor: Of a file open for writing.
+        """
+        self._descriptor = descriptor
+
+    def write(self, content: bytes) -> None:
+        """Append bytes, all of them, in as many pieces as the system takes.
+
+        Raises:
+            OSError: The disk is full or failed; a part may have been written.
+        """
+        rest = memoryview(content)
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
+
+    def sync(self) -> None:
+        """Wait until the disk has all that was written.
+
+        Raises:
+            OSError: The disk failed: what was written since the last sync may be lost, and
+                syncing again would not tell.
+        """
+        os.fsync(self._descriptor)
+
+    @property
+    def deleted(self) -> bool:
+        """Whether the file has lost its name; the system gladly goes on writing into it."""
+        return os.fstat(self._descriptor).st_nlink == 0
+
+    def close(self) -> None:
+        """Let go of the file; it stays written, not synced. Closing again does nothing.
+
+        Raises:
+            OSError: The system kept an error for the end; the file is closed all the same.
+        """
+        descriptor, self._descriptor = self._descriptor, -1
+        if descriptor >= 0:
+            os.close(descriptor)
+
+
+def create(path: Path) -> DurableFile:
+    """Create a file, so that its name survives.
+
+    Args:
+        path: The file, which must not exist.
+
+    Raises:
+        OSError: It exists, its directory is gone, the disk is full or refuses.
+        ValueError: The path has a NUL character.
+    """
+    file = DurableFile(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
+    try:
+        sync_directory(path.parent)
+    except BaseException:
+        close_quietly(file)
+        raise
+    return file
+
+
+def close_quietly(file: DurableFile) -> None:
+    """Let go of a file after an error, which is told already."""
+    with suppress(OSError):
+        file.close()
+
+
+def make_directory(path: Path, *, exist_ok: bool = False) -> None:
+    """Make a directory and its missing parents, so that their names survive.
+
+    Args:
+        path: The directory.
+        exist_ok: Whether it may be there; that it is stays true after a power cut.
+
+    Raises:
+        OSError: It is there already, or cannot be made.
+        ValueError: The path has a NUL character.
+    """
+    try:
+        try:
+            os.mkdir(path)
+        except FileNotFoundError:
+            if path.parent == path:
+                raise
+            make_directory(path.parent, exist_ok=True)
+            os.mkdir(path)
+    except FileExistsError:
+        if not (exist_ok and os.path.isdir(path)):
+            raise
+        # Who made it may have died before it was synced. A parent that we may not read was
+        # there before us.
+        with suppress(PermissionError):
+            sync_directory(path.parent)
+        return
+    sync_directory(path.parent)
 
 
 def sync_directory(path: Path) -> None:
@@ -17,7 +129,7 @@ def sync_directory(path: Path) -> None:
     Raises:
         OSError: The directory is gone or the disk refuses.
     """
-    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
     finally:
@@ -32,18 +144,52 @@ def write_atomically(path: Path, text: str) -> None:
         text: Its new content, written as UTF-8.
 
     Raises:
-        OSError: The directory is gone, the disk is full or writing is not permitted.
+        OSError: The directory is gone, the disk is full or writing is not permitted. Only when
+            the very last step fails, to sync the directory, the new content is there already,
+            and a power cut may bring back the old one.
+        ValueError: The path has a NUL character, or the text lone surrogates.
     """
+    content = text.encode()
     # The temporary file lies beside its target because a rename is atomic only within one
     # file system. It is hidden so that no tool takes it for a part of the bag.
     temporary = path.with_name(f'.{path.name}.new')
+    flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
+    file = DurableFile(os.open(temporary, flags, 0o666))
     try:
-        with temporary.open('w', encoding='utf-8', newline='') as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        temporary.replace(path)
+        try:
+            file.write(content)
+            file.sync()
+        finally:
+            file.close()
+        os.replace(temporary, path)
     except OSError:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            os.unlink(temporary)
         raise
     sync_directory(path.parent)
+
+
+def read_text(path: Path) -> str:
+    """Return the content of a file.
+
+    Raises:
+        FileNotFoundError: There is none.
+        OSError: It cannot be read.
+        ValueError: It is no UTF-8, or the path has a NUL character.
+    """
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        pieces = iter(lambda: os.read(descriptor, _AT_ONCE), b'')
+        return b''.join(pieces).decode()
+    finally:
+        os.close(descriptor)
+
+
+def exists(path: Path) -> bool:
+    """Return whether there is something of this name; False for what cannot be looked at."""
+    return os.path.lexists(path)
+
+
+def reason(error: Exception) -> str:
+    """Return why the system refused, for a message of our own."""
+    return getattr(error, 'strerror', None) or str(error)

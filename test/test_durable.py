@@ -1,12 +1,30 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A file is replaced whole or not at all."""
+"""A file is replaced whole or not at all, and what fails leaves nothing behind."""
 
 import os
 
 import pytest
 
-from mlmem_ros.durable import write_atomically
+from mlmem_ros import durable
+from mlmem_ros.durable import make_directory, write_atomically
+
+
+@pytest.fixture
+def refuse(monkeypatch):
+    """Let a function of the system fail from now on."""
+
+    def refuse(name):
+        def fails(*_):
+            raise OSError(28, 'No space left on device')
+
+        monkeypatch.setattr(os, name, fails)
+
+    return refuse
+
+
+def open_files():
+    return os.listdir('/proc/self/fd')
 
 
 def test_the_old_content_is_replaced(tmp_path):
@@ -16,15 +34,63 @@ def test_the_old_content_is_replaced(tmp_path):
     assert file.read_text() == 'new'
 
 
-def test_a_failed_write_leaves_the_old_content(tmp_path, monkeypatch):
+@pytest.mark.parametrize('step', ['write', 'fsync', 'replace'])
+def test_a_failed_write_leaves_the_old_content(tmp_path, refuse, step):
     file = tmp_path / 'file'
     write_atomically(file, 'old')
-
-    def refuse(descriptor):
-        raise OSError(28, 'No space left on device')
-
-    monkeypatch.setattr(os, 'fsync', refuse)
+    before = open_files()
+    refuse(step)
     with pytest.raises(OSError, match='No space left'):
         write_atomically(file, 'new')
     assert file.read_text() == 'old'
     assert list(tmp_path.iterdir()) == [file]
+    assert open_files() == before
+
+
+def test_text_that_is_no_unicode_leaves_the_old_content(tmp_path):
+    file = tmp_path / 'file'
+    write_atomically(file, 'old')
+    with pytest.raises(ValueError, match='surrogates'):
+        write_atomically(file, '\ud800')
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_all_bytes_are_written_although_the_system_takes_few_at_a_time(tmp_path, monkeypatch):
+    write = os.write
+    monkeypatch.setattr(os, 'write', lambda descriptor, content: write(descriptor, content[:3]))
+    write_atomically(tmp_path / 'file', 'more than three bytes')
+    assert durable.read_text(tmp_path / 'file') == 'more than three bytes'
+
+
+def test_a_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
+    before = open_files()
+    refuse('fsync')
+    with pytest.raises(OSError, match='No space left'):
+        durable.create(tmp_path / 'file')
+    assert open_files() == before
+
+
+def test_a_closed_file_does_not_close_another_one_of_its_number(tmp_path):
+    first = durable.create(tmp_path / 'first')
+    first.close()
+    second = durable.create(tmp_path / 'second')
+    first.close()
+    second.write(b'still open')
+    second.close()
+
+
+def test_every_directory_that_is_made_is_synced_into_its_parent(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(durable, 'sync_directory', synced.append)
+    make_directory(tmp_path / 'a' / 'b' / 'c')
+    assert synced[-2:] == [tmp_path / 'a', tmp_path / 'a' / 'b']
+    assert tmp_path in synced
+
+
+def test_a_directory_that_is_there_is_refused_unless_it_may_be(tmp_path):
+    make_directory(tmp_path, exist_ok=True)
+    with pytest.raises(FileExistsError):
+        make_directory(tmp_path)
+    (tmp_path / 'file').touch()
+    with pytest.raises(FileExistsError):
+        make_directory(tmp_path / 'file', exist_ok=True)

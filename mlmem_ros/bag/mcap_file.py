@@ -9,11 +9,9 @@ they stand outside, and the file is put together from mcap's public record class
 
 from __future__ import annotations
 
-import os
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 
 from mcap.opcode import Opcode
@@ -30,7 +28,7 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-from ..durable import sync_directory
+from .. import durable
 from .definitions import Definition
 from .errors import BagError, storage_errors
 from .mcap_chunk import ChunkBuilder
@@ -71,10 +69,13 @@ class McapFile:
         self._metadata_indexes: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()
         with storage_errors(f'create {path}'):
-            self._stream = path.open('xb')
-            sync_directory(path.parent)
-        self._write(MCAP0_MAGIC)
-        self._write_record(Header('ros2', f'mlmem_ros {LIBRARY_IDENTIFIER}'))
+            self._file = durable.create(path)
+        try:
+            self._write(MCAP0_MAGIC)
+            self._write_record(Header('ros2', f'mlmem_ros {LIBRARY_IDENTIFIER}'))
+        except BagError:
+            self.abandon()
+            raise
 
     @property
     def size(self) -> int:
@@ -153,10 +154,8 @@ class McapFile:
         """
         self._finish_chunk()
         with storage_errors(f'write {self.path}'):
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
-            # The system gladly goes on writing into a file that no longer has a name.
-            deleted = os.fstat(self._stream.fileno()).st_nlink == 0
+            self._file.sync()
+            deleted = self._file.deleted
         if deleted:
             raise BagError(f'Cannot write {self.path}: it was deleted while being written.')
 
@@ -172,12 +171,11 @@ class McapFile:
         self._write(MCAP0_MAGIC)
         self.sync()
         with storage_errors(f'close {self.path}'):
-            self._stream.close()
+            self._file.close()
 
     def abandon(self) -> None:
         """Let go of the file as it is, after an error."""
-        with suppress(OSError):
-            self._stream.close()  # tries once more to write what is buffered
+        durable.close_quietly(self._file)
 
     def _finish_chunk(self) -> None:
         if not self._chunk.size:
@@ -233,7 +231,7 @@ class McapFile:
 
     def _write(self, content: bytes) -> int:
         with storage_errors(f'write {self.path}'):
-            self._stream.write(content)
+            self._file.write(content)
         self._offset += len(content)
         self._crc = zlib.crc32(content, self._crc)
         return len(content)

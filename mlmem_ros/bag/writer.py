@@ -13,7 +13,7 @@ from operator import index
 from os import PathLike
 from pathlib import Path
 
-from ..durable import sync_directory
+from ..durable import make_directory
 from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
 from .ledger import Ledger
@@ -243,21 +243,21 @@ class BagWriter:
     def _create_directory(self) -> None:
         with storage_errors(f'create {self.path}'):
             try:
-                self.path.mkdir(parents=True)
+                make_directory(self.path)
             except FileExistsError as error:
                 raise BagError(
                     f'{self.path} exists already and a bag is never overwritten; '
                     'choose another path.'
                 ) from error
-            sync_directory(self.path.parent)
 
     def _open_file(self) -> None:
         self._file = McapFile(self.path / self._ledger.add_file(), self._compression)
         metadata = self._metadata()
-        self._file.write_metadata(metadata.record_text())
-        for channel in self._channels.values():
-            self._declare(channel)
-        metadata.write(self.path)
+        with self._storage():
+            self._file.write_metadata(metadata.record_text())
+            for channel in self._channels.values():
+                self._declare(channel)
+            metadata.write(self.path)
 
     def _close_file(self) -> None:
         self._file.write_metadata(self._metadata().record_text())

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..durable import write_atomically
+from .. import durable
 from ..physics import StateError
 from .calibration import Calibration
 from .errors import SettingsError
@@ -59,21 +59,24 @@ def save(path: Path, key: str, calibration: Calibration) -> None:
     kept[key] = calibration.as_dict()
     newest = dict(list(kept.items())[-KEPT:])
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, json.dumps({'format': FORMAT, 'calibrations': newest}))
-    except OSError as error:
-        raise StateError(f'the calibration cannot be saved in {path}: {error.strerror}') from error
+        durable.make_directory(path.parent, exist_ok=True)
+        text = json.dumps({'format': FORMAT, 'calibrations': newest})
+        durable.write_atomically(path, text)
+    except (OSError, ValueError) as error:
+        why = durable.reason(error)
+        raise StateError(f'the calibration cannot be saved in {path}: {why}') from error
 
 
 def _load(path: Path) -> dict[str, Any]:
     """Return what a file keeps, by key; nothing where there is none yet."""
     try:
-        content = json.loads(path.read_text(encoding='utf-8'))
+        content = json.loads(durable.read_text(path))
     except FileNotFoundError:
         return {}
     except OSError as error:
-        raise StateError(f'calibrations cannot be read from {path}: {error.strerror}') from error
-    except ValueError as error:
+        why = durable.reason(error)
+        raise StateError(f'calibrations cannot be read from {path}: {why}') from error
+    except (ValueError, RecursionError) as error:
         raise _damaged(path, str(error)) from error
     kept = content.get('calibrations') if isinstance(content, Mapping) else None
     if not isinstance(kept, dict) or content.get('format') != FORMAT:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..durable import write_atomically
+from .. import durable
 from ..physics import StateError
 
 FORMAT = 1
@@ -27,10 +27,12 @@ def save(path: Path, snapshot: Mapping[str, Any]) -> None:
         StateError: The file cannot be written; the message says why.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, json.dumps({'format': FORMAT, 'snapshot': dict(snapshot)}))
-    except OSError as error:
-        raise StateError(f'the state cannot be saved in {path}: {error.strerror}') from error
+        durable.make_directory(path.parent, exist_ok=True)
+        text = json.dumps({'format': FORMAT, 'snapshot': dict(snapshot)})
+        durable.write_atomically(path, text)
+    except (OSError, ValueError) as error:
+        why = durable.reason(error)
+        raise StateError(f'the state cannot be saved in {path}: {why}') from error
 
 
 def load(path: Path) -> dict[str, Any] | None:
@@ -40,12 +42,13 @@ def load(path: Path) -> dict[str, Any] | None:
         StateError: The file cannot be read, or holds no snapshot.
     """
     try:
-        content = json.loads(path.read_text(encoding='utf-8'))
+        content = json.loads(durable.read_text(path))
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise StateError(f'the state cannot be read from {path}: {error.strerror}') from error
-    except ValueError as error:
+        why = durable.reason(error)
+        raise StateError(f'the state cannot be read from {path}: {why}') from error
+    except (ValueError, RecursionError) as error:
         raise StateError(f'{path} must be a state file; it is damaged: {error}') from error
     if not isinstance(content, dict) or content.get('format') != FORMAT:
         raise StateError(

@@ -5,6 +5,7 @@
 import os
 import resource
 import shutil
+from contextlib import suppress
 from itertools import pairwise
 
 import pytest
@@ -225,3 +226,21 @@ def test_a_missing_permission_is_told(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(BagError, match='Permission denied'):
         BagWriter(tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('calls', range(1, 8))
+def test_a_bag_that_cannot_be_created_leaves_no_file_open(tmp_path, monkeypatch, calls):
+    before = os.listdir('/proc/self/fd')
+    sync = os.fsync
+    left = [calls]
+
+    def fails_after_some(descriptor):
+        left[0] -= 1
+        if left[0] <= 0:
+            raise OSError(28, 'No space left on device')
+        sync(descriptor)
+
+    monkeypatch.setattr(os, 'fsync', fails_after_some)
+    with suppress(BagError):
+        BagWriter(tmp_path / 'bag').close()
+    assert os.listdir('/proc/self/fd') == before
