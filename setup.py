@@ -23,6 +23,7 @@ EXTRAS = {
         'pytest-timeout>=2.1',
         'pytest-xdist>=3.4',
         'hypothesis>=6.98',
+        'greenlet>=3',
         'scipy>=1.11',
         'mpmath>=1.3',
         'distributed>=2023.5',

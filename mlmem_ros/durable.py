@@ -95,29 +95,33 @@ def make_directory(path: Path, *, exist_ok: bool = False) -> None:
 
     Args:
         path: The directory.
-        exist_ok: Whether it may be there; that it is stays true after a power cut.
+        exist_ok: Whether it may be there already.
 
     Raises:
         OSError: It is there already, or cannot be made.
         ValueError: The path has a NUL character.
     """
     try:
-        try:
-            os.mkdir(path)
-        except FileNotFoundError:
-            if path.parent == path:
-                raise
-            make_directory(path.parent, exist_ok=True)
-            os.mkdir(path)
+        os.mkdir(path)
+    except FileNotFoundError:
+        if path.parent == path:
+            raise
+        make_directory(path.parent, exist_ok=True)
+        os.mkdir(path)
     except FileExistsError:
         if not (exist_ok and os.path.isdir(path)):
             raise
-        # Who made it may have died before it was synced. A parent that we may not read was
-        # there before us.
-        with suppress(PermissionError):
-            sync_directory(path.parent)
+        _sync_again(path.parent)
         return
     sync_directory(path.parent)
+    for ancestor in path.parent.parents:
+        _sync_again(ancestor)
+
+
+def _sync_again(path: Path) -> None:
+    """Sync a directory in case that who made its entry died before; it need not be ours."""
+    with suppress(OSError):
+        sync_directory(path)
 
 
 def sync_directory(path: Path) -> None:

@@ -1,0 +1,368 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A file system in memory that may fail at every call, and forgets what was not synced.
+
+It offers the functions of `os` that `mlmem_ros.durable` uses. What a file or a directory holds
+is known twice: as the system shows it, and as the disk has it. When the power goes, what was
+written since the last sync is lost, kept, or kept in parts, as the seed says.
+"""
+
+import errno
+import os
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+
+from mlmem_ros import durable
+
+from .scheduler import Killed
+
+HEALTHY = ('', 0.0)
+REASONS = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)
+
+
+@dataclass(eq=False)
+class File:
+    """A file: what it shows, what is safe, and the writes in between (offset, bytes, doubtful)."""
+
+    shown: bytearray = field(default_factory=bytearray)
+    safe: bytes = b''
+    writes: list = field(default_factory=list)
+    names: int = 1
+
+    def sync(self):
+        """Make safe what was written, but for what an earlier sync failed to."""
+        self.safe = _after(self.safe, [write for write in self.writes if not write[2]])
+        self.writes = [write for write in self.writes if write[2]]
+
+    def doubt(self):
+        """Hold what was written for lost: a sync failed, and the next one will not tell."""
+        self.writes = [(offset, content, True) for offset, content, _ in self.writes]
+
+    def lose(self, random):
+        """Lose what was not safe, or parts of it."""
+        kept = _some(self.writes, random)
+        if kept and random.random() < 0.5:
+            offset, content, _ = kept[-1]
+            kept[-1] = offset, content[: random.randrange(len(content) + 1)], False
+        self.safe = _after(self.safe, kept)
+        self.shown, self.writes, self.names = bytearray(self.safe), [], 0
+
+
+@dataclass(eq=False)
+class Directory:
+    """A directory: its entries as shown, as safe, and the changes in between.
+
+    A change is a mapping of names to what they stand for now, None for nothing: a rename changes
+    two names, and takes place whole or not at all.
+    """
+
+    shown: dict = field(default_factory=dict)
+    safe: dict = field(default_factory=dict)
+    changes: list = field(default_factory=list)
+    names: int = 1
+
+    def change(self, **names):
+        """Change entries."""
+        self.changes.append(names)
+        self.shown = _changed(self.shown, names)
+
+    def sync(self):
+        """Make the entries safe."""
+        self.safe, self.changes = dict(self.shown), []
+
+    def doubt(self):
+        """Nothing: a directory's changes stand in the journal, and the next sync tells."""
+
+    def lose(self, random):
+        """Lose changes that were not safe, or some of them; and so in all that is below."""
+        for names in _some(self.changes, random):
+            self.safe = _changed(self.safe, names)
+        self.shown, self.changes = dict(self.safe), []
+        for node in self.shown.values():
+            node.lose(random)
+            node.names = 1
+
+
+class Disk:
+    """A disk and the system's calls to it.
+
+    Attributes:
+        calls: How many there have been.
+        trouble: What befalls every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
+            is any of them now and then, and short writes.
+        open_files: What the process holds open, by descriptor.
+    """
+
+    def __init__(self, scheduler):
+        """Prepare an empty disk.
+
+        Args:
+            scheduler: Its tasks may hand over, or be held up, at every call.
+        """
+        self.calls = 0
+        self.trouble = ''
+        self.open_files = {}
+        self._root = Directory()
+        self._scheduler = scheduler
+        self._held_up = []
+
+    # --- for the experimenter ------------------------------------------------------------
+
+    def move_to(self, scheduler):
+        """Go on in another world."""
+        self._scheduler = scheduler
+
+    def heal(self):
+        """End all trouble; who was held up goes on."""
+        self.trouble = ''
+        held_up, self._held_up = self._held_up, []
+        for task in held_up:
+            self._scheduler.wake(task)
+
+    def kill(self):
+        """The process dies: its files are closed, what the system shows stays."""
+        self.open_files.clear()
+        self.trouble = ''
+        self._held_up.clear()
+
+    def cut_power(self):
+        """The process dies, and with it all that was not safe."""
+        self.kill()
+        self._root.lose(self._scheduler.random)
+
+    def materialise(self, folder):
+        """Write all files into a folder of the real file system."""
+        _write_out(self._root, Path(folder))
+
+    def names(self, path='/'):
+        """Return what a directory holds; nothing where there is none."""
+        try:
+            return sorted(self._find(Path(path)).shown)
+        except OSError:
+            return []
+
+    # --- the system's calls --------------------------------------------------------------
+
+    def open(self, path, flags, mode=0o777):
+        del mode
+        self._call('open', path)
+        parent, name = self._parent(path)
+        node = parent.shown.get(name) if name else parent
+        if node is None:
+            if not flags & os.O_CREAT:
+                raise _error(errno.ENOENT, path)
+            node = File()
+            parent.change(**{name: node})
+        elif flags & os.O_EXCL:
+            raise _error(errno.EEXIST, path)
+        if isinstance(node, Directory) != bool(flags & os.O_DIRECTORY):
+            raise _error(errno.EISDIR if isinstance(node, Directory) else errno.ENOTDIR, path)
+        if flags & os.O_TRUNC and node.shown:
+            # A truncated file may come back with the old content, the new, or none.
+            node.shown, node.safe = bytearray(), b''
+            node.writes.clear()
+        number = next(n for n in range(3, 1000) if n not in self.open_files)
+        self.open_files[number] = SimpleNamespace(node=node, at=0, path=str(path))
+        return number
+
+    def write(self, descriptor, content):
+        open_file = self._open_file(descriptor)
+        taken = self._call('write', open_file.path, len(content))
+        node, content = open_file.node, bytes(content[:taken])
+        node.writes.append((open_file.at, content, False))
+        node.shown[open_file.at : open_file.at + taken] = content
+        open_file.at += taken
+        return taken
+
+    def read(self, descriptor, count):
+        open_file = self._open_file(descriptor)
+        self._call('read', open_file.path)
+        content = bytes(open_file.node.shown[open_file.at : open_file.at + count])
+        open_file.at += len(content)
+        return content
+
+    def fsync(self, descriptor):
+        node = self._open_file(descriptor).node
+        try:
+            self._call('fsync', self._open_file(descriptor).path)
+        except OSError:
+            node.doubt()
+            raise
+        node.sync()
+
+    def fstat(self, descriptor):
+        open_file = self._open_file(descriptor)
+        self._call('fstat', open_file.path)
+        return SimpleNamespace(st_nlink=open_file.node.names, st_size=len(open_file.node.shown))
+
+    def close(self, descriptor):
+        path = self._open_file(descriptor).path
+        try:
+            self._call('close', path)
+        finally:
+            self.open_files.pop(descriptor, None)
+
+    def replace(self, source, target):
+        self._call('replace', target)
+        (directory, old), (there, new) = self._parent(source), self._parent(target)
+        assert directory is there, 'a rename across directories is not modelled'
+        if old not in directory.shown:
+            raise _error(errno.ENOENT, source)
+        if new in directory.shown:
+            directory.shown[new].names = 0
+        directory.change(**{old: None, new: directory.shown[old]})
+
+    def unlink(self, path):
+        self._call('unlink', path)
+        directory, name = self._parent(path)
+        if name not in directory.shown:
+            raise _error(errno.ENOENT, path)
+        directory.shown[name].names = 0
+        directory.change(**{name: None})
+
+    def mkdir(self, path, mode=0o777):
+        del mode
+        self._call('mkdir', path)
+        parent, name = self._parent(path)
+        if not name or name in parent.shown:
+            raise _error(errno.EEXIST, path)
+        parent.change(**{name: Directory()})
+
+    def isdir(self, path):
+        try:
+            return isinstance(self._find(Path(path)), Directory)
+        except OSError:
+            return False
+
+    def lexists(self, path):
+        try:
+            self._find(Path(path))
+        except OSError:
+            return False
+        return True
+
+    # --- what may befall a call ----------------------------------------------------------
+
+    def _call(self, name, path, size=0):
+        """Hand over, be held up, fail; return how many bytes are taken."""
+        scheduler = self._scheduler
+        task = scheduler.current
+        if task is None:
+            return size
+        if task.ended:
+            raise Killed
+        scheduler.handover((name, str(path)))
+        self.calls += 1
+        trouble = self.trouble
+        if not trouble:
+            return size
+        chance = scheduler.random
+        if trouble == 'moody':
+            dice = chance.random()
+            if dice > 0.3:
+                return size
+            if dice > 0.15:
+                return chance.randint(1, size) if size else 0
+            trouble = 'full' if dice > 0.1 else 'fails' if dice > 0.03 else 'hangs a while'
+        if trouble == 'full' and name in ('write', 'open', 'mkdir', 'fsync', 'replace'):
+            raise _error(errno.ENOSPC, path)
+        if trouble == 'fails':
+            raise _error(chance.choice(REASONS), path)
+        if trouble.startswith('hangs'):
+            scheduler.note(('held up', name, str(path)))
+            self._held_up.append(task)
+            while_ = None if trouble == 'hangs' else chance.choice((0.01, 1.0, 30.0))
+            if not scheduler.block(f'the disk to {name} {path}', while_):
+                self._held_up.remove(task)
+        return size
+
+    # --- names ---------------------------------------------------------------------------
+
+    def _open_file(self, descriptor):
+        task = self._scheduler.current
+        if task is not None and task.ended:
+            raise Killed
+        try:
+            return self.open_files[descriptor]
+        except KeyError:
+            raise _error(errno.EBADF, descriptor) from None
+
+    def _find(self, path):
+        node = self._root
+        for name in Path(path).parts[1:]:
+            if not isinstance(node, Directory):
+                raise _error(errno.ENOTDIR, path)
+            if name not in node.shown:
+                raise _error(errno.ENOENT, path)
+            node = node.shown[name]
+        return node
+
+    def _parent(self, path):
+        if '\0' in str(path):
+            raise ValueError('embedded null byte')
+        path = Path(path)
+        if len(path.name) > 255:
+            raise _error(errno.ENAMETOOLONG, path)
+        parent = self._find(path.parent)
+        if not isinstance(parent, Directory):
+            raise _error(errno.ENOTDIR, path)
+        return parent, path.name
+
+
+@contextmanager
+def mounted(disk):
+    """Let all files that must survive be on this disk meanwhile."""
+    names = ('open', 'write', 'read', 'fsync', 'fstat', 'close', 'replace', 'unlink', 'mkdir')
+    flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
+    calls = {name: getattr(disk, name) for name in names}
+    path = SimpleNamespace(isdir=disk.isdir, lexists=disk.lexists)
+    durable.os = SimpleNamespace(**flags, **calls, path=path)
+    try:
+        yield
+    finally:
+        durable.os = os
+
+
+def _error(number, what):
+    return OSError(number, os.strerror(number), str(what))
+
+
+def _some(things, random):
+    """Return all, none, the first ones or any of what was not synced, in their order."""
+    match random.randrange(4):
+        case 0:
+            return list(things)
+        case 1:
+            return []
+        case 2:
+            return list(things[: random.randrange(len(things) + 1)])
+    return [thing for thing in things if random.random() < 0.5]
+
+
+def _after(content, writes):
+    """Return content after some writes; what lies before one that came through is zero."""
+    content = bytearray(content)
+    for offset, written, _ in writes:
+        if not written:
+            continue
+        if len(content) < offset:
+            content.extend(bytes(offset - len(content)))
+        content[offset : offset + len(written)] = written
+    return bytes(content)
+
+
+def _changed(entries, names):
+    """Return the entries of a directory after a change."""
+    entries = {**entries, **names}
+    return {name: node for name, node in entries.items() if node is not None}
+
+
+def _write_out(directory, folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, node in directory.shown.items():
+        if isinstance(node, Directory):
+            _write_out(node, folder / name)
+        else:
+            (folder / name).write_bytes(node.shown)

@@ -1,0 +1,202 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What `mlmem_ros.threads` offers, made of the tasks of a scheduler."""
+
+import concurrent.futures
+import sys
+from contextlib import contextmanager
+
+from mlmem_ros import threads
+
+_PRESENT = []
+"""The scheduler under whatever is made now, as its last entry."""
+
+
+@contextmanager
+def scheduled(scheduler):
+    """Put a scheduler under all threads, locks, futures and clocks that are made meanwhile."""
+    names = ('Thread', 'Lock', 'Condition', 'Future', 'monotonic')
+    real = {name: getattr(threads, name) for name in names}
+    ours = dict(zip(names, (Thread, Lock, Condition, Future, scheduler.monotonic), strict=True))
+    vars(threads).update(ours)
+    _PRESENT.append(scheduler)
+    try:
+        yield
+    finally:
+        _PRESENT.pop()
+        vars(threads).update(real)
+
+
+def _place():
+    """Return where in the source something is made, to call it by."""
+    frame = sys._getframe(2)
+    return f'{frame.f_code.co_filename.rpartition("/")[2]}:{frame.f_lineno}'
+
+
+class Lock:
+    """As `threading.Lock`, or `RLock`.
+
+    Attributes:
+        owner: The task that holds it, or None.
+    """
+
+    def __init__(self, *, reentrant=False, name=''):
+        self._scheduler = _PRESENT[-1]
+        self._reentrant = reentrant
+        self._name = name or f'lock {_place()}'
+        self.owner = None
+        self._depth = 0
+        self._waiting = []
+        self._scheduler.locks.append(self)
+
+    def __repr__(self):
+        return self._name
+
+    def acquire(self, blocking=True, timeout=-1):
+        scheduler = self._scheduler
+        scheduler.handover(('acquire', self._name))
+        me = scheduler.current or 'outside'
+        while self.owner is not None and not (self._reentrant and self.owner is me):
+            if not blocking:
+                return False
+            self._waiting.append(me)
+            held = f'{self._name} held by {self.owner.name}'
+            if not scheduler.block(held, None if timeout < 0 else timeout):
+                self._waiting.remove(me)
+                return False
+        self.owner = me
+        self._depth += 1
+        return True
+
+    def release(self):
+        self.let_go()
+        self._scheduler.handover(('release', self._name))
+
+    def let_go(self):
+        """Release with no hand-over."""
+        if self.owner is None:
+            if self._scheduler.current is not None and self._scheduler.current.ended:
+                return
+            raise RuntimeError(f'release of {self._name}, which is not held')
+        self._depth -= 1
+        if not self._depth:
+            self.owner = None
+            if self._waiting:
+                self._scheduler.wake(self._waiting.pop(0))
+
+    def locked(self):
+        return self.owner is not None
+
+    def __enter__(self):
+        return self.acquire()
+
+    def __exit__(self, *_):
+        self.release()
+
+
+class Condition:
+    """As `threading.Condition`."""
+
+    def __init__(self, lock=None, *, name=''):
+        self._scheduler = _PRESENT[-1]
+        self._name = name or f'condition {_place()}'
+        self._lock = lock or Lock(reentrant=True, name=self._name)
+        self._waiters = []
+        self.acquire, self.release = self._lock.acquire, self._lock.release
+
+    def __enter__(self):
+        return self._lock.acquire()
+
+    def __exit__(self, *_):
+        self._lock.release()
+
+    def wait(self, timeout=None):
+        scheduler, lock = self._scheduler, self._lock
+        if lock.owner is not scheduler.current:
+            raise RuntimeError(f'wait on {self._name}, which is not held')
+        depth, lock._depth = lock._depth, 1
+        me = scheduler.current
+        self._waiters.append(me)
+        lock.let_go()
+        woken = scheduler.block(self._name, timeout)
+        if not woken:
+            self._waiters.remove(me)
+        lock.acquire()
+        lock._depth = depth
+        return woken
+
+    def wait_for(self, predicate, timeout=None):
+        end = None if timeout is None else self._scheduler.now + timeout
+        while not (result := predicate()):
+            left = None if end is None else end - self._scheduler.now
+            if left is not None and left <= 0.0:
+                break
+            self.wait(left)
+        return result
+
+    def notify(self, n=1):
+        # Who notifies holds the lock, or what it has changed may be missed.
+        if self._lock.owner is None:
+            raise RuntimeError(f'notify of {self._name}, which is not held')
+        for _ in range(min(n, len(self._waiters))):
+            self._scheduler.wake(self._waiters.pop(0))
+        self._scheduler.handover(('notify', self._name))
+
+    def notify_all(self):
+        self.notify(len(self._waiters))
+
+
+class Future(concurrent.futures.Future):
+    """As `concurrent.futures.Future`; what a callback of it raises is a finding."""
+
+    def __init__(self):
+        super().__init__()
+        self._scheduler = _PRESENT[-1]
+        self._name = f'future {_place()}'
+        self._condition = Condition(name=self._name)
+        self._scheduler.futures.append(self)
+
+    def __repr__(self):
+        return f'{self._name} {self._state.lower()}'
+
+    def add_done_callback(self, function):
+        def told(future):
+            try:
+                function(future)
+            except Exception as failure:
+                self._scheduler.failures.append((f'callback of {self._name}', failure))
+
+        super().add_done_callback(told)
+
+
+class Thread:
+    """As `threading.Thread`."""
+
+    def __init__(self, group=None, target=None, name=None, args=(), kwargs=None, *, daemon=None):
+        self._scheduler = _PRESENT[-1]
+        self._call = lambda: target(*args, **(kwargs or {}))
+        self.name = name or f'thread {_place()}'
+        self.daemon = daemon
+        self._task = None
+
+    def start(self):
+        if self._task is not None:
+            raise RuntimeError('threads can only be started once')
+        self._task = self._scheduler.spawn(self._call, self.name)
+        self._scheduler.handover(('start', self.name))
+
+    def is_alive(self):
+        return self._task is not None and not self._task.ended
+
+    def join(self, timeout=None):
+        scheduler, task = self._scheduler, self._task
+        if task is None:
+            raise RuntimeError('cannot join thread before it is started')
+        if scheduler.current is task:
+            raise RuntimeError('cannot join current thread')
+        scheduler.handover(('join', self.name))
+        if task.ended:
+            return
+        task.joiners.append(scheduler.current)
+        if not scheduler.block(f'the end of {self.name}', timeout):
+            task.joiners.remove(scheduler.current)

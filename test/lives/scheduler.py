@@ -1,0 +1,271 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Threads that take turns as one seed says, on a clock of their own: a run is a number.
+
+Every task is a greenlet. It may hand over to another one wherever a thread of the system could
+be interrupted to some effect: when it takes or returns a lock, waits, notifies, reads the clock or
+calls the disk. Time passes when nobody can run, and a little with every look at the clock.
+"""
+
+import random
+from collections import deque
+from heapq import heappop, heappush
+from itertools import count
+
+import greenlet
+
+
+class Killed(greenlet.GreenletExit):
+    """The process was killed: raised where a task of it stands; nobody may catch it."""
+
+
+class Deadlock(Exception):
+    """Nobody can run and nothing is due; the message says who waits for what."""
+
+
+class Endless(Exception):
+    """The tasks hand over on and on, and do not end."""
+
+
+class Task:
+    """A thread of control.
+
+    Attributes:
+        name: For the history.
+        ended: Whether it has run to its end, or was killed.
+        failure: What it raised, or None.
+        waits_for: What it sleeps for, as a text or something with a name.
+        outside: Whether it is no part of the process that may be killed.
+    """
+
+    __slots__ = (
+        'asleep', 'ended', 'failure', 'greenlet', 'joiners', 'name', 'outside', 'turn',
+        'waits_for', 'woken',
+    )  # fmt: skip
+
+    def __init__(self, name, outside):
+        self.name = name
+        self.outside = outside
+        self.ended = False
+        self.failure = None
+        self.waits_for = ''
+        self.joiners = []
+        self.asleep = False
+        self.turn = 0  # how often it has slept: a timer of an earlier sleep is void
+        self.woken = False
+
+
+class Scheduler:
+    """Runs tasks, one at a time.
+
+    Attributes:
+        now: The time in seconds.
+        current: The task that runs, None outside of all.
+        tasks: All that have been started.
+        history: The last hand-overs: time, task, and what it was about to do.
+        handovers: How many there have been.
+        failures: What went wrong where nobody could be told: whose, and the exception.
+        locks: All locks of the process.
+        futures: All futures of the process.
+        crash_at: Number of the hand-over at which the process is killed, or None.
+        crashed: Whether it was.
+    """
+
+    def __init__(self, seed, *, restless=None, look=1e-6, most=400_000):
+        """Prepare a world without tasks.
+
+        Args:
+            seed: A number, or a `random.Random`.
+            restless: Probability with which a possible hand-over takes place; by default the
+                seed chooses between calm and wild.
+            look: Seconds that a look at the clock takes.
+            most: Hand-overs after which the world counts as endless.
+        """
+        self.random = seed if isinstance(seed, random.Random) else random.Random(seed)
+        self._dice = self.random.random
+        self.restless = restless or self.random.choice((0.02, 0.1, 0.4, 0.9))
+        self.look = look
+        self.now = 1000.0
+        self.current = None
+        self.tasks = []
+        self.history = deque(maxlen=300)
+        self.handovers = 0
+        self.failures = []
+        self.locks = []
+        self.futures = []
+        self.crash_at = None
+        self.crashed = False
+        self._most = most
+        self._ready = []
+        self._due = []
+        self._number = count()
+        self._root = greenlet.getcurrent()
+
+    # --- from outside --------------------------------------------------------------------
+
+    def spawn(self, function, name, *, outside=False):
+        """Start a task; it runs when its turn comes."""
+        task = Task(name, outside)
+
+        def body():
+            try:
+                function()
+            except Killed:
+                pass
+            except Exception as failure:
+                if not task.ended:  # else it was killed, and tripped on its way out
+                    task.failure = failure
+                    self.failures.append((name, failure))
+            task.ended = True
+            for joiner in task.joiners:
+                self.wake(joiner)
+
+        task.greenlet = greenlet.greenlet(body, self._root)
+        self.tasks.append(task)
+        self._ready.append(task)
+        return task
+
+    def run(self, until):
+        """Let the tasks run until one of them has ended.
+
+        Raises:
+            Deadlock: It cannot.
+            Endless: It does not.
+        """
+        while not until.ended:
+            if self.crash_at is not None and self.handovers >= self.crash_at:
+                self._crash()
+                continue
+            if self.handovers > self._most:
+                raise Endless(f'after {self._most} hand-overs; {self._standing()}')
+            if not self._somebody():
+                raise Deadlock(self._standing())
+            self._choose().greenlet.switch()
+            self.current = None
+
+    def settle(self, seconds):
+        """Let the tasks run on, for a time at most, until none can."""
+        end = self.spawn(lambda: self.sleep(seconds), 'end', outside=True)
+        self.run(end)
+
+    def kill(self):
+        """Kill all tasks of the process, wherever they stand, and forget what they held."""
+        for task in self.tasks:
+            if not (task.outside or task.ended):
+                self.current = task
+                task.ended = True  # what it still does on its way out has no effect
+                task.greenlet.throw(Killed)
+        self.current = None
+        self.tasks = [task for task in self.tasks if not task.ended]
+        self._ready = [task for task in self._ready if not task.ended]
+        self.locks.clear()
+        self.futures.clear()
+
+    def leftovers(self):
+        """Return what the process has not put away: threads, locks held, futures unanswered."""
+        return [
+            *(f'thread {task.name}, {_of(task)}' for task in self._alive() if not task.outside),
+            *(f'{lock} held by {lock.owner.name}' for lock in self.locks if lock.owner),
+            *(f'{future} pending' for future in self.futures if not future.done()),
+        ]
+
+    def _crash(self):
+        self.crash_at = None
+        self.crashed = True
+        self.note('crash')
+        self.kill()
+
+    def _alive(self):
+        return [task for task in self.tasks if not task.ended]
+
+    def _standing(self):
+        return '; '.join(f'{task.name} {_of(task)}' for task in self._alive())
+
+    # --- from within a task --------------------------------------------------------------
+
+    def handover(self, what):
+        """Let somebody else run in between, or not."""
+        task = self.current
+        if task is None or task.ended:  # outside of all, or on the way out of a killed process
+            return
+        self.history.append((self.now, task.name, what))
+        self.handovers += 1
+        if self.crash_at is not None and self.handovers >= self.crash_at:
+            self._ready.append(task)
+            self._root.switch()
+        elif self._dice() < self.restless:
+            self._ready.append(task)
+            self._go_on()
+
+    def block(self, what, seconds=None):
+        """Sleep until `wake`, or for a time; return whether it was `wake`."""
+        task = self.current
+        if task is None:
+            raise Deadlock(f'who is outside of all tasks cannot wait for {what}')
+        if task.ended:
+            raise Killed
+        self.history.append((self.now, task.name, ('sleep', what)))
+        self.handovers += 1
+        task.waits_for = what
+        task.asleep, task.woken = True, False
+        if seconds is not None:
+            due = self.now + max(0.0, seconds)
+            heappush(self._due, (due, next(self._number), task, task.turn))
+        self._go_on()
+        task.waits_for = ''
+        return task.woken
+
+    def wake(self, task):
+        """Let a sleeping task run again, or tell one whose time has just come."""
+        task.woken = True
+        if task.asleep and not task.ended:
+            self._rouse(task)
+
+    def _rouse(self, task):
+        task.asleep = False
+        task.turn += 1
+        self._ready.append(task)
+
+    def sleep(self, seconds):
+        """Do nothing for a time."""
+        self.block('time to pass', seconds)
+
+    def monotonic(self):
+        """Return the time; to look takes a moment."""
+        self.handover('clock')
+        self.now += self.look
+        return self.now
+
+    def note(self, what):
+        """Write something into the history."""
+        name = self.current.name if self.current else '-'
+        self.history.append((self.now, name, what))
+
+    def _go_on(self):
+        """Let somebody run who can, as the seed says."""
+        me = self.current
+        if self._most < self.handovers or not self._somebody():
+            self._root.switch()  # which says so
+        elif (task := self._choose()) is not me:
+            task.greenlet.switch()
+
+    def _somebody(self):
+        """Make ready whose time has come, and return whether there is anybody to run."""
+        due = self._due
+        while due and (due[0][0] <= self.now or not self._ready):
+            time, _, task, turn = heappop(due)
+            if task.turn == turn and not task.ended:
+                self.now = max(self.now, time)
+                self._rouse(task)
+        return bool(self._ready)
+
+    def _choose(self):
+        ready = self._ready
+        index = int(self._dice() * len(ready))
+        ready[index], ready[-1] = ready[-1], ready[index]
+        self.current = task = ready.pop()
+        return task
+
+
+def _of(task):
+    return f'waits for {task.waits_for}' if task.waits_for else 'can run'
