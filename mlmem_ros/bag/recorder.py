@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from .. import threads
 from .definitions import jazzy
 from .errors import BagError
 from .writer import BagWriter
@@ -89,7 +89,7 @@ class Recorder:
         self._max_queued = max_queued
         self._max_queued_bytes = max_queued_bytes
         self._on_error = on_error
-        self._lock = threading.Lock()  # held for a few instructions, never while writing
+        self._changed = threads.Condition()  # held for a few instructions, never while writing
         self._queue: list[_Item] = []
         self._queued_bytes = 0
         self._dropped = 0
@@ -100,9 +100,8 @@ class Recorder:
         self._size = 0
         self._files = 0
         self._error: BagError | None = None
-        self._stop = threading.Event()
         writer.add_topic(dropped_topic, _COUNT_TYPE)
-        self._thread = threading.Thread(target=self._run, name='mlmem-recorder', daemon=True)
+        self._thread = threads.Thread(target=self._run, name='mlmem-recorder', daemon=True)
         self._thread.start()
 
     def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
@@ -122,7 +121,7 @@ class Recorder:
             size = len(cdr)
         except TypeError:
             size = 0  # no bytes: the writer will say so, where it disturbs no loop
-        with self._lock:
+        with self._changed:
             if not self._accepting:
                 return False
             full = self._queued_bytes + size > self._max_queued_bytes and self._queue
@@ -161,9 +160,9 @@ class Recorder:
         Returns:
             The final status. Its state is still ``recording`` if the time was too short.
         """
-        with self._lock:
+        with self._changed:
             self._accepting = False
-        self._stop.set()
+            self._changed.notify_all()
         self._thread.join(timeout)
         return self.status
 
@@ -171,7 +170,8 @@ class Recorder:
         try:
             stopping = False
             while not stopping:
-                stopping = self._stop.wait(_POLL_INTERVAL)
+                with self._changed:
+                    stopping = self._changed.wait_for(self._refuses, _POLL_INTERVAL)
                 items, dropped, dropped_time = self._take()
                 for item in items:
                     self._writer.write(*item)
@@ -186,8 +186,11 @@ class Recorder:
         except Exception as error:  # a defect of ours must end the recording, not the robot
             self._fail(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
 
+    def _refuses(self) -> bool:
+        return not self._accepting
+
     def _take(self) -> tuple[list[_Item], int, int]:
-        with self._lock:
+        with self._changed:
             items, self._queue = self._queue, []
             self._queued_bytes = 0
             return items, self._dropped, self._last_dropped_time
@@ -207,7 +210,7 @@ class Recorder:
 
     def _fail(self, error: BagError) -> None:
         self._error = error
-        with self._lock:
+        with self._changed:
             self._accepting = False
             self._queue = []
         with suppress(BagError):

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from operator import index
 from os import PathLike
 from pathlib import Path
 
+from .. import threads
 from ..durable import make_directory
 from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
@@ -93,7 +93,7 @@ class BagWriter:
         self._metadata()  # refuses unsuitable custom data before anything is created
         self._create_directory()
         self._open_file()
-        self._last_sync = time.monotonic()
+        self._last_sync = threads.monotonic()
         self._unsynced = False
 
     def __enter__(self) -> BagWriter:
@@ -197,7 +197,7 @@ class BagWriter:
             with self._storage():
                 self._file.sync()
                 self._metadata().write(self.path)
-        self._last_sync = time.monotonic()
+        self._last_sync = threads.monotonic()
         self._unsynced = False
 
     def sync_if_due(self) -> None:
@@ -206,7 +206,7 @@ class BagWriter:
         Raises:
             BagError: As for `sync`.
         """
-        if time.monotonic() - self._last_sync >= self._sync_interval:
+        if threads.monotonic() - self._last_sync >= self._sync_interval:
             self.sync()
 
     def close(self) -> None:
