@@ -8,6 +8,6 @@ everything that is made afterwards.
 
 from concurrent.futures import Future
 from threading import Condition, Lock, Thread
-from time import monotonic
+from time import monotonic, time
 
-__all__ = ['Condition', 'Future', 'Lock', 'Thread', 'monotonic']
+__all__ = ['Condition', 'Future', 'Lock', 'Thread', 'monotonic', 'time']

@@ -38,6 +38,7 @@ from .recording import Recording, SessionPlan
 from .sessions import Sessions
 from .settings import Parameters
 from .store import Store
+from .worker import Worker
 
 T = TypeVar('T')
 
@@ -84,6 +85,7 @@ class Host:
         self._failed = failed
         self._root = ''
         self._store: Store | None = None
+        self._disk = Worker('mlmem-store', self.journal)
         self._rescued: dict[str, Any] | None = None
         self.sessions = Sessions(lambda: self._root, self.journal, now)
 
@@ -107,7 +109,7 @@ class Host:
         """
         self._root = given.files.root
         check_design(given.design, given.settings, given.check, self.journal)
-        store = Store(given.state, given.files.root, self.journal)
+        store = Store(given.state, given.files.root, self.journal, self._disk)
         element = store.new_element(given.design, given.settings)
         try:
             element.specimen(given.faults)
@@ -283,6 +285,7 @@ class Host:
         if store is None or store.path is None or not changing:
             return told
         answer: Future[Outcome | None] = threads.Future()
+        answer.set_running_or_notify_cancel()  # it is under way, and cannot be withdrawn
 
         def keep(done: Future[Outcome | None]) -> None:
             """In the loop's thread, when a procedure has just ended."""

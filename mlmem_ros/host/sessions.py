@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -12,6 +13,7 @@ from pathlib import Path
 from types import NoneType
 from typing import TypeVar
 
+from .. import durable, threads
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused
 from .files import confined
@@ -121,8 +123,11 @@ class Sessions:
             path = _new_path(plan.settings.path, self._root(), anew)
             recording = Recording(plan, path, self._journal, self._now)
             try:
-                _between_ticks(loop, lambda: self._begin(recording, element))
-            except Refused:  # a procedure began in between, or the loop has ended
+                _between_ticks(
+                    loop,
+                    lambda: self._worker.unless_given_up(lambda: self._begin(recording, element)),
+                )
+            except Refused:  # a procedure began in between, the loop has ended, or it is too late
                 recording.close()
                 raise
         finally:
@@ -157,11 +162,8 @@ def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
 def _new_path(configured: str, root: str, anew: bool) -> Path:
     """Return the configured path, or one with the time where it is empty, or taken."""
     path = confined(configured or 'session', root)
-    if configured and not (anew and path.exists()):
+    if configured and not (anew and durable.exists(path)):
         return path
-    stamped = path.with_name(f'{path.name}-{time.strftime("%Y%m%d-%H%M%S")}')
-    more = 2
-    while stamped.exists():
-        stamped = stamped.with_name(f'{path.name}-{time.strftime("%Y%m%d-%H%M%S")}-{more}')
-        more += 1
-    return stamped
+    name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
+    names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
+    return next(path.with_name(name) for name in names if not durable.exists(path.with_name(name)))

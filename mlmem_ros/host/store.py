@@ -29,20 +29,24 @@ from .worker import Worker
 class Store:
     """Keeps the state of an element in a file, its calibrations beside it; an empty path: none.
 
-    The disk is written by a worker's thread, in the order in which states were taken: neither
+    The disk is written in a worker's thread, in the order in which states were taken: neither
     the loop nor whoever asks waits for it.
 
     Attributes:
         path: The state file, or None.
     """
 
-    def __init__(self, settings: StateSettings, root: str, journal: Journal) -> None:
+    def __init__(
+        self, settings: StateSettings, root: str, journal: Journal, worker: Worker
+    ) -> None:
         """Look at no file yet.
 
         Args:
             settings: Path and interval.
             root: What the path is confined to; see `files`.
             journal: Where it is told what is restored and what cannot be saved.
+            worker: Writes the disk. Stores that follow one another share it, so that what hung
+                comes before what is newer.
 
         Raises:
             SettingsError: The path cannot be one, or leads out of the root.
@@ -53,7 +57,7 @@ class Store:
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
         self._journal = journal
-        self._worker = Worker('mlmem-store', journal)
+        self._worker = worker
 
     def new_element(self, design: Design, settings: Settings) -> MemoryElement:
         """Return a blank device, calibrated as it was when it had this design and settings last.

@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from .. import threads
+from ..device import Refused
 from .errors import REFUSALS, Overdue
 from .journal import Journal
 
@@ -51,7 +52,8 @@ class Worker:
             work: Called in the worker's thread.
 
         Returns:
-            What the work returns or raises; `Overdue` where it takes longer than `PATIENCE`.
+            What the work returns or raises; `Overdue` where it takes longer than `PATIENCE`: work
+            that has not begun by then is left undone.
         """
         job = _Job(what, work)
         with self._changed:
@@ -85,12 +87,25 @@ class Worker:
             job.answer.set_exception(Overdue(job.what, seconds))
         return done
 
+    def unless_given_up(self, step: Callable[[], T]) -> T:
+        """Take a step of the work that is being done, that takes no time, if it is still wanted.
+
+        Raises:
+            Refused: Whoever asked for the work has been told that it is overdue.
+        """
+        with self._changed:
+            job = self._jobs[0]
+            if job.answered:
+                raise Refused(f'{job.what} came too late')
+            return step()
+
     def _run(self) -> None:
         while True:
             job = self._jobs[0]
             result, error = None, None
             try:
-                result = job.work()
+                if not job.answered:
+                    result = job.work()
             except Exception as failure:
                 error = failure
                 if not isinstance(failure, REFUSALS):

@@ -13,6 +13,7 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.host import Journal
 from mlmem_ros.host.settings import StateSettings
 from mlmem_ros.host.store import Store
+from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import CASE_II, StateError
 
 
@@ -23,7 +24,8 @@ def file(tmp_path):
 
 def kept(file):
     settings = StateSettings(path=str(file) if file else '', interval=0.0)
-    return Store(settings, '', Journal(logging.getLogger('test')))
+    journal = Journal(logging.getLogger('test'))
+    return Store(settings, '', journal, Worker('test-store', journal))
 
 
 def test_what_is_kept_is_on_the_disk_once_it_is_told(file):
