@@ -2,7 +2,9 @@
 PYTHON ?= python3
 VENV = .venv/bin
 
-.PHONY: bench demo figures test test-slow lint setup clean
+MINUTES ?= 60
+
+.PHONY: bench demo figures test test-slow soak lint setup clean
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -18,6 +20,9 @@ test: setup lint
 
 test-slow: setup
 	$(VENV)/python -m pytest -m slow
+
+soak: setup
+	$(VENV)/python tools/soak.py --minutes $(MINUTES)
 
 lint: setup
 	$(VENV)/ruff check

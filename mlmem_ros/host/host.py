@@ -275,7 +275,7 @@ class Host:
         return answer
 
     def _count(self, answer: Future[Any]) -> None:
-        if isinstance(answer.exception(), Refused):
+        if not answer.cancelled() and isinstance(answer.exception(), Refused):
             self.refused += 1
 
     def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:

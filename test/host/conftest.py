@@ -1,0 +1,106 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A log that can be read, and a small element in service."""
+
+import dataclasses
+import threading
+import time
+
+import pytest
+
+from mlmem_ros.device import Faults, Settings, factory, new_element
+from mlmem_ros.device.pacing import SteadyPacer
+from mlmem_ros.host import Host, Journal, SessionPlan
+from mlmem_ros.host.settings import (
+    FileSettings,
+    Parameters,
+    PublishSettings,
+    RecordSettings,
+    StateSettings,
+)
+from mlmem_ros.physics import CASE_II
+
+
+class Lines(list):
+    """A log: what was told, by severity and text."""
+
+    def info(self, text):
+        self.append(('info', text))
+
+    def warning(self, text):
+        self.append(('warning', text))
+
+    def error(self, text):
+        self.append(('error', text))
+
+    def of(self, severity):
+        return [text for kind, text in self if kind == severity]
+
+
+@pytest.fixture
+def log():
+    return Lines()
+
+
+@pytest.fixture
+def journal(log):
+    return Journal(log)
+
+
+@pytest.fixture(scope='session')
+def parameters():
+    """All that a host is given, for the paper's element; a test replaces what it is about."""
+    return Parameters(
+        design=CASE_II,
+        check='off',
+        settings=Settings(),
+        publish=PublishSettings(),
+        record=RecordSettings(),
+        state=StateSettings(interval=0.0),
+        faults=Faults(),
+        files=FileSettings(),
+    )
+
+
+@pytest.fixture(autouse=True, scope='session')
+def calibrated():
+    """Let every element have the calibration of the first: it is the same one."""
+    known = new_element(CASE_II).calibration
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(factory, 'factory_calibration', lambda *_: known)
+        yield
+
+
+class Service:
+    """A host whose element is in service, as fast as it can, with a clock of nanoseconds."""
+
+    def __init__(self, log, given):
+        self.given = given
+        self.failed = threading.Event()
+        self.events = []
+        self.host = Host(log, time.time_ns, failed=self.failed.set)
+
+    def activate(self, pacer=None):
+        self.host.configure(self.given)
+        plan = self.plan(self.given.record)
+        self.host.activate(self.given, plan, self.events.extend, pacer or SteadyPacer(), 0.0)
+        return self.host
+
+    @staticmethod
+    def plan(settings):
+        return SessionPlan('/mlmem', settings)
+
+
+@pytest.fixture
+def serve(log, parameters):
+    """Put an element in service: serve(state=StateSettings(...), ...); it ends with the test."""
+    services = []
+
+    def serve(**given):
+        service = Service(log, dataclasses.replace(parameters, **given))
+        services.append(service)
+        return service
+
+    yield serve
+    for service in services:
+        service.host.close()

@@ -1,0 +1,276 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element in service: what was acknowledged is safe, who asked is told, and it goes on.
+
+The disk is the real one, or a function that stands in for it where it shall fail or hang.
+"""
+
+import dataclasses
+import math
+import shutil
+import threading
+
+import pytest
+
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.replay import replay
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot, state_file
+from mlmem_ros.host import Overdue, State
+from mlmem_ros.host import sessions as sessions_module
+from mlmem_ros.host import worker as worker_module
+from mlmem_ros.host.settings import RecordSettings, StateSettings
+from mlmem_ros.physics import StateError
+
+SOON = 30.0
+
+
+@pytest.fixture
+def file(tmp_path):
+    return tmp_path / 'element.json'
+
+
+@pytest.fixture
+def kept(file):
+    return {'state': StateSettings(path=str(file), interval=0.0)}
+
+
+@pytest.fixture
+def hung(monkeypatch):
+    """Let whoever waits for the disk give up after a moment; the disk goes on at the end."""
+    monkeypatch.setattr(worker_module, 'PATIENCE', 0.05)
+    monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.05,))
+    event = threading.Event()
+    yield event
+    event.set()
+
+
+# --- what is acknowledged is safe -------------------------------------------------------------
+
+
+def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
+    host = serve(**kept).activate()
+    outcome = host.submit(Write(0)).result(SOON)
+    assert outcome.success
+    saved = state_file.load(file)
+    assert saved['reading']['level'] == 0
+    assert saved['statistics']['writes'] == 1
+
+
+def test_a_write_that_cannot_be_saved_is_no_success(serve, file, kept, monkeypatch):
+    def full(path, taken):
+        raise StateError('the state cannot be saved in element.json: No space left on device')
+
+    host = serve(**kept).activate()
+    monkeypatch.setattr(state_file, 'save', full)
+    outcome = host.submit(Write(0)).result(SOON)
+    assert not outcome.success
+    assert outcome.reading.level == 0
+    assert outcome.error.startswith('write succeeded, but is not saved: the state cannot be saved')
+    assert host.submit(Read()).result(SOON).success  # which changes nothing that is to be saved
+
+
+def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
+    host = serve(**kept).activate()
+    monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
+    answer = host.submit(Write(0))
+    while not answer.done():
+        host.tend()
+    assert 'the disk does not answer' in answer.result().error
+    assert host.submit(Read()).result(SOON).success
+
+
+def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkeypatch, hung, log):
+    host = serve(**kept).activate()
+    monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
+    host.close()
+    assert host.lost == 1
+    assert any('the disk does not answer' in text for text in log.of('error'))
+
+
+def test_a_refused_command_is_refused_with_a_state_file_too(serve, kept):
+    host = serve(**kept).activate()
+    with pytest.raises(Refused, match='level must be'):
+        host.submit(Write(8)).result(SOON)
+    assert host.refused == 1
+
+
+# --- a device that fails ----------------------------------------------------------------------
+
+
+def poison(host):
+    """Let the material stop being finite."""
+    host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(SOON)
+
+
+def test_a_device_that_fails_is_released_and_what_was_saved_stays(serve, kept, file, log):
+    service = serve(**kept)
+    host = service.activate()
+    assert host.submit(Write(0)).result(SOON).success
+    before = state_file.load(file)
+    poison(host)
+    assert service.failed.wait(SOON)
+    with pytest.raises(Refused, match='the device has stopped'):
+        host.submit(Read()).result(SOON)
+    host.fail()
+    assert host.element is None
+    assert host.loop is None
+    assert state_file.load(file)['reading'] == before['reading']
+    assert any('configure and activate to go on' in text for text in log.of('error'))
+    assert service.activate().submit(Read()).result(SOON).reading.level == 0
+
+
+def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(serve, log):
+    """Its clock has gone; no file is kept, and the next configuration has it all the same."""
+
+    class Clock:
+        slack, gone = 0.0, False
+
+        def now(self):
+            if self.gone:
+                raise RuntimeError('the clock has gone')
+            return 0.0
+
+        def wait(self, changed, seconds):
+            changed.wait(seconds)
+
+    service, clock = serve(), Clock()
+    host = service.activate(clock)
+    assert host.submit(Write(0)).result(SOON).success
+    assert host.submit(SetStrain(0.01)).result(SOON) is None
+    clock.gone = True
+    assert service.failed.wait(SOON)
+    element = host.element
+    host.fail()
+    assert element.actuator.strain == 0.0
+    assert any('kept until the next configuration' in text for text in log.of('error'))
+    again = service.activate()
+    assert again.submit(Read()).result(SOON).reading.level == 0
+
+
+def test_a_listener_that_fails_stops_nothing(serve, log):
+    service = serve()
+    service.events = type('Full', (list,), {'extend': lambda *_: 1 / 0})()
+    host = service.activate()
+    assert host.submit(Write(0)).result(SOON).success
+    assert host.journal.caught > 0
+    assert 'publishing failed; this is a defect' in log.of('error')[0]
+
+
+# --- recording --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def record(tmp_path):
+    return RecordSettings(path=str(tmp_path / 'session'))
+
+
+def test_of_many_starts_and_stops_at_once_one_is_done(serve, record):
+    service = serve()
+    host = service.activate()
+    started = [host.record(service.plan(record)) for _ in range(20)]
+    paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
+    assert [str(path) for path in paths] == [record.path]
+    assert host.submit(Read()).result(SOON).success
+    stopped = [host.record(None) for _ in range(20)]
+    assert sum(future.exception(SOON) is None for future in stopped) == 1
+    assert host.refused == 38
+    assert replay(load(record.path)).exact
+    assert host.sessions.state is State.IDLE
+
+
+def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record, tmp_path):
+    (tmp_path / 'session').mkdir()
+    service = serve(record=record)
+    with pytest.raises(BagError, match='exists already'):
+        service.activate()
+    assert service.host.loop is None
+    assert service.host.sessions.state is State.IDLE
+
+
+def test_a_disk_that_hangs_while_a_recording_begins_holds_nobody_up(
+    serve, record, monkeypatch, hung
+):
+    made = sessions_module.Recording
+
+    def slow(*given):
+        hung.wait()
+        return made(*given)
+
+    service = serve()
+    host = service.activate()
+    monkeypatch.setattr(sessions_module, 'Recording', slow)
+    begun = host.record(service.plan(record))
+    while not begun.done():
+        host.tend()
+    with pytest.raises(Overdue):
+        begun.result()
+    assert host.submit(Write(0)).result(SOON).success
+    hung.set()  # it comes too late: nobody knows of a recording, so there is none
+    assert host.sessions._worker.wait(SOON)
+    assert host.recording is None
+    assert host.sessions.state is State.IDLE
+
+
+def test_a_recording_that_failed_is_told_when_it_is_stopped(serve, record):
+    service = serve()
+    host = service.activate()
+    path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
+    shutil.rmtree(path)
+    while host.recording.status.error is None:
+        assert host.submit(SetStrain(0.0)).result(SOON) is None
+    with pytest.raises(BagError, match='was deleted while being written|No such file'):
+        host.record(None).result(SOON)
+    assert host.sessions.state is State.IDLE
+    assert host.submit(Read()).result(SOON).success
+
+
+# --- its life ---------------------------------------------------------------------------------
+
+
+def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
+    service = serve()
+    host = service.host
+    for answer in (
+        host.submit(Read()), host.step(), host.pause(True), host.record(service.plan(record)),
+        host.record(None), host.submit_scaled(lambda scale: Read()),
+    ):  # fmt: skip
+        with pytest.raises(Refused, match='inactive'):
+            answer.result(0.0)
+    assert host.refused == 6
+    host.set_speed(2.0)
+    host.be_faulty(Faults(sensor_noise=1e-6))
+    host.tend()
+    host.close()
+
+
+def test_faults_that_the_element_cannot_have_refuse_the_configuration(serve):
+    service = serve(faults=Faults(stuck_cell=10_000))
+    with pytest.raises(ValueError, match='parameters faults'):
+        service.activate()
+    assert service.host.element is None
+
+
+def test_the_content_survives_a_life(serve, kept):
+    service = serve(**kept)
+    host = service.activate()
+    assert host.submit(Write(0)).result(SOON).success
+    host.deactivate()
+    digest = snapshot.digest(host.element)
+    host.release()
+    assert snapshot.digest(service.host.configure(service.given)) == digest
+    assert host.lost == 0
+
+
+def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
+    host = serve(state=StateSettings(path=str(file), interval=1e-3)).activate()
+    while not file.exists():
+        host.tend()
+    assert state_file.load(file)['ticks'] > 0
+
+
+def test_another_design_does_not_get_what_a_failed_one_held(serve, log):
+    host = serve().host
+    host._rescued = {'design': {'N': 3}}
+    host.configure(serve().given)
+    assert log.of('warning') == ['the device that failed was another: the element is blank']

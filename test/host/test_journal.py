@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What people are told: once a second of each thing, never at length, and never at a price."""
+
+import itertools
+
+from mlmem_ros import threads
+from mlmem_ros.host.journal import LONGEST
+
+
+def test_a_flood_of_refusals_is_one_line_a_second(journal, log, monkeypatch):
+    clock = itertools.count(0.0, 1e-3)  # a thousand a second
+    monkeypatch.setattr(threads, 'monotonic', lambda: next(clock))
+    for _ in range(10_000):
+        journal.refused('~/strain', 'it is not finite')
+    told = log.of('warning')
+    assert len(told) == 10
+    assert told[0] == '~/strain refused: it is not finite'
+    assert told[1] == '~/strain refused: it is not finite (and 999 times more since the last line)'
+
+
+def test_one_flood_does_not_hide_another_thing(journal, log):
+    for _ in range(100):
+        journal.refused('~/strain', 'it is not finite')
+    journal.refused('~/probe', 'busy')
+    assert log.of('warning')[-1] == '~/probe refused: busy'
+
+
+def test_a_line_is_short_whatever_came_in(journal, log):
+    journal.refused('~/strain_trajectory', f'the joint must be substrate; got {"j" * 5_000_000}!')
+    (told,) = log.of('warning')
+    assert len(told) < LONGEST + 20
+    assert told.startswith('~/strain_trajectory refused: the joint must be substrate')
+    assert told.endswith('jjj!')
+
+
+def test_a_defect_is_told_with_its_traceback_and_counted(journal, log):
+    for _ in range(3):
+        with journal.guarded('the test'):
+            raise ZeroDivisionError('by hand')
+    assert journal.caught == 3
+    (told,) = log.of('error')
+    assert told.startswith('the test failed; this is a defect:')
+    assert "raise ZeroDivisionError('by hand')" in told

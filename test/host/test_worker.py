@@ -1,0 +1,115 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Work that waits for a disk: in order, answered once, and nobody waits longer than PATIENCE."""
+
+import threading
+
+import pytest
+
+from mlmem_ros import threads
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.device import Refused
+from mlmem_ros.host import Overdue
+from mlmem_ros.host.worker import PATIENCE, Worker
+
+SOON = 20.0
+"""Seconds within which everything here comes, on a loaded machine too."""
+
+
+@pytest.fixture
+def worker(journal):
+    return Worker('test', journal)
+
+
+@pytest.fixture
+def disk():
+    """A disk that hangs until the test lets it go on."""
+    hung = threading.Event()
+    yield hung
+    hung.set()
+
+
+@pytest.fixture
+def later(monkeypatch):
+    """Let the time a worker waits pass at once."""
+    now = threads.monotonic
+    return lambda: monkeypatch.setattr(threads, 'monotonic', lambda: now() + PATIENCE)
+
+
+def alive(name='test'):
+    return [thread for thread in threading.enumerate() if thread.name == name]
+
+
+def test_work_is_done_in_order_and_its_thread_ends_with_it(worker):
+    done = []
+    answers = [worker.do('work', lambda n=n: done.append(n) or n) for n in range(50)]
+    assert [answer.result(SOON) for answer in answers] == list(range(50)) == done
+    assert worker.wait(SOON)
+    for thread in alive():
+        thread.join(SOON)
+    assert not alive()
+    assert worker.do('more', lambda: 'again').result(SOON) == 'again'
+
+
+def test_what_is_refused_is_the_callers_and_a_defect_is_told_too(worker, journal, log):
+    def fail(error):
+        raise error
+
+    refused = worker.do('work', lambda: fail(BagError('the disk is full')))
+    assert str(refused.exception(SOON)) == 'the disk is full'
+    assert journal.caught == 0
+    defect = worker.do('work', lambda: fail(KeyError('views')))
+    assert isinstance(defect.exception(SOON), KeyError)
+    assert worker.wait(SOON)
+    assert journal.caught == 1
+    assert 'work failed; this is a defect' in log.of('error')[0]
+
+
+def test_who_waits_for_a_disk_that_hangs_is_told_so(worker, disk, later):
+    hung = worker.do('writing', disk.wait)
+    behind = worker.do('closing', lambda: pytest.fail('nobody waits for it any more'))
+    worker.tend()
+    assert not hung.done()
+    later()
+    worker.tend()
+    for answer, what in ((hung, 'writing'), (behind, 'closing')):
+        with pytest.raises(Overdue, match=f'{what} takes longer than 10 s: the disk does not'):
+            answer.result(0.0)
+    disk.set()
+    assert worker.wait(SOON)
+    assert worker.do('more', lambda: 'again').result(SOON) == 'again'
+
+
+def test_a_wait_is_limited_and_gives_up_what_it_waited_for(worker, disk):
+    hung = worker.do('writing', disk.wait)
+    assert not worker.wait(0.01)
+    assert isinstance(hung.exception(0.0), Overdue)
+
+
+def test_a_step_that_comes_too_late_is_not_taken(worker, disk, later):
+    taken = []
+
+    def work():
+        disk.wait()
+        worker.unless_given_up(lambda: taken.append(1))
+
+    wanted = worker.do('work', lambda: worker.unless_given_up(lambda: 'in time'))
+    assert wanted.result(SOON) == 'in time'
+    late = worker.do('work', work)
+    later()
+    worker.tend()
+    disk.set()
+    assert worker.wait(SOON)
+    assert isinstance(late.exception(0.0), Overdue)
+    assert not taken
+
+
+def test_a_step_that_is_refused_is_told_to_nobody_twice(worker, disk, later, journal):
+    """It was answered before; its refusal is no defect either."""
+    late = worker.do('work', lambda: disk.wait() and worker.unless_given_up(int))
+    later()
+    worker.tend()
+    disk.set()
+    assert worker.wait(SOON)
+    assert not isinstance(late.exception(0.0), Refused)
+    assert journal.caught == 0

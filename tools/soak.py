@@ -1,0 +1,203 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An hour in the life of a memory node: random requests, an IMU, every stream, a recording.
+
+    make soak MINUTES=60
+
+The node runs as a process at its default pace, keeps its content in a file and records all the
+time. Requests come one after the other; all of its topics are listened to, and an IMU shakes it
+200 times a second. What is counted is printed at the end, as a table and as JSON: it is the table
+in docs/reliability.md. Exit status 1: a level was wrong, or a request was not answered.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+os.environ.setdefault('ROS_DOMAIN_ID', str(random.SystemRandom().randint(1, 100)))
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.qos import qos_profile_sensor_data
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from sensor_msgs.msg import Image, Imu, JointState, Range
+from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
+from visualization_msgs.msg import MarkerArray
+
+from mlmem_ros import RequestFailed
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.ros.standalone import standalone, wait_until
+
+STREAMS = {
+    'level': Int16,
+    'outcome': DiagnosticStatus,
+    'echo': Float32MultiArray,
+    'range': Range,
+    'joint_states': JointState,
+    'field': Float32MultiArray,
+    'wall': Float64MultiArray,
+    'image': Image,
+    'markers': MarkerArray,
+}
+TICK = 2e-3
+"""Seconds of a tick at the defaults."""
+
+
+class Soak:
+    """A node under test, who talks to it, and what was counted."""
+
+    def __init__(self, folder: Path, shake: float, seed: int) -> None:
+        self.folder = folder
+        self.shake = shake
+        self.chance = random.Random(seed)
+        self.counts: Counter[str] = Counter()
+        self.beyond: list[float] = []  # milliseconds of a request beyond the ticks of its physics
+        self.memory: list[float] = []
+        self.loop: dict[str, str] = {}
+        self.content = -1
+        self.wall: list[float] = []
+        self.log = folder / 'node.txt'
+        parameters = {'state.path': folder / 'element.json', 'record.path': folder / 'session'}
+        command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
+        for name, value in parameters.items():
+            command += ['-p', f"{name}:='{value}'"]
+        self.process = subprocess.Popen(command, stderr=self.log.open('w'))
+
+    def listen(self, memory):
+        """Listen to everything, and be an IMU."""
+        node = memory.node
+        for name, kind in STREAMS.items():
+            topic = f'/mlmem/{name}'
+            node.create_subscription(kind, topic, self._counter(name), qos_profile_sensor_data)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
+        imu = node.create_publisher(Imu, '/mlmem/disturbance', qos_profile_sensor_data)
+
+        def shake():
+            message = Imu()
+            message.linear_acceleration.x = self.chance.gauss(0.0, self.shake)
+            imu.publish(message)
+            self.counts['imu'] += 1
+
+        node.create_timer(0.005, shake)
+
+    def _counter(self, name):
+        def count(message):
+            self.counts[name] += 1
+            if name == 'wall':
+                self.wall = list(message.data)
+
+        return count
+
+    def _diagnose(self, array):
+        for status in array.status:
+            if status.name == 'mlmem: loop':
+                self.loop = {pair.key: pair.value for pair in status.values}
+
+    def ask(self, memory):
+        """Make one random request, and judge its answer."""
+        what = self.chance.choice(('write', 'write', 'read', 'read', 'erase'))
+        begun = time.monotonic()
+        try:
+            if what == 'write':
+                wanted = self.chance.randrange(8)
+                answer = memory.write(wanted, timeout=120.0).wait()
+            else:
+                wanted = self.content if what == 'read' else -1
+                answer = getattr(memory, what)(timeout=120.0).wait()
+        except RequestFailed as failure:
+            self.counts[f'{what} failed'] += 1
+            print(f'{what}: {failure}', file=sys.stderr)
+            self.content = memory.read(timeout=60.0).wait().level  # or the soak ends here
+            return
+        self.beyond.append(1e3 * (time.monotonic() - begun - TICK * answer.ticks))
+        self.counts[what] += 1
+        self.content = wanted
+        self.counts['wrong'] += answer.level != wanted
+
+    def measure(self):
+        """Take memory and files of the node."""
+        status = Path(f'/proc/{self.process.pid}/status').read_text()
+        values = dict(line.split(':', 1) for line in status.splitlines())
+        self.memory.append(int(values['VmRSS'].split()[0]) / 1e3)
+        self.counts['threads'] = int(values['Threads'])
+        self.counts['files'] = len(os.listdir(f'/proc/{self.process.pid}/fd'))
+
+    def result(self, seconds: float) -> dict[str, object]:
+        """Return what was counted."""
+        bag = BagReader(self.folder / 'session')
+        size = sum(file.stat().st_size for file in (self.folder / 'session').iterdir())
+        beyond = np.percentile(self.beyond, (50, 99, 100)).round(1).tolist()
+        return {
+            'minutes': round(seconds / 60.0, 1),
+            'writes, reads, erases': [self.counts[name] for name in ('write', 'read', 'erase')],
+            'failed (told so)': sum(n for name, n in self.counts.items() if 'failed' in name),
+            'wrong levels': self.counts['wrong'],
+            'ms beyond the physics: p50, p99, worst': beyond,
+            'ticks': int(self.loop['ticks']),
+            'ticks skipped': int(self.loop['overruns']),
+            'defects caught': int(self.loop['defects']),
+            'IMU messages': self.counts['imu'],
+            'stream messages heard': sum(self.counts[name] for name in STREAMS),
+            'RSS in MB: first, median, last': [
+                round(self.memory[0]),
+                round(float(np.median(self.memory))),
+                round(self.memory[-1]),
+            ],
+            'threads, open files at the end': [self.counts['threads'], self.counts['files']],
+            'session': f'{bag.message_count} messages, {size / 1e6:.0f} MB',
+            'losses in the session': len(bag.losses),
+            'exit status of the node': self.process.returncode,
+        }
+
+
+def main() -> int:
+    """Run; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--minutes', type=float, default=60.0)
+    parser.add_argument('--shake', type=float, default=0.5, help='IMU noise in m/s^2, rms')
+    parser.add_argument('--seed', type=int, default=1)
+    given = parser.parse_args()
+    console = Console()
+    folder = Path(tempfile.mkdtemp(prefix='mlmem-soak-'))
+    soak = Soak(folder, given.shake, given.seed)
+    bar = (TextColumn('soaking'), BarColumn(), TimeRemainingColumn())
+    begun = time.monotonic()
+    try:
+        with standalone() as memory, Progress(*bar, console=console) as progress:
+            task = progress.add_task('', total=60.0 * given.minutes)
+            soak.listen(memory)
+            wait_until(lambda: soak.loop.get('ticks'), 'the node', 60.0)
+            assert memory.read(timeout=60.0).wait().blank
+            while (passed := time.monotonic() - begun) < 60.0 * given.minutes:
+                soak.ask(memory)
+                soak.measure()
+                progress.update(task, completed=passed)
+            time.sleep(1.5)  # a last report
+    finally:
+        soak.process.send_signal(signal.SIGINT)
+        soak.process.wait(60.0)
+    result = soak.result(time.monotonic() - begun)
+    table = Table('counted', 'value')
+    for name, value in result.items():
+        table.add_row(name, str(value))
+    console.print(table)
+    print(json.dumps(result))
+    print(f'log and session: {folder}')
+    return int(bool(result['wrong levels'] or result['exit status of the node']))
+
+
+if __name__ == '__main__':
+    sys.exit(main())
