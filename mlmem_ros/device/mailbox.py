@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from concurrent.futures import Future
 from enum import Enum
 from typing import Any, TypeVar
@@ -22,6 +22,10 @@ Asked = tuple[Command, 'Future[Outcome | None]']
 
 Call = tuple[Callable[[], Any], 'Future[Any]']
 """A function to be called between two ticks, and its result."""
+
+
+MOST = 1000
+"""Commands, or single ticks, that may wait: while time is held nothing takes them out."""
 
 
 class Ending(Enum):
@@ -63,10 +67,10 @@ class Mailbox:
         answer: Future[Outcome | None] = threads.Future()
         superseded = None
         with self.changed:
-            if (refusal := self._closed) is None:
-                last = self._commands[-1][0] if self._commands else None
-                if isinstance(command, Disturb) and isinstance(last, Disturb):
-                    _, superseded = self._commands.pop()
+            last = self._commands[-1][0] if self._commands else None
+            if self._closed is None and isinstance(command, Disturb) and isinstance(last, Disturb):
+                _, superseded = self._commands.pop()
+            if (refusal := self._closed or _full(self._commands)) is None:
                 self._commands.append((command, answer))
                 self.changed.notify_all()
         if superseded is not None and superseded.set_running_or_notify_cancel():
@@ -90,7 +94,7 @@ class Mailbox:
         """Ask for one tick while time is held."""
         answer: Future[int] = threads.Future()
         with self.changed:
-            refusal = self._closed
+            refusal = self._closed or _full(self._single_ticks)
             if refusal is None and not self.paused:
                 refusal = Refused('step works only while paused; pause first')
             if refusal is None:
@@ -170,6 +174,10 @@ class Mailbox:
                 taken = queue.popleft()
             if taken[1].set_running_or_notify_cancel():
                 return taken
+
+
+def _full(queue: Sized) -> Refused | None:
+    return Refused(f'{MOST} requests wait already') if len(queue) >= MOST else None
 
 
 def _refused(answer: Future[T], refusal: Refused | None) -> Future[T]:

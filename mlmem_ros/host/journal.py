@@ -11,8 +11,11 @@ from typing import Any, Protocol
 
 from .. import threads
 
+AT_ONCE = 10
+"""Lines in the log about one thing that may come at once."""
+
 QUIET = 1.0
-"""Seconds between two lines in the log about the same thing."""
+"""Seconds until one more may come."""
 
 LONGEST = 500
 """Characters of a line; of more, the beginning and the end are told."""
@@ -42,7 +45,7 @@ class Journal:
         self.caught = 0
         self._log = log
         self._lock = threads.Lock()
-        self._told: dict[str, float] = {}
+        self._allowed: dict[str, tuple[float, float]] = {}  # lines, and when that was counted
         self._withheld: dict[str, int] = {}
 
     def info(self, text: str) -> None:
@@ -58,7 +61,7 @@ class Journal:
         self._log.error(_short(text))
 
     def refused(self, what: str, why: object) -> None:
-        """Tell of something refused: once a second of each thing, with how often since."""
+        """Tell of something refused: in a flood once a second, with how often since."""
         if (since := self._due(what)) is not None:
             self._log.warning(_short(f'{what} refused: {why}') + since)
 
@@ -82,10 +85,13 @@ class Journal:
         """Return what to add on how much was withheld, or None where it is too early to tell."""
         with self._lock:
             now = threads.monotonic()
-            if now - self._told.get(key, -QUIET) < QUIET:
+            allowed, counted = self._allowed.get(key, (AT_ONCE, now))
+            allowed = min(AT_ONCE, allowed + (now - counted) / QUIET)
+            if allowed < 1.0:
+                self._allowed[key] = allowed, now
                 self._withheld[key] = self._withheld.get(key, 0) + 1
                 return None
-            self._told[key] = now
+            self._allowed[key] = allowed - 1.0, now
             withheld = self._withheld.pop(key, 0)
         return f' (and {withheld} times more since the last line)' if withheld else ''
 

@@ -10,12 +10,12 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from enum import Enum
 from pathlib import Path
-from types import NoneType
 from typing import TypeVar
 
 from .. import durable, threads
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused
+from .errors import Overdue
 from .files import confined
 from .journal import Journal
 from .recording import Recording, SessionPlan
@@ -70,9 +70,7 @@ class Sessions:
             SettingsError: It leads out of `files.root`.
             Overdue: The disk does not answer.
         """
-        begun = self._worker.do(STARTING, lambda: self._start(plan, element, None, anew=False))
-        self._worker.wait()
-        begun.result()
+        self._worker.done(STARTING, lambda: self._start(plan, element, None, anew=False))
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
         """Begin a recording while time runs; a path that exists gets the time added.
@@ -102,12 +100,16 @@ class Sessions:
         Returns:
             Whether all is written that was recorded.
         """
-        stopped = self._worker.do(CLOSING, lambda: self._stop(element, None))
-        self._worker.wait()
-        error = stopped.exception()
-        if not isinstance(error, (Refused, BagError, NoneType)):  # a recording that fails has told
+        try:
+            self._worker.done(CLOSING, lambda: self._stop(element, None))
+        except Refused:  # nothing is being recorded
+            return True
+        except BagError:  # which has been told as it came
+            return False
+        except Overdue as error:
             self._journal.error(str(error))
-        return error is None or isinstance(error, Refused)
+            return False
+        return True
 
     # --- in the worker's thread ----------------------------------------------------------
 

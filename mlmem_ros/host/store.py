@@ -67,16 +67,21 @@ class Store:
 
         Raises:
             StateError: The file of calibrations is damaged, or cannot be read or written.
+            Overdue: The disk does not answer.
             SettingsError: It cannot be calibrated.
             DesignError: The step is beyond the stability limit.
         """
         if self._calibrations is None:
             return new_element(design, settings)
-        key = calibration_key(design, settings)
-        known = calibration_file.load(self._calibrations, key, design.levels)
+        path, key = self._calibrations, calibration_key(design, settings)
+        known = self._worker.done(
+            f'reading {path}', lambda: calibration_file.load(path, key, design.levels)
+        )
         element = new_element(design, settings, known)
         if known is None:
-            calibration_file.save(self._calibrations, key, element.calibration)
+            self._worker.done(
+                f'writing {path}', lambda: calibration_file.save(path, key, element.calibration)
+            )
         self._calibrated = key, element.calibration
         return element
 
@@ -85,10 +90,11 @@ class Store:
 
         Raises:
             StateError: The file is damaged, or belongs to another design.
+            Overdue: The disk does not answer.
         """
-        if self.path is None:
+        if (path := self.path) is None:
             return
-        saved = state_file.load(self.path)
+        saved = self._worker.done(f'reading {path}', lambda: state_file.load(path))
         if saved is None:
             self._journal.info(f'no state in {self.path} yet: the element is blank')
             return

@@ -25,6 +25,7 @@ class _Job:
         self.what = what
         self.work = work
         self.answer: Future[Any] = threads.Future()
+        self.answer.set_running_or_notify_cancel()  # what is asked for is not withdrawn
         self.deadline = threads.monotonic() + PATIENCE
         self.answered = False
 
@@ -62,6 +63,17 @@ class Worker:
         if idle:
             threads.Thread(target=self._run, name=self._name, daemon=True).start()
         return job.answer
+
+    def done(self, what: str, work: Callable[[], T]) -> T:
+        """Do something in the worker's thread and wait for it, but not for long.
+
+        Raises:
+            Overdue: It takes longer than `PATIENCE`.
+            Whatever the work raises.
+        """
+        answer = self.do(what, work)
+        self.wait()
+        return answer.result()
 
     def tend(self) -> None:
         """Answer who has waited too long; to be called about once a second."""

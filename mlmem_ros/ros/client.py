@@ -28,7 +28,7 @@ from .answers import (
     parse_self_test,
 )
 from .errors import RequestFailed, RequestRefused
-from .qos import RELIABLE
+from .qos import EVERY_ONE, RELIABLE
 from .reply import Call, Line, Outgoing, Reply, Steps
 from .trajectory import message_of
 
@@ -278,7 +278,10 @@ class MemoryClient:
         """Return the rclpy client of a service; made at first use, for each slows the node."""
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
-                kind, f'{self._name}/{service}', callback_group=self._group
+                kind,
+                f'{self._name}/{service}',
+                qos_profile=EVERY_ONE,
+                callback_group=self._group,
             )
         return self._clients[service]
 

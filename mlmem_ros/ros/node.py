@@ -98,8 +98,11 @@ class MemoryNode(LifecycleNode):
 
     def close(self) -> None:
         """Stop time where it runs, save the content, close the session file."""
+        loop = self.host.loop
         with self.host.journal.guarded('closing'):
             self.host.close()
+        if loop is not None:
+            self._speedometer.end(loop)
         self._release()
 
     # --- transitions ---------------------------------------------------------------------

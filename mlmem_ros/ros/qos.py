@@ -2,7 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quality of service of our topics, by name."""
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_profile_sensor_data,
+)
 
 SENSOR_DATA = qos_profile_sensor_data
 """Best effort, keep the last 5: streams of which only the newest matters."""
@@ -16,3 +22,7 @@ LATCHED = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 """Reliable and transient local: who comes late gets the last one."""
+
+EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+"""Of requests and their answers: with rclpy's default, who has more than ten under way at once
+loses some."""

@@ -12,7 +12,6 @@ from typing import Any
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
@@ -28,10 +27,8 @@ from ..device import (
 )
 from ..host import REFUSALS, Host
 from . import messages
+from .qos import EVERY_ONE
 from .recorded import session_plan
-
-EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-"""Of requests and answers: with the default, an eleventh that comes at once is lost unanswered."""
 
 
 class Services:

@@ -29,6 +29,7 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
+from mlmem_ros.device.mailbox import MOST
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import StateError
 
@@ -718,6 +719,16 @@ def test_finishing_a_paused_or_failed_loop_ends_too(start):
     result(failed.call(lambda: failed.element.chain.v.__setitem__(3, math.nan)))
     until(lambda: failed.failure is not None)
     failed.finish()
+
+
+def test_a_heap_of_commands_is_refused(start):
+    loop = start(rig.device())
+    hold(loop)
+    answers = [loop.submit(SetStrain(0.0)) for _ in range(MOST + 5)]
+    for late in answers[MOST:]:
+        assert refusal(late) == '1000 requests wait already'
+    loop.pause(False)
+    assert all(result(answer) is None for answer in answers[:MOST])
 
 
 def test_a_newer_acceleration_takes_the_place_of_one_that_waits(start):

@@ -62,13 +62,9 @@ def parameters():
     )
 
 
-@pytest.fixture(autouse=True, scope='session')
-def calibrated():
-    """Let every element have the calibration of the first: it is the same one."""
-    known = new_element(CASE_II).calibration
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(factory, 'factory_calibration', lambda *_: known)
-        yield
+@pytest.fixture(scope='session')
+def calibration():
+    return new_element(CASE_II).calibration
 
 
 class Service:
@@ -92,8 +88,9 @@ class Service:
 
 
 @pytest.fixture
-def serve(log, parameters):
+def serve(log, parameters, calibration, monkeypatch):
     """Put an element in service: serve(state=StateSettings(...), ...); it ends with the test."""
+    monkeypatch.setattr(factory, 'factory_calibration', lambda *_: calibration)
     services = []
 
     def serve(**given):

@@ -219,7 +219,7 @@ def test_a_recording_that_failed_is_told_when_it_is_stopped(serve, record):
     shutil.rmtree(path)
     while host.recording.status.error is None:
         assert host.submit(SetStrain(0.0)).result(SOON) is None
-    with pytest.raises(BagError, match='was deleted while being written|No such file'):
+    with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(SOON)
     assert host.sessions.state is State.IDLE
     assert host.submit(Read()).result(SOON).success

@@ -5,18 +5,19 @@
 import itertools
 
 from mlmem_ros import threads
-from mlmem_ros.host.journal import LONGEST
+from mlmem_ros.host.journal import AT_ONCE, LONGEST
 
 
 def test_a_flood_of_refusals_is_one_line_a_second(journal, log, monkeypatch):
-    clock = itertools.count(0.0, 1e-3)  # a thousand a second
-    monkeypatch.setattr(threads, 'monotonic', lambda: next(clock))
-    for _ in range(10_000):
+    clock = itertools.count(0, 1)  # a thousand a second
+    monkeypatch.setattr(threads, 'monotonic', lambda: next(clock) / 1024)
+    for _ in range(10 * 1024):
         journal.refused('~/strain', 'it is not finite')
     told = log.of('warning')
-    assert len(told) == 10
-    assert told[0] == '~/strain refused: it is not finite'
-    assert told[1] == '~/strain refused: it is not finite (and 999 times more since the last line)'
+    assert len(told) == AT_ONCE + 9
+    assert set(told[:AT_ONCE]) == {'~/strain refused: it is not finite'}
+    more = told[AT_ONCE + 1].removeprefix('~/strain refused: it is not finite ')
+    assert more == '(and 1023 times more since the last line)'
 
 
 def test_one_flood_does_not_hide_another_thing(journal, log):
@@ -39,6 +40,6 @@ def test_a_defect_is_told_with_its_traceback_and_counted(journal, log):
         with journal.guarded('the test'):
             raise ZeroDivisionError('by hand')
     assert journal.caught == 3
-    (told,) = log.of('error')
+    told = log.of('error')[0]
     assert told.startswith('the test failed; this is a defect:')
     assert "raise ZeroDivisionError('by hand')" in told
