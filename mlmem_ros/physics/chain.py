@@ -16,8 +16,8 @@ from .field import Field, aligned
 from .integrator import Integrator
 from .noh_bathe import NOH_BATHE
 from .potential import Array
-from .specimen import Specimen
-from .stepping import STABILITY_MARGIN, default_step, stable_step
+from .specimen import LARGEST_OFFSET, Specimen
+from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
 
 
 @dataclass(frozen=True)
@@ -171,14 +171,18 @@ class Chain:
             raise StateError(f'the state must have shape {wanted}; got {np.shape(state)}')
         if not (np.isfinite(state).all() and math.isfinite(V_N)):
             raise StateError('the state must be finite; got NaN or infinity')
-        self._metamaterial.set(state[:3])
-        if self._substrate is not None:
-            self._substrate.set(state[3:])
+        self._set(state)
         for field in (self._metamaterial, self._substrate):
             if field is not None and not self.integrator.keeps_accelerations:
                 field.acceleration[:] = 0.0
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
+
+    def _set(self, state: Array) -> None:
+        """Set the rows that `state` gave."""
+        self._metamaterial.set(state[:3])
+        if self._substrate is not None:
+            self._substrate.set(state[3:])
 
     def become(self, specimen: Specimen) -> None:
         """Let another specimen of the design take the place of this one, in the same state.
@@ -212,6 +216,7 @@ class Chain:
         self._offset[:] = specimen.offsets
         self._shape[:] = specimen.strain_shape
         self._springs[1:-1] = specimen.s
+        self._reach = farthest_reach(specimen, self.integrator, self.dt) + LARGEST_OFFSET
         mobility = aligned(1.0 / specimen.masses)
         self._stuck = np.flatnonzero(mobility == 0.0)
         self._constants = self.integrator.constants(self.dt, mobility, specimen.eta)
@@ -235,10 +240,12 @@ class Chain:
 
         Raises:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
-                or the state stopped being finite (the chain is then lost: `restore` it).
+                or drive a cell so far that the step is stable no more; the chain is then as it
+                was before.
         """
         self.check_inputs(V_N, drive, shake)
         self.inputs = V_N, drive, shake
+        before = self.state(), self.V_N, self.steps_done
         V_N = _plain(V_N)
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = self._no_motion if drive is None else _plain(drive.motion)
@@ -273,10 +280,23 @@ class Chain:
         if steps:
             self.V_N = float(V_N[-1])
         self.steps_done += steps
+        if loss := self._loss():
+            lost, (state, self.V_N, self.steps_done) = self.steps_done, before
+            self._set(state)
+            raise StateError(
+                f'{loss} before step {lost}: it is strained or shaken too hard; the chain is as '
+                f'it was at step {self.steps_done}'
+            )
+        return ends
+
+    def _loss(self) -> str:
+        """Return what is wrong with the state; empty for one that can go on."""
         # What is not finite anywhere reaches a velocity of the metamaterial within the sub-step.
         if not np.isfinite(self.velocity).all():
-            raise StateError(f'the chain stopped being finite before step {self.steps_done}')
-        return ends
+            return 'the chain stopped being finite'
+        if not np.abs(self.configuration + self.design.c).max() <= self._reach:
+            return f'a cell left the range in which a step of {self.dt:.4g} is stable'
+        return ''
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""

@@ -125,6 +125,11 @@ class Design:
         return self.potential.barrier(self.phase)
 
     @cached_property
+    def wells(self) -> tuple[float, float]:
+        """Configurations between which a cell is in one of the two phases, barriers included."""
+        return self.potential.wells(self.phase, self.phase + 1)
+
+    @cached_property
     def k_s1(self) -> float:
         """On-site stiffness of the inactive phase."""
         return float(self.potential.stiffness(self.D_s1))

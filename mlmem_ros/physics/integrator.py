@@ -24,6 +24,8 @@ class Integrator(ABC):
         nodes: The times in a step at which it wants to know what is prescribed (strain, base,
             driven cell), as shares of the step: rising, the last one 1.
         accurate_step: Largest step with the rigid substrate.
+        accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and what
+            is stable for small waves alone was seen to heat them until they flew.
         keeps_accelerations: Whether a chain's state holds accelerations.
         rigid, elastic: The loops; see `noh_bathe_kernel`.
     """
@@ -31,6 +33,7 @@ class Integrator(ABC):
     name: str
     nodes: tuple[float, ...]
     accurate_step: float
+    accurate_turn: float
     keeps_accelerations: bool
     rigid: Callable[..., None]
     elastic: Callable[..., None]

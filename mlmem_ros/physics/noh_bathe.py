@@ -71,6 +71,7 @@ class NohBathe(Integrator):
     name = 'noh_bathe'
     nodes = (P, 1.0)
     accurate_step = 0.25  # 12 steps per period of the probe's carrier
+    accurate_turn = 0.6
     keeps_accelerations = True
     rigid = staticmethod(advance_rigid)
     elastic = staticmethod(advance_elastic)

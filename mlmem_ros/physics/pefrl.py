@@ -41,6 +41,7 @@ class Pefrl(Integrator):
     name = 'pefrl'
     nodes = (XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0)
     accurate_step = 0.5  # 6 steps per period of the probe's carrier
+    accurate_turn = 1.2
     keeps_accelerations = False
     rigid = staticmethod(advance_rigid)
     elastic = staticmethod(advance_elastic)

@@ -53,6 +53,12 @@ class Potential:
         y = np.asarray(D, dtype=np.float64) + self.c
         return y * (self.a + self.b * y * y), self.a + 3.0 * self.b * y * y, 6.0 * self.b * y
 
+    def stiffest(self, reach: float) -> float:
+        """Return a bound of |psi''| over all configurations with |D + c| up to a reach."""
+        slope = abs(self.a + 3.0 * self.b * reach * reach)
+        steepest = max(self.a, slope)  # a + 3 b y^2 has its extremes at the ends
+        return self.d * math.hypot(steepest**2, 6.0 * self.b * reach)
+
     def ground_state(self, n: int) -> float:
         """Return the n-th ground state: the configuration where theta = 2 pi n.
 
@@ -69,15 +75,38 @@ class Potential:
         """
         return self._configuration(math.pi * (2 * n + 1), f'barrier above ground state {n}')
 
+    def wells(self, first: int, last: int) -> tuple[float, float]:
+        """Return between which configurations a cell is in the well of some ground states.
+
+        That is between the barriers below the first and above the last of them; where the phase
+        turns before it comes to one, up to that turn.
+        """
+        edges = (math.pi * (2 * first - 1), math.pi * (2 * last + 1))
+        low, high = (
+            math.copysign(self._turn, theta) - self.c
+            if abs(theta) >= self._farthest_phase
+            else self._configuration(theta, 'edge')
+            for theta in edges
+        )
+        return low, high
+
+    @property
+    def _turn(self) -> float:
+        """D + c where the phase turns; infinite where it rises forever."""
+        return math.sqrt(-self.a / (3.0 * self.b)) if self.b < 0.0 else math.inf
+
+    @property
+    def _farthest_phase(self) -> float:
+        """The phase at that turn."""
+        return 2.0 / 3.0 * self.a * self._turn
+
     def _configuration(self, theta: float, what: str) -> float:
         """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
-        if self.b < 0.0:
-            y_turn = math.sqrt(-self.a / (3.0 * self.b))
-            if abs(theta) >= 2.0 / 3.0 * self.a * y_turn:
-                raise DesignError(
-                    f'the potential has no {what}: with b = {self.b:g} < 0 its phase only '
-                    f'reaches {2.0 / 3.0 * self.a * y_turn:.4g}, and {abs(theta):.4g} is needed'
-                )
+        if abs(theta) >= (most := self._farthest_phase):
+            raise DesignError(
+                f'the potential has no {what}: with b = {self.b:g} < 0 its phase only '
+                f'reaches {most:.4g}, and {abs(theta):.4g} is needed'
+            )
         y = theta / self.a
         if abs(self.b) * y * y > 1e-9 * self.a:  # else the cubic term is left to Newton
             y = _depressed_cubic(self.a / self.b, -theta / self.b, smallest=self.b < 0.0)

@@ -19,6 +19,9 @@ from .specimen import Specimen
 STABILITY_MARGIN = 0.95
 """Largest share of the stability limit that we step with."""
 
+FARTHEST = 1e6
+"""Bound of what a cell's |D + c| may be where any step is stable."""
+
 INTEGRATORS: dict[str, Integrator] = {each.name: each for each in (NOH_BATHE, PEFRL)}
 """The methods by name."""
 
@@ -28,29 +31,66 @@ def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
     return in_cache(integrator.rigid if design.substrate == 'rigid' else integrator.elastic)
 
 
-def highest_frequency(element: Design | Specimen) -> float:
-    """Return a bound of the angular frequencies of small waves anywhere in an element."""
+def highest_frequency(element: Design | Specimen, reach: float | None = None) -> float:
+    """Return a bound of the angular frequencies of small waves about any state of an element.
+
+    By Gershgorin's circles, with a bound of the on-site stiffness over all that a cell may do.
+
+    Args:
+        element: The element, as designed or as made.
+        reach: Largest |D + c| of a cell; by default that of the wells of both phases.
+    """
     specimen = element if isinstance(element, Specimen) else Specimen(element)
-    design, lightest = specimen.design, float(specimen.masses.min())
-    between = np.linspace(design.D_s1 - 0.25, design.D_s2 + 0.25, 1001)
-    on_site = float(np.abs(design.potential.stiffness(between)).max() * specimen.alpha.max())
-    metamaterial = (4.0 + on_site) / lightest
-    if design.substrate == 'rigid':
-        return math.sqrt(metamaterial)
-    stiffest = 4.0 * float(specimen.s.max()) + on_site
-    return math.sqrt(max(stiffest, metamaterial) + on_site / math.sqrt(lightest))
+    cells, on_site = _cells(specimen, reach)
+    if specimen.design.substrate == 'rigid':
+        return math.sqrt(cells)
+    substrate = 4.0 * float(specimen.s.max()) + on_site
+    return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
 def stable_step(element: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
     specimen = element if isinstance(element, Specimen) else Specimen(element)
-    eta = specimen.eta / float(specimen.masses.min())
-    return STABILITY_MARGIN * integrator.limit(highest_frequency(specimen), eta)
+    return STABILITY_MARGIN * _limit(specimen, integrator)
 
 
 def default_step(element: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that is both accurate and stable."""
-    return min(integrator.accurate_step, stable_step(element, integrator))
+    specimen = element if isinstance(element, Specimen) else Specimen(element)
+    followed = integrator.accurate_turn / math.sqrt(_cells(specimen)[0])
+    return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
+
+
+def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> float:
+    """Return how far a cell may get, as |D + c|, before a step is stable no more.
+
+    The wells become the stiffer the farther out they are. Found by halving, from below.
+    """
+    low, high = _wells(specimen), FARTHEST
+    while high > low * (1.0 + 1e-3):
+        middle = math.sqrt(low * high)
+        if dt <= _limit(specimen, integrator, middle):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+def _wells(specimen: Specimen) -> float:
+    """Return the largest |D + c| in the wells of both phases."""
+    return max(abs(edge + specimen.design.c) for edge in specimen.design.wells)
+
+
+def _cells(specimen: Specimen, reach: float | None = None) -> tuple[float, float]:
+    """Return the greatest square of a cell's frequency, and the on-site stiffness in it."""
+    stiffest = specimen.potential.stiffest(_wells(specimen) if reach is None else reach)
+    on_site = stiffest * float(specimen.alpha.max())
+    return (4.0 + on_site) / float(specimen.masses.min()), on_site
+
+
+def _limit(specimen: Specimen, integrator: Integrator, reach: float | None = None) -> float:
+    eta = specimen.eta / float(specimen.masses.min())
+    return integrator.limit(highest_frequency(specimen, reach), eta)
 
 
 def substep_times(

@@ -45,11 +45,16 @@ def walls(design: Design, configuration: Array) -> list[Wall]:
 def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
     """Return the level whose defect the only wall sits at; -1 blank; -2 anything else.
 
+    A cell in any other ground state than the two phases makes it anything else.
+
     Args:
         design: The element.
         configuration: Delta_j = v_j - V_j, shape (N,).
         tolerance: How near to the defect, in cells.
     """
+    low, high = design.wells
+    if not (configuration.min() > low and configuration.max() < high):
+        return -2
     found = walls(design, configuration)
     if not found and configuration.max() < design.D_barrier:
         return -1

@@ -514,15 +514,25 @@ def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
     assert seen == {'lost', 'finite'}
 
 
-def test_a_lost_chain_can_be_restored():
-    chain, _ = moved('rigid')
-    saved = chain.state()
-    chain.velocity[30] = 1e200
-    with pytest.raises(StateError, match='stopped being finite'):
-        chain.rest(100)
-    chain.restore(saved, V_N=0.0, steps_done=0)
-    chain.rest(100)
-    assert np.isfinite(chain.state()).all()
+@METHODS
+@SUBSTRATES
+@pytest.mark.parametrize(
+    ('end', 'loss'),
+    [(1e200, 'stopped being finite before step 500'), (80.0, 'stable before step 500')],
+)
+def test_a_chain_that_is_lost_is_as_it_was_before(substrate, method, end, loss):
+    """And goes on as if it had not been asked."""
+    chain, twin = (Chain(case_ii(substrate), integrator=method) for _ in range(2))
+    for each in (chain, twin):
+        each.advance(np.full(400 * method.substeps, 0.1))
+    before = chain.state()
+    with pytest.raises(StateError, match=f'{loss}.* as it was at step 400'):
+        chain.advance(np.full(100 * method.substeps, end))
+    assert chain.state().tobytes() == before.tobytes()
+    assert (chain.V_N, chain.steps_done) == (0.1, 400)
+    for each in (chain, twin):
+        each.rest(100)
+    assert chain.state().tobytes() == twin.state().tobytes()
 
 
 def test_case_i_runs_too():

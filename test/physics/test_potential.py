@@ -139,3 +139,28 @@ def test_a_phase_that_turns_back_has_finitely_many_ground_states():
         turning.ground_state(2)
     with pytest.raises(DesignError, match='no barrier above ground state 2'):
         turning.barrier(2)
+
+
+@given(a=st.floats(1e-2, 10.0), b=st.floats(-1.0, 10.0), c=st.floats(-50.0, 50.0))
+@settings(once, max_examples=100)
+def test_no_configuration_within_reach_is_stiffer_than_the_bound(a, b, c):
+    potential = Potential(a, b, c, d=0.7)
+    for reach in (0.1, 3.0, 20.0):
+        D = np.linspace(-reach, reach, 2001) - c
+        largest = np.abs(potential.stiffness(D)).max()
+        assert largest <= potential.stiffest(reach) * (1.0 + 1e-9)
+
+
+@pytest.mark.parametrize('b', [0.0, 0.0172])
+def test_wells_reach_from_barrier_to_barrier(b):
+    potential = Potential(0.2582, b, 7.4489, 0.038)
+    assert potential.wells(1, 2) == (potential.barrier(0), potential.barrier(2))
+
+
+def test_a_well_ends_where_the_phase_turns():
+    turning = Potential(a=1.0, b=-1e-3, c=2.0, d=1.0)  # it tops out at 12.17, short of 5 pi
+    low, high = turning.wells(1, 1)
+    assert low == turning.barrier(0)
+    assert high == turning.barrier(1)
+    assert turning.wells(1, 2)[1] == pytest.approx(math.sqrt(1e3 / 3.0) - 2.0)
+    assert turning.wells(-2, 1)[0] == pytest.approx(-math.sqrt(1e3 / 3.0) - 2.0)

@@ -1,0 +1,81 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever is legal: values drawn from the described ranges, and designs made of them.
+
+Everything comes from one generator, so that a seed tells a whole life.
+"""
+
+import dataclasses
+import math
+
+from mlmem_ros.described import descriptions
+from mlmem_ros.physics import CASE_II, Design, DesignError
+from mlmem_ros.physics.design import RIGIDITY
+from mlmem_ros.physics.potential import Potential
+
+SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
+"""Bounds of what makes an element long, so that hundreds of lives take seconds."""
+
+
+def number(random, low, high, *, whole=False):
+    """Return a number of a range: an end of it, or any of its magnitudes."""
+    if random.random() < 0.15:
+        return random.choice((low, high, 0 if low <= 0.0 <= high else high))
+    if whole:
+        return random.randint(int(low), int(high))
+    if low * high < 0.0:
+        return math.copysign(number(random, 1e-9, max(-low, high)), random.random() - 0.5)
+    if max(abs(low), abs(high)) > 100.0 * max(min(abs(low), abs(high)), 1e-9):
+        small, large = sorted(map(abs, (low, high)))
+        size = math.exp(random.uniform(math.log(max(small, 1e-6 * large)), math.log(large)))
+        return math.copysign(min(max(size, small), large), low + high)
+    return random.uniform(low, high)
+
+
+def value(random, field, description):
+    """Return a legal value of a described field."""
+    if field.type in ('bool', bool):
+        return random.random() < 0.5
+    if description.choices:
+        return random.choice(description.choices)
+    whole = field.type in ('int', int)
+    return number(random, description.low, description.high, whole=whole)
+
+
+def values(random, owner, share):
+    """Return legal values of some described fields of a dataclass, by name: a share of all."""
+    return {
+        field.name: value(random, field, description)
+        for field, description in descriptions(owner)
+        if random.random() < share
+    }
+
+
+def design(random):
+    """Return a legal design of some tens of cells: near Case II's cells, or far from them."""
+    while True:
+        given = values(random, Design, random.choice((0.0, 0.1, 0.3, 0.6, 1.0)))
+        given['N'] = random.randint(3, SMALL['N'])
+        for name in ('J', 'J_s', 'tail'):
+            low = 0 if name == 'tail' else 2
+            given[name] = random.randint(low, min(SMALL[name], given['N'] - 1))
+        given['substrate'] = random.choice(('rigid', 'rigid', 'elastic'))
+        if stiffness := _stiffest(given):  # so that not nearly all are refused
+            least = max(RIGIDITY * stiffness, given.get('s_min', CASE_II.s_min))
+            given['s_min'] = least
+            given['s_max'] = max(least, given.get('s_max', CASE_II.s_max))
+        try:
+            return dataclasses.replace(CASE_II, **given)
+        except DesignError:
+            pass
+
+
+def _stiffest(given):
+    """Return the greatest stiffness of a phase and of the coupling; None where there is none."""
+    p, c = dict(dataclasses.asdict(CASE_II), **given), {}
+    c = Potential(*(p[name] for name in ('a', 'b', 'c', 'd')))
+    try:
+        states = [c.ground_state(p['phase'] + n) for n in (0, 1)]
+    except DesignError:
+        return None
+    return max(1.0, *map(float, c.stiffness(states)))

@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The step: bounds that hold for all that is legal, and lives that are hard but legal."""
+
+import contextlib
+import dataclasses
+import random
+
+import legal
+import numpy as np
+import pytest
+
+from mlmem_ros.physics import (
+    CASE_II,
+    INTEGRATORS,
+    PRESETS,
+    Chain,
+    DesignError,
+    Drive,
+    Scatter,
+    StateError,
+    default_step,
+    scattered,
+    stable_step,
+)
+from mlmem_ros.physics.energy import energy
+from mlmem_ros.physics.stepping import farthest_reach, highest_frequency
+
+METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda each: each.name)
+
+
+def specimen(chance, design):
+    """Return an element of a design as chance, wear and faults may make it."""
+    made = scattered(design, Scatter(0.3, 0.3, 0.2, 0.2), chance.randrange(2**31))
+    mass = np.array(made.mass)
+    mass[chance.randrange(design.N)] = np.inf
+    return dataclasses.replace(made, mass=mass, eta_factor=chance.choice((0.0, 1.0, 100.0)))
+
+
+def squared_frequencies(made, configuration):
+    """Return the squares of all frequencies of small waves about a configuration."""
+    n, design = made.design.N, made.design
+    on_site = made.alpha * design.potential.stiffness(configuration - made.offsets)
+
+    def springs(k):
+        return np.diag(np.append(k, 0.0) + np.append(0.0, k)) - np.diag(k, 1) - np.diag(k, -1)
+
+    cells = springs(np.ones(n - 1)) + np.diag(on_site)
+    weight = 1.0 / np.sqrt(made.masses)
+    if design.substrate == 'rigid':
+        return np.linalg.eigvalsh(weight[:, None] * cells * weight)
+    both = np.block([
+        [cells, -np.diag(on_site)],
+        [-np.diag(on_site), springs(made.s) + np.diag(on_site)],
+    ])  # fmt: skip
+    weight = np.concatenate((weight, [0.0], np.ones(n - 2), [0.0]))  # the ends are moved
+    return np.linalg.eigvalsh(weight[:, None] * both * weight)
+
+
+def test_no_wave_of_any_legal_element_is_faster_than_the_bound():
+    """About whatever the cells do in the wells of both phases: exact eigenvalues."""
+    for seed in range(150):
+        chance = random.Random(seed)
+        made = specimen(chance, legal.design(chance))
+        low, high = made.design.wells
+        share = np.random.default_rng(seed).random(made.design.N)
+        bound = highest_frequency(made) ** 2
+        for inside in (share, np.round(share)):
+            waves = squared_frequencies(made, low + (high - low) * inside + made.offsets)
+            assert waves.max() <= bound * (1.0 + 1e-9), (seed, made.design)
+
+
+@METHODS
+def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
+    for seed in range(50):
+        chance = random.Random(seed)
+        made = specimen(chance, legal.design(chance))
+        dt = stable_step(made, method)
+        reach = farthest_reach(made, method, dt)
+        eta = made.eta / made.masses.min()
+        assert dt <= method.limit(highest_frequency(made, reach), eta)
+        assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
+
+
+def test_the_steps_of_what_ships():
+    """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
+    for design in PRESETS.values():
+        assert [default_step(design, each) for each in INTEGRATORS.values()] == [0.25, 0.5]
+    elastic = dataclasses.replace(CASE_II, substrate='elastic')
+    ticks = [np.ceil(20.0 / default_step(elastic, each)) for each in INTEGRATORS.values()]
+    assert ticks == [641, 774]
+
+
+@METHODS
+@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize(('d', 's_min'), [(20.0, 5e3), (1e3, 1e6)])
+def test_a_cell_that_falls_off_its_barrier_makes_no_energy(method, substrate, d, s_min):
+    """However stiff the cells are: at steps that are stable for small waves only, it did."""
+    design = dataclasses.replace(
+        CASE_II, N=60, d=d, s_min=s_min, s_max=3.0 * s_min, substrate=substrate
+    )
+    chain = Chain(design, integrator=method)
+    v = np.where(design.sites <= 20, design.D_s2, design.D_s1)
+    v[25] = design.D_barrier + 0.01
+    chain.place(v)
+    begin = energy(chain).total
+    for _ in range(25):
+        chain.rest(200)
+        assert energy(chain).total <= 1.001 * begin
+
+
+def hard_life(seed):
+    """Strain, shake, drive and wear a chain as hard as is legal; return whether it was lost."""
+    chance, noise = random.Random(seed), np.random.default_rng(seed)
+    method = chance.choice(list(INTEGRATORS.values()))
+    chain = Chain(legal.design(chance), integrator=method)
+    design, n, steps = chain.design, chain.design.N, 200
+    for _ in range(6):
+        if chance.random() < 0.3:
+            with contextlib.suppress(DesignError):  # it needs a smaller step
+                chain.become(specimen(chance, design))
+        share = np.linspace(0.0, 1.0, steps * method.substeps) ** chance.choice((0.0, 1.0, 3.0))
+        goal = design.end_displacement(chance.uniform(-0.5, 0.5))
+        V_N = chain.V_N + (goal - chain.V_N) * share
+        shake = 0.05 * np.sign(noise.standard_normal(len(V_N)))
+        motion = noise.standard_normal((2, chance.randrange(len(V_N))))
+        drive = Drive(chance.choice((1, n)), motion) if chance.random() < 0.3 else None
+        before = chain.state(), chain.V_N, chain.steps_done
+        try:
+            chain.advance(V_N, drive, shake)
+        except StateError:
+            state, *rest = before
+            assert chain.state().tobytes() == state.tobytes()
+            assert [chain.V_N, chain.steps_done] == rest
+            return True
+        assert np.isfinite(chain.state()).all()
+        assert np.isfinite(energy(chain).total)
+    return False
+
+
+def test_a_hard_life_leaves_a_finite_state():
+    assert {hard_life(seed) for seed in range(200)} == {True, False}
+
+
+@pytest.mark.slow
+def test_hard_lives():
+    assert {hard_life(seed) for seed in range(1000, 21_000)} == {True, False}
