@@ -73,6 +73,11 @@ class Actuator:
                 f'(actuator.max_strain); got {strain!r}'
             )
 
+    def hold(self, strain: float) -> None:
+        """Stand still at a strain."""
+        self.strain = strain
+        self._begin(Motion(strain, strain, 0.0, smooth=True))
+
     def slew_to(self, strain: float) -> None:
         """Move to a strain as fast as the rate limit lets a smooth ramp; see `ramp_to`."""
         self.ramp_to(strain, 0.0)  # an abrupt start or stop was seen to push the wall on

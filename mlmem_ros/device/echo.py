@@ -29,21 +29,34 @@ def blanking(probe: ProbeSettings) -> float:
     return pulse_duration(probe) + 0.5 * window(probe)
 
 
-def threshold(probe: ProbeSettings, t: Array, floor: float = 0.0) -> Array:
+FAINTEST = 1e-13
+"""Least threshold in cells: about an end that rests near 0, rounding alone makes as much."""
+
+
+def falling(probe: ProbeSettings, t: Array) -> Array:
+    """Return v_th exp(-gain_decay t) at times t since the pulse began, however small."""
+    return probe.v_th * exponential(-probe.gain_decay * t)
+
+
+def threshold(
+    probe: ProbeSettings, t: Array, floor: float = 0.0, least: float = FAINTEST
+) -> Array:
     """Return the threshold of v_c at times t since the pulse began.
 
     Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, and
     the ring-down of the pulse. The threshold falls with them. What a sensor's noise adds to
     v_c does not fall; it adds in quadrature, and so it does here, so that an echo crosses
-    about when it would without noise.
+    about when it would without noise. Below what rounding makes of a resting end there is
+    nothing to hear, however fast the threshold falls.
 
     Args:
         probe: The detector's settings.
         t: Times.
         floor: What noise alone may make of v_c.
+        least: Bound from below, in cells.
     """
-    falling = probe.v_th * exponential(-probe.gain_decay * t)
-    return np.sqrt(falling * falling + floor * floor) if floor else falling
+    plain = np.maximum(falling(probe, t), least)
+    return np.sqrt(plain * plain + floor * floor) if floor else plain
 
 
 @dataclass(frozen=True)
@@ -98,15 +111,19 @@ class EchoDetector:
         time: Time up to which v_c is known.
     """
 
-    def __init__(self, probe: ProbeSettings, dt: float, floor: float = 0.0) -> None:
+    def __init__(
+        self, probe: ProbeSettings, dt: float, floor: float = 0.0, least: float = FAINTEST
+    ) -> None:
         """Wait for the samples of a pulse that begins now.
 
         Args:
             probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
             floor: What noise alone may make of v_c: it raises the threshold.
+            least: What rounding alone may make of it: the threshold does not fall below.
         """
         self._floor = floor
+        self._least = least
         self.probe = probe
         self.delay: float | None = None
         self.threshold_margin = 0.0
@@ -139,7 +156,7 @@ class EchoDetector:
         heard = t > blanking(self.probe)
         if not heard.any():
             return
-        ratio = (v_c / threshold(self.probe, t, self._floor))[heard]
+        ratio = (v_c / threshold(self.probe, t, self._floor, self._least))[heard]
         self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
         if self.delay is None and (ratio > 1.0).any():
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])

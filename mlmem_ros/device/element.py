@@ -15,12 +15,13 @@ from ..physics import (
     Design,
     DesignError,
     Specimen,
+    StateError,
     default_step,
     substep_times,
 )
 from . import procedures
 from .actuator import Actuator
-from .base import Base
+from .base import Base, BaseState
 from .calibration import Calibration
 from .commands import (
     KINDS,
@@ -48,10 +49,24 @@ from .sensor_faults import sensed
 from .settings import Settings, TimeSettings
 from .transducer import ENDS, Transducer
 
+MOST_WORK = 10**8
+"""Cell steps of a tick, those of at least a thousand cells: a quarter of a second or so."""
+
 
 def steps_per_tick(design: Design, time: TimeSettings) -> int:
-    """Return the least number of steps of a tick that are accurate and stable."""
-    return math.ceil(time.tick / default_step(design, INTEGRATORS[time.integrator]))
+    """Return the least number of steps of a tick that are accurate and stable.
+
+    Raises:
+        SettingsError: The tick would take so many that nothing could be done beside it.
+    """
+    dt = default_step(design, INTEGRATORS[time.integrator])
+    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
+    if steps > most:
+        raise SettingsError(
+            f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
+            f'got {time.tick:g}'
+        )
+    return steps
 
 
 class MemoryElement:
@@ -83,7 +98,8 @@ class MemoryElement:
             calibration: Echo delay of every level; `factory.new_element` makes one.
 
         Raises:
-            SettingsError: The calibration is that of another number of levels.
+            SettingsError: The calibration is that of another number of levels, or the device
+                would have to take too many steps or samples.
         """
         calibration.check(design.levels)
         self.design = design
@@ -235,19 +251,27 @@ class MemoryElement:
         """Advance by one tick and return what happened in it.
 
         Raises:
-            StateError: The material's state stopped being finite.
+            StateError: The material cannot go on (see `Chain.advance`). It is as it was before
+                this tick, the procedure has failed, and strain and base stand still.
         """
         if self._running:
             self._step(self._running)
         if self.base.harmful:
             self.forget()
+        strain_before, linkage_before = self.actuator.strain, self.linkage.state
         shake = self.base.advance(self._progress)
         told = self.actuator.advance(self._times)
         strain = self.linkage.advance(told, self._substeps, self.faults, self.ticks)
         drive = self.transducer.drive(self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
         self.substrate_speed = (float(V_N[-1]) - self.chain.V_N) / self.tick
-        ends = self.chain.advance(V_N, drive, shake)
+        try:
+            ends = self.chain.advance(V_N, drive, shake)
+        except StateError as error:
+            self.actuator.hold(strain_before)
+            self.linkage.state = linkage_before
+            self._stand_still(str(error))
+            raise
         last = self.transducer.recent[:, -1]
         self.transducer.record(sensed(ends, last, self.faults, self.ticks))
         self.ticks += 1
@@ -260,16 +284,21 @@ class MemoryElement:
         The material's loop is called once for all of them.
 
         Raises:
-            StateError: The material's state stopped being finite.
+            StateError: As by `advance`, for all of these ticks.
         """
         alike = self.transducer.idle and self.linkage.state.true and self.faults == HEALTHY
         if not (self.resting and alike):  # a fault may make one tick unlike the next
             for _ in range(ticks):
                 self.advance()
             return
+        try:
+            ends = self.chain.rest(ticks * self.steps_per_tick)
+        except StateError as error:
+            self._stand_still(str(error))
+            raise
         self.actuator.rest(self._times, ticks)
         self.substrate_speed = 0.0
-        self.transducer.record(self.chain.rest(ticks * self.steps_per_tick))
+        self.transducer.record(ends)
         self.ticks += ticks
 
     def _step(self, run: _Run) -> None:
@@ -278,14 +307,31 @@ class MemoryElement:
         except StopIteration as stop:
             result: Result = stop.value
             failed = ', '.join(check.name for check in result.checks if not check.passed)
-            outcome = self._end(not failed, f'failed: {failed}' if failed else '', result)
-            self.statistics.count(outcome)
+            self._finish(not failed, f'failed: {failed}' if failed else '', result)
         except ProcedureFailed as failure:
-            self.transducer.release()
-            if run.name != 'read':  # which leaves a strain set by hand where it is
-                self.actuator.ramp_to(0.0, self.settings.erase.release)
             result = Result(self.reading, failure.attempts)
-            self.statistics.count(self._end(False, str(failure), result))
+            self._finish(False, str(failure), result)
+
+    def _stand_still(self, why: str) -> None:
+        """End whatever is under way, after a tick that could not be made."""
+        self.base.state = BaseState()
+        self.substrate_speed = 0.0
+        self.transducer.release()
+        self.forget()
+        if self._running:
+            self._running.steps.close()
+            self.statistics.count(self._end(False, why, Result(None)))
+
+    def _finish(self, success: bool, error: str, result: Result) -> None:
+        """Let the running procedure end, well or not, with no cell held and no set-point left.
+
+        But a read leaves a strain that was set by hand.
+        """
+        outcome = self._end(success, error, result)
+        self.statistics.count(outcome)
+        self.transducer.release()
+        if outcome.procedure != 'read' and self.actuator.motion.target != 0.0:
+            self.actuator.ramp_to(0.0, self.settings.erase.release)
 
     def _end(self, success: bool, error: str, result: Result) -> Outcome:
         assert self._running is not None

@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
 
-from ..physics import Chain, Drive, substep_times
+from ..physics import Chain, Drive, Specimen, substep_times
+from ..physics.dispersion import band
 from ..physics.potential import Array
-from .echo import EchoDetector
+from .echo import FAINTEST, EchoDetector
+from .errors import SettingsError
 from .pulse import BoundaryMotion, Move, Pulse
 from .settings import ProbeSettings
 
@@ -20,11 +21,14 @@ ENDS = ('left', 'right')
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest of an end is taken."""
 
-UPPER_EDGE = 2.2
-"""No cell moves faster than the upper edge of the pass bands, an angular frequency."""
-
 LEFT_OF_MOTION = 1e-3
 """Share that is left of the fastest motion in a difference of samples that tells their noise."""
+
+MOST_SAMPLES = 1_000_000
+"""Bound of the samples of an end that are kept."""
+
+HIGHEST_DIFFERENCE = 24
+"""Order beyond which samples are too far apart to tell motion from noise."""
 
 
 class Transducer:
@@ -42,12 +46,21 @@ class Transducer:
         Args:
             chain: The material.
             probes: Pulse and detector settings of the ends, keys 'left' and 'right'.
+
+        Raises:
+            SettingsError: A carrier is so slow that too many samples would have to be kept.
         """
         self._chain = chain
         self.probes = probes
         width = max(2.0 * math.pi * REST_PERIODS / probe.omega_c for probe in probes.values())
-        samples = math.ceil(width / chain.dt)
-        self._difference = _difference(chain.dt)
+        self._difference = _difference(upper_edge(chain.specimen), chain.dt)
+        samples = max(math.ceil(width / chain.dt), self._difference + 1)
+        if samples > MOST_SAMPLES:
+            raise SettingsError(
+                f'omega_c must be at least {width / chain.dt / MOST_SAMPLES:.4g} times the '
+                f'slowest carrier with steps of {chain.dt:.4g}, or the rest of an end takes more '
+                f'than {MOST_SAMPLES} samples'
+            )
         self.recent: Array = np.empty((2, samples))
         self.settle()
         self.detector: EchoDetector | None = None
@@ -90,9 +103,9 @@ class Transducer:
     def noise(self, end: str) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
-        Of a motion as fast as the pass bands allow less than 0.1 % is left in the sixth
-        difference of samples 0.25 time units apart (the thirteenth, 0.5 apart), while white noise
-        is all there.
+        Of a motion as fast as the pass bands allow less than 0.1 % is left in a difference of
+        high enough order (for Case II the sixth of samples 0.25 time units apart, the thirteenth
+        0.5 apart), while white noise is all there.
         """
         differences = np.diff(self.recent[ENDS.index(end)], self._difference)
         return float(np.abs(differences).mean()) / _noise_gain(self._difference)
@@ -109,7 +122,8 @@ class Transducer:
         probe = self.probes[end]
         self._rest = self.rest(end)
         self._listening_end = end
-        self.detector = EchoDetector(probe, self._chain.dt, floor)
+        least = FAINTEST * max(1.0, abs(self._rest))  # rounding goes with what is rounded
+        self.detector = EchoDetector(probe, self._chain.dt, floor, least)
         self._hold(end, Pulse(self._rest, probe))
         return self.detector
 
@@ -156,11 +170,22 @@ def _noise_gain(order: int) -> float:
     return math.sqrt(math.comb(2 * order, order))
 
 
-def _difference(dt: float) -> int:
-    """Return the least order of a difference of samples in which noise is left and no motion."""
-    motion = 2.0 * math.sin(0.5 * UPPER_EDGE * dt)
-    return next(
-        order
-        for order in itertools.count(1)
-        if motion**order <= LEFT_OF_MOTION * _noise_gain(order)
-    )
+def upper_edge(specimen: Specimen) -> float:
+    """Return the upper edge of the pass bands, rounded up to a tenth: no cell moves faster."""
+    design = specimen.design
+    stiffest = max(design.k_s1, design.k_s2) * float(specimen.alpha.max())
+    return math.ceil(10.0 * band(stiffest)[1]) / 10.0
+
+
+def _difference(omega: float, dt: float) -> int:
+    """Return the least order of a difference of samples in which noise is left and no motion.
+
+    Args:
+        omega: Angular frequency of the fastest motion.
+        dt: Time from sample to sample.
+    """
+    motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
+    order = 1
+    while motion**order > LEFT_OF_MOTION * _noise_gain(order) and order < HIGHEST_DIFFERENCE:
+        order += 1
+    return order

@@ -155,10 +155,7 @@ class Chain:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
             elastic substrate: shape (3, N) or (6, N). PEFRL knows no accelerations: zeros.
         """
-        rows = self._metamaterial.rows()
-        if self._substrate is not None:
-            rows += self._substrate.rows()
-        return np.array(rows)
+        return self._rows()
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
         """Set the state that `state` returned, to the bit; by either integrator.
@@ -178,8 +175,14 @@ class Chain:
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
+    def _rows(self) -> Array:
+        rows = self._metamaterial.rows()
+        if self._substrate is not None:
+            rows += self._substrate.rows()
+        return np.array(rows)
+
     def _set(self, state: Array) -> None:
-        """Set the rows that `state` gave."""
+        """Set the rows that `_rows` gave."""
         self._metamaterial.set(state[:3])
         if self._substrate is not None:
             self._substrate.set(state[3:])
@@ -245,7 +248,7 @@ class Chain:
         """
         self.check_inputs(V_N, drive, shake)
         self.inputs = V_N, drive, shake
-        before = self.state(), self.V_N, self.steps_done
+        before = self._rows(), self.V_N, self.steps_done
         V_N = _plain(V_N)
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = self._no_motion if drive is None else _plain(drive.motion)
@@ -294,7 +297,7 @@ class Chain:
         # What is not finite anywhere reaches a velocity of the metamaterial within the sub-step.
         if not np.isfinite(self.velocity).all():
             return 'the chain stopped being finite'
-        if not np.abs(self.configuration + self.design.c).max() <= self._reach:
+        if not np.abs(self.v - self.V + self.design.c).max() <= self._reach:
             return f'a cell left the range in which a step of {self.dt:.4g} is stable'
         return ''
 

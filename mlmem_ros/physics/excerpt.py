@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass
 
 from .design import Design
+from .errors import DesignError, StateError
 from .potential import Array
 
 DECAY = 12.0
@@ -42,6 +43,9 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
         design: The element.
         low: First site that a wall will visit.
         high: Last one.
+
+    Raises:
+        StateError: They are no legal element by themselves.
     """
     margin = reach(design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
@@ -51,15 +55,19 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
     last = min(design.N, max(math.ceil(high + margin), before + design.J + 1))
     # (1 + gamma (j + before)) is (1 + gamma before) (1 + gamma' j).
     scale = 1.0 + design.gamma * before
-    part = dataclasses.replace(
-        design, N=last - before, gamma=design.gamma / scale, d=design.d * scale,
-        j_0=design.j_0 - before, tail=max(0, last - (design.N - design.tail)),
-    )  # fmt: skip
+    try:
+        part = dataclasses.replace(
+            design, N=last - before, gamma=design.gamma / scale, d=design.d * scale,
+            j_0=(design.j_0 - before) % design.J_s, tail=max(0, last - (design.N - design.tail)),
+        )  # fmt: skip
+    except DesignError as error:  # with a gradient so steep that alpha is many times 1
+        raise StateError(f'the cells about {low:g} make no element alone: {error}') from error
     shape = design.end_displacement(1.0) * design.strain_shape[before:last]
     return Excerpt(part, before, shape - shape[len(shape) // 2])
 
 
 def reach(design: Design) -> int:
-    """Return within how many cells a static displacement decays by exp(-DECAY)."""
+    """Return within how many cells, N at most, a static displacement decays by exp(-DECAY)."""
     softest = min(design.k_s1, design.k_s2) * float(design.alpha.min())
-    return math.ceil(DECAY / math.acosh(1.0 + 0.5 * softest))
+    decay = 2.0 * math.asinh(0.5 * math.sqrt(softest))  # acosh(1 + k / 2), however small k is
+    return min(design.N, math.ceil(DECAY / decay))

@@ -49,7 +49,11 @@ def cosine(x: Array) -> Array:
 
 
 def exponential(x: Array) -> Array:
-    """Return exp(x) for |x| up to 700, within 3e-16 (1 + |x|) relative, any shape."""
+    """Return exp(x) for x up to 700, within 3e-16 (1 + |x|) relative, any shape.
+
+    What is below the least number is 0, down to exp(-inf).
+    """
+    x = np.maximum(x, -800.0)
     n = np.rint(x * (1.0 / _LN2))
     r = x - n * _LN2
     value = np.zeros_like(r)

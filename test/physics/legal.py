@@ -18,9 +18,12 @@ SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
 
 
 def number(random, low, high, *, whole=False):
-    """Return a number of a range: an end of it, or any of its magnitudes."""
+    """Return a number of a range: an end of it, zero, next to nothing, or any magnitude."""
     if random.random() < 0.15:
-        return random.choice((low, high, 0 if low <= 0.0 <= high else high))
+        ends = [low, high]
+        if low <= 0.0 <= high:
+            ends += [0] if whole else [0.0, high * 10.0 ** random.uniform(-320.0, -6.0)]
+        return random.choice(ends)
     if whole:
         return random.randint(int(low), int(high))
     if low * high < 0.0:
@@ -72,10 +75,11 @@ def design(random):
 
 def _stiffest(given):
     """Return the greatest stiffness of a phase and of the coupling; None where there is none."""
-    p, c = dict(dataclasses.asdict(CASE_II), **given), {}
+    p = dict(dataclasses.asdict(CASE_II), **given)
     c = Potential(*(p[name] for name in ('a', 'b', 'c', 'd')))
     try:
         states = [c.ground_state(p['phase'] + n) for n in (0, 1)]
     except DesignError:
         return None
-    return max(1.0, *map(float, c.stiffness(states)))
+    plain = 1.0 + abs(p['gamma']) * p['N']
+    return max(1.0, *plain * (1.0 + max(0.0, p['beta'])) * c.stiffness(states))

@@ -13,13 +13,10 @@ from ...physics import Design
 from ...physics.dispersion import band, group_velocity
 from ...physics.potential import Array
 from ...verdict import Verdict, worst
-from ..echo import threshold, window
+from ..echo import FAINTEST, falling, threshold, window
 from ..settings import ProbeSettings
 from .finding import Finding, judged
 from .subject import Subject
-
-FLOOR = 1e-13
-"""Least v_c in cells that is more than the rounding of the displacements it is made of."""
 
 FAINT = 1e-7
 """Threshold in cells below which a real sensor would have to be a very good one."""
@@ -39,11 +36,10 @@ def _range(design: Design, probe: ProbeSettings, end: str) -> Finding:
     distance = np.arange(1.0, 4.0 * design.N)
     k_s = design.k_s2 if end == 'left' else design.k_s1
     t, v_c = echo_strength(design, probe, k_s, distance)
-    low = threshold(probe, t)
-    audible = v_c > np.maximum(low, FLOOR)
+    audible = v_c > threshold(probe, t)
     reach = float(distance[-1] if audible.all() else distance[audible.argmin()] - 1.0)
-    last = float(low[farthest - 1])
-    verdict = worst((judged(reach / farthest, 1.0, 1.0), judged(last, FLOOR, FAINT)))
+    last = float(falling(probe, t[farthest - 1]))
+    verdict = worst((judged(reach / farthest, 1.0, 1.0), judged(last, FAINTEST, FAINT)))
     if verdict is Verdict.PASS:
         text = f'the farthest wall, {farthest} cells away, is within the range of the echo'
     elif reach < farthest:
@@ -83,15 +79,15 @@ def echo_strength(
         distance: Cells from the end to the mirror, shape (m,).
 
     Returns:
-        Mean delay since the pulse began, and greatest v_c in cells, shape (m,) each; v_c is 0
-        where the pulse does not travel.
+        Mean delay since the pulse began, and greatest v_c in cells, shape (m,) each; for a pulse
+        that does not travel its own time, and 0.
     """
     omega = probe.omega_c + np.linspace(-3.0, 3.0, 301) / probe.sigma
     density = np.exp(-((probe.sigma * (omega - probe.omega_c)) ** 2))
     low, high = band(k_s)
     travels = (omega > low) & (omega < high)
     if not travels.any():
-        return np.full_like(distance, math.inf), np.zeros_like(distance)
+        return np.full_like(distance, 6.0 * probe.sigma), np.zeros_like(distance)
     time = 2.0 * distance[:, None] / group_velocity(omega[travels], k_s)
     left = density[travels] * np.exp(-design.eta * time)
     energy = np.maximum(left.sum(axis=1), 1e-300)

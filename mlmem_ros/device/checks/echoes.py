@@ -87,7 +87,7 @@ def _heard(end: str, margins: dict[int, float], delays: list[float]) -> Finding:
     values = {
         'first over threshold': next(iter(margins.values())),
         'faintest': margins[faintest],
-        'least delay': min(delays),
-        'greatest delay': max(delays),
+        'least delay': float(np.min(delays)),  # NaN where a level is not heard
+        'greatest delay': float(np.max(delays)),
     }
     return Finding(f'echo_{end}', values, '', verdict, text, source)

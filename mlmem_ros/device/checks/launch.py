@@ -22,11 +22,15 @@ from ..calibration import Calibration, DelayTable
 from ..element import MemoryElement
 from ..procedures.blocks import launch
 from ..settings import EraseSettings, WriteSettings
+from ..strain_cycle import StrainCycle
 from .finding import Finding
-from .subject import Subject
+from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
 
 RUN = 4
 """Levels at the left end that are run."""
+
+MOST_STRAIN = 0.5
+"""Strain of the first cells that no actuator gives."""
 
 CLOSE = 1.0
 """Distance from the defect in cells within which a wall is at it."""
@@ -38,7 +42,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         yield _judge(subject, name, launched(subject, name))
 
 
-def launched(subject: Subject, name: str) -> float:
+def launched(subject: Subject, name: str) -> float | None:
     """Return where the wall of a write or the kink of an erase comes to rest.
 
     Args:
@@ -46,7 +50,8 @@ def launched(subject: Subject, name: str) -> float:
         name: 'write' or 'erase'.
 
     Returns:
-        Site of the wall; NaN where none is left, or more than one.
+        Site of the wall; NaN where none is left, or more than one; None where the run would
+        take too long to be made.
     """
     design, settings = subject.design, subject.settings
     part = dataclasses.replace(
@@ -56,6 +61,8 @@ def launched(subject: Subject, name: str) -> float:
     # The strain of the first cells where the whole element has that of the settings.
     local = design.end_displacement(1.0) * design.strain_shape[part.N - 1] / part.N
     reached = abs(group.start_strain * local)
+    if reached > MOST_STRAIN:
+        return math.nan
     actuator = dataclasses.replace(
         settings.actuator, max_strain=max(settings.actuator.max_strain, reached)
     )
@@ -63,6 +70,8 @@ def launched(subject: Subject, name: str) -> float:
     element = MemoryElement(
         part, dataclasses.replace(settings, actuator=actuator), Calibration(unknown, unknown)
     )
+    if _work(element, group) > MOST_WORK:
+        return None
     start, target = part.D_s1, part.D_s2
     if name == 'erase':
         start, target = target, start
@@ -76,11 +85,23 @@ def launched(subject: Subject, name: str) -> float:
     return found[0].position if len(found) == 1 else math.nan
 
 
-def _judge(subject: Subject, name: str, position: float) -> Finding:
+def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
+    """Return the cell steps that a launch takes, those of its ticks' own time included."""
+    cycle = StrainCycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
+    move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
+    cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
+    return (cycle.duration + move) / element.tick * (cells + TICK_WORK)
+
+
+def _judge(subject: Subject, name: str, position: float | None) -> Finding:
     defect = subject.design.defect(0)
+    values = {'level 0': float(defect)}
     mover = 'wall' if name == 'write' else 'kink'
     advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
-    if math.isnan(position):
+    if position is None:
+        verdict = Verdict.WARN
+        text = f'a launch takes too long to be run in a check: choose shorter times ({name}.*)'
+    elif math.isnan(position):
         verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
         text = (
             f'no {mover} is left: it does not stay in the trap that the strain makes near the '
@@ -93,7 +114,7 @@ def _judge(subject: Subject, name: str, position: float) -> Finding:
         verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'
     return Finding(
         f'launch_{name}',
-        {'rests at': position, 'level 0': defect},
+        values if position is None else {'rests at': position, **values},
         'cells',
         verdict,
         text,

@@ -7,6 +7,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from ...physics import StateError
 from ...physics.quasistatic import held_landscape
 from ...verdict import Verdict
@@ -30,7 +32,8 @@ def _depth(subject: Subject) -> Finding:
         depths[f'level {level}'] = pin_depth(subject, level)
     speed = min(abs(subject.drift_speed), 1.0)  # a wall is no faster than the waves
     incoming = 0.5 * subject.wall_energy * speed**2
-    ratio = min(depths.values()) / incoming if incoming > 0.0 else math.inf
+    least = float(np.min(list(depths.values())))  # NaN where a level holds no wall
+    ratio = least / incoming if incoming > 0.0 else math.inf
     verdict = judged(ratio, *CAPTURE)
     return Finding(
         'pin_depth',

@@ -58,7 +58,7 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
     values: dict[str, float] = {}
     margins = []
     for mode, peak in (('compression', settings.compression), ('tension', settings.tension)):
-        needed = [abs(e) for e in frees.values() if math.copysign(1.0, e) * peak > 0.0]
+        needed = [abs(e) for e in frees.values() if e * peak > 0.0]  # not for NaN
         if needed:
             hardest = max(needed)
             values[f'{mode} needed'] = math.copysign(hardest, peak)
@@ -146,7 +146,7 @@ def _settling(subject: Subject) -> Finding:
     way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.left)
     needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
     given = 0.5 * erase.release + erase.settle
-    verdict = judged(given / needed, 0.0, 1.0)
+    verdict = judged(given / needed if needed else math.inf, 0.0, 1.0)
     return Finding(
         'erase_settling',
         {'needed': needed, 'given': given},

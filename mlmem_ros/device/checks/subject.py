@@ -27,6 +27,16 @@ LAUNCH = -1
 """Stands for a level from which a launched wall comes to level 0."""
 
 
+MOST_WORK = 1e9
+"""Cell steps that all runs for one finding may take: some seconds."""
+
+TICK_WORK = 6e4
+"""Cell steps in the time that the device takes for a tick beside its own."""
+
+LEAST_CELLS = 100
+"""A shorter chain takes as long for a step."""
+
+
 @dataclass(frozen=True)
 class Subject:
     """A design and the settings of its instrument.
