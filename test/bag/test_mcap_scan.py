@@ -6,9 +6,11 @@ from contextlib import nullcontext
 from itertools import pairwise
 
 import pytest
-from mcap.writer import CompressionType, Writer
+from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
+from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from mlmem_ros.bag import BagError, BagWriter, jazzy
+from mlmem_ros.bag.mcap_records import encode
 from mlmem_ros.bag.mcap_scan import McapScan
 
 
@@ -150,3 +152,29 @@ def test_what_is_no_mcap_file_is_refused(tmp_path):
     (tmp_path / 'a.mcap').write_bytes(b'SQLite format 3\0')
     with pytest.raises(BagError, match=r'a\.mcap must be an MCAP file; it begins with'):
         McapScan(tmp_path / 'a.mcap')
+
+
+def test_a_file_that_changes_while_it_is_read_is_told(whole):
+    path, blocks = whole
+    scan = McapScan(path)
+    content = bytearray(path.read_bytes())
+    content[blocks[1].offset + blocks[1].size - 1] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.raises(BagError, match=r'bag_0\.mcap must not change while it is read: crc'):
+        found(scan)
+
+
+def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
+    """And a record in it that does not belong there is passed over."""
+    schema = Schema(1, b'uint8 data', 'ros2msg', 'std_msgs/msg/UInt8')
+    channel = Channel(7, '/n', 'cdr', {}, 1)
+    inside = encode(schema, Attachment(0, 0, 'a.txt', 'text/plain', b'hello'), channel)
+    chunk = Chunk('', inside, 0, 0, 0, len(inside))
+    path = tmp_path / 'other.mcap'
+    message = Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b'')
+    path.write_bytes(MCAP0_MAGIC + encode(chunk, message, Footer(0, 0, 0)) + MCAP0_MAGIC)
+    scan = McapScan(path)
+    assert scan.losses == []
+    assert scan.schemas == {1: schema}
+    assert scan.channels == {7: channel}
+    assert [(block.chunked, block.counts) for block in scan.blocks] == [(False, {7: 1})]

@@ -4,12 +4,30 @@
 
 from contextlib import suppress
 
+import mcap.writer
 import numpy as np
 import pytest
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mlmem_ros.bag import SENSOR_DATA, BagError, BagReader, BagWriter, Definition, Message, jazzy
+from mlmem_ros.bag import (
+    SENSOR_DATA,
+    BagError,
+    BagReader,
+    BagWriter,
+    Definition,
+    Message,
+    QosProfile,
+    jazzy,
+)
 
 FLOAT = 'std_msgs/msg/Float64'
 
@@ -201,3 +219,54 @@ def test_where_there_is_no_bag_it_says_so(tmp_path):
     (tmp_path / 'text').write_text('hello')
     with pytest.raises(BagError, match='must be an MCAP file'):
         BagReader(tmp_path / 'text')
+
+
+def test_the_qos_of_an_sqlite_bag_is_understood(tmp_path):
+    """rosbags parses it itself; every word has to be one of ours."""
+    offered = Qos(
+        QosHistory.KEEP_LAST, 5, QosReliability.BEST_EFFORT, QosDurability.VOLATILE,
+        QosTime(1, 500), QosTime(2, 0), QosLiveliness.AUTOMATIC, QosTime(3, 0), False,
+    )  # fmt: skip
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(tmp_path / 'other', version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
+        for topic in ('/x', '/y'):
+            connection = writer.add_connection(
+                topic, FLOAT, typestore=store, offered_qos_profiles=[offered]
+            )
+            writer.write(connection, 1, store.serialize_cdr(store.types[FLOAT](data=2.0), FLOAT))
+    reader = BagReader(tmp_path / 'other')
+    (profile,) = reader.topics['/x'].offered_qos_profiles
+    assert profile == QosProfile(
+        history='keep_last', depth=5, reliability='best_effort', durability='volatile',
+        deadline=1_000_000_500, lifespan=2_000_000_000, liveliness='automatic',
+        liveliness_lease_duration=3_000_000_000, avoid_ros_namespace_conventions=False,
+    )  # fmt: skip
+    assert [message.topic for message in reader.messages(['/y'])] == ['/y']
+
+
+def test_a_channel_with_qos_that_cannot_be_parsed_is_read(tmp_path):
+    path = tmp_path / 'other.mcap'
+    with path.open('wb') as stream:
+        writer = mcap.writer.Writer(stream)
+        writer.start()
+        schema = writer.register_schema(FLOAT, 'ros2msg', b'float64 data')
+        channel = writer.register_channel('/x', 'cdr', schema, {'offered_qos_profiles': '- {'})
+        writer.add_message(channel, 1, bytes([0, 1, 0, 0]) + bytes(8), 1)
+        writer.finish()
+    reader = BagReader(path)
+    assert reader.topics['/x'].offered_qos_profiles == ()
+    assert values(reader) == [0.0]
+
+
+def test_a_file_without_messages_spans_no_time(tmp_path):
+    path = tmp_path / 'empty.mcap'
+    with path.open('wb') as stream:
+        writer = mcap.writer.Writer(stream)
+        writer.start()
+        writer.add_metadata('rosbag2', {'serialized_metadata': 'this: is\n not: metadata'})
+        writer.finish()
+    reader = BagReader(path)
+    assert reader.span is None
+    assert reader.metadata is None
+    assert list(reader) == []
+    assert reader.losses == ()

@@ -163,3 +163,17 @@ def test_close_waits_no_longer_than_told(make, monkeypatch):
     assert recorder.close(timeout=0.05).state == 'recording'
     released.set()
     assert recorder.close(60).state == 'closed'
+
+
+def test_a_defect_of_ours_ends_the_recording_and_nothing_else(make, monkeypatch):
+    """Nobody has to listen for errors, and what was written before is whole."""
+    recorder = make()
+    recorder.put('/level', level(1), 1)
+    wait_for(lambda: recorder.status.messages == 1)
+    monkeypatch.setattr(recorder._writer, 'sync_if_due', lambda: 1 / 0)
+    wait_for(lambda: recorder.status.state == 'failed')
+    assert "bag: ZeroDivisionError('division by zero')." in str(recorder.status.error)
+    assert recorder.put('/level', level(2), 2) is False
+    reader = BagReader(recorder.close(60).path)
+    assert [m.cdr for m in reader] == [level(1)]
+    assert reader.losses == ()

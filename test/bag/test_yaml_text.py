@@ -74,3 +74,12 @@ def test_a_key_too_long_for_yaml_is_refused():
 def test_what_is_not_yaml_is_an_error_of_ours():
     with pytest.raises(BagError, match='must be YAML'):
         load('{')
+
+
+def test_what_has_no_yaml_form_is_refused():
+    with pytest.raises(BagError, match=r'a string, an integer or a boolean; got 0\.5'):
+        dump({'half': 0.5})
+
+
+def test_what_is_empty_is_written_as_yaml_cpp_does():
+    assert dump({'a': {}, 'b': []}) == 'a:\n  {}\nb:\n  []'

@@ -112,3 +112,9 @@ def test_the_content_comes_back_without_the_calibration_of_other_pulses(written)
     same = rig.device()
     snapshot.restore(same, values)
     assert same.calibration != own
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+    (tmp_path / 'folder').symlink_to(tmp_path / 'nowhere')
+    with pytest.raises(StateError, match=r'the calibration cannot be saved in .*: File exists'):
+        calibration_file.save(tmp_path / 'folder' / 'x.json', 'a', THIRDS)

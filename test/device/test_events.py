@@ -18,6 +18,12 @@ def test_an_outcome_is_told_in_plain_values():
     }  # fmt: skip
 
 
+def test_what_both_ends_heard_is_told():
+    reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
+    values = Outcome('read', True, '', reading, 1, 0, 60).as_dict()
+    assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
+
+
 def test_a_failure_is_told_with_its_reason_and_no_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
     values = Outcome('read', False, 'no echo came back', reading, 1, 7, 9).as_dict()

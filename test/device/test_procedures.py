@@ -514,6 +514,17 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
     assert element.calibration is factory
 
 
+def test_an_end_that_hears_nothing_gives_no_calibration(written):
+    """The right end alone is listened to on the way; the left one's threshold is a cell."""
+    deaf = rig.with_group('probe', v_th=1.0)
+    element = written(3, read=ReadSettings(end='right'), **deaf)
+    factory = element.calibration
+    outcome = rig.run(element, Calibrate())
+    assert 'level 0 gives no echo at the left end' in outcome.error
+    assert element.calibration is factory
+    assert rig.holds(element, 3)
+
+
 # --- abort ------------------------------------------------------------------------------------
 
 COMMANDS = st.one_of(st.builds(Write, st.integers(0, 7)), st.just(Erase()), st.just(Calibrate()))

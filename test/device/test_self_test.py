@@ -4,10 +4,12 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from mlmem_ros.device import Abort, DelayTable, Heard, Outcome, SelfTest, Write
 from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.physics import CASE_II
 
 from . import rig
 
@@ -90,3 +92,31 @@ def test_a_self_test_can_be_aborted(written):
         ('abort', True),
     ]
     assert rig.succeed(element, Write(2)).level == 2
+
+
+def test_an_erase_that_fails_takes_the_level_and_the_content_with_it():
+    """A kink that no strain frees stays in the element: nothing can be written or restored."""
+    single = dataclasses.replace(CASE_II, N=50)
+    feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
+    once = rig.with_group('write', attempts=1)
+    outcome = rig.run(rig.device(0, design=single, **feeble, **once), SelfTest())
+    assert outcome.error == 'failed: erase, level 0, restore'
+    failed = [check for check in outcome.checks if not check.passed]
+    assert all(check.message.startswith('the element is not blank') for check in failed)
+
+
+def test_an_element_that_is_shaken_from_now_on_is_not_written(written):
+    """Its content was read in time; then 6000 time units are waited for quiet at either end."""
+    element = written(3)
+    element.apply(SelfTest())
+    while not any(isinstance(event, Heard) for event in element.advance()):
+        pass
+    chance = np.random.default_rng(1)
+    told = []
+    while not told:
+        element.chain.velocity[:] += chance.normal(0.0, 1e-4, 225)
+        told = element.advance()
+    (outcome,) = told
+    assert outcome.error == 'failed: transducer left, transducer right'
+    assert all('end does not come to rest' in check.message for check in outcome.checks)
+    assert rig.holds(element, 3)

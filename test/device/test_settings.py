@@ -117,3 +117,11 @@ def test_an_end_is_left_or_right_or_both():
         assert ReadSettings(end=end).end == end
     with pytest.raises(SettingsError, match='end must be one of left, right, both'):
         ReadSettings(end='middle')
+
+
+@pytest.mark.parametrize(
+    'data', [{'probes': {}}, {'probe': {'omega': 2.0}}, {'probe': {'A': 'loud'}}, {'probe': None}]
+)
+def test_what_are_no_settings_is_refused(data):
+    with pytest.raises(SettingsError):
+        Settings.from_dict(data)

@@ -1,13 +1,59 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What cannot be saved or read is refused with the reason."""
+"""A state file holds one snapshot to the bit, and says what is wrong with one that does not."""
 
+import json
 from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import state_file
+from mlmem_ros.device import snapshot, state_file
 from mlmem_ros.physics import StateError
+
+from . import rig
+
+
+def test_a_device_goes_on_to_the_bit_where_its_file_was_saved(tmp_path):
+    path = tmp_path / 'new' / 'folder' / 'element.json'
+    element = rig.device(3)
+    rig.ticks(element, 7)
+    state_file.save(path, snapshot.take(element))
+    other = rig.device()
+    snapshot.restore(other, state_file.load(path))
+    assert snapshot.digest(other) == snapshot.digest(element)
+    assert other.ticks == 7
+
+
+def test_a_second_save_replaces_the_first(tmp_path):
+    state_file.save(tmp_path / 'element.json', {'ticks': 1})
+    state_file.save(tmp_path / 'element.json', {'ticks': 2})
+    assert state_file.load(tmp_path / 'element.json') == {'ticks': 2}
+    assert [path.name for path in tmp_path.iterdir()] == ['element.json']
+
+
+def test_where_there_is_no_file_nothing_is_restored(tmp_path):
+    assert state_file.load(tmp_path / 'element.json') is None
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('', 'must be a state file; it is damaged'),
+        ('\xff', 'must be a state file; it is damaged'),
+        ('[' * 100_000, 'must be a state file; it is damaged'),
+        ('{"format": 1, "snap', 'must be a state file; it is damaged'),
+        ('[]', 'must be a state file of format 1; move it away to start blank'),
+        ('{"format": 2, "snapshot": {}}', 'must be a state file of format 1'),
+        ('{"format": 1}', 'must hold a snapshot; move it away to start blank'),
+        ('{"format": 1, "snapshot": []}', 'must hold a snapshot'),
+    ],
+)
+def test_a_damaged_file_is_refused_and_kept(tmp_path, text, told):
+    path = tmp_path / 'element.json'
+    path.write_bytes(text.encode('latin-1'))
+    with pytest.raises(StateError, match=rf'element\.json {told}'):
+        state_file.load(path)
+    assert path.read_bytes() == text.encode('latin-1')
 
 
 @pytest.mark.parametrize('path', ['/tmp/\0', '/proc/nowhere/state.json', f'/tmp/{"x" * 300}'])
@@ -16,13 +62,16 @@ def test_a_path_that_cannot_be_written_is_refused(path):
         state_file.save(Path(path), {})
 
 
-def test_where_no_file_is_there_is_no_state(tmp_path):
-    assert state_file.load(tmp_path / 'state.json') is None
+def test_a_file_that_cannot_be_read_or_written_is_told_with_the_reason(tmp_path):
+    """A folder where the file should be, and a file where its folder should be."""
+    with pytest.raises(StateError, match=r'cannot be read from .*: Is a directory'):
+        state_file.load(tmp_path)
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(StateError, match=r'cannot be saved in .*: (File exists|Not a directory)'):
+        state_file.save(tmp_path / 'file' / 'element.json', {})
 
 
-@pytest.mark.parametrize('text', ['', '\xff', '[' * 100_000, '7', '{"format": 1}'])
-def test_a_damaged_file_is_refused(tmp_path, text):
-    file = tmp_path / 'state.json'
-    file.write_bytes(text.encode('latin-1'))
-    with pytest.raises(StateError, match=r'must (be a state file|hold a snapshot)'):
-        state_file.load(file)
+def test_the_file_is_plain_json(tmp_path):
+    state_file.save(tmp_path / 'element.json', {'ticks': 5})
+    content = json.loads((tmp_path / 'element.json').read_text())
+    assert content == {'format': 1, 'snapshot': {'ticks': 5}}

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Replay of bags that others recorded, of damaged ones and of ones that hold no session."""
 
+import dataclasses
 import shutil
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from mlmem_ros.bag.redecode import redecode
 from mlmem_ros.bag.replay import element_of, replay, replay_commands
 from mlmem_ros.bag.session_data import load
 from mlmem_ros.cli.main import main
-from mlmem_ros.device import BLANK, new_element
+from mlmem_ros.device import BLANK, UNDECODABLE, new_element
+from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import CASE_II
 
@@ -172,6 +174,18 @@ def test_every_recorded_echo_decodes_again_from_its_waveform():
     again = redecode(echo, session.settings, calibration)
     step = float(np.median(np.diff(echo.t)))
     assert again.delay == pytest.approx(float(read['delay']), abs=1.01 * step)
+
+
+def test_silence_decodes_to_no_level_and_contradicts_what_was_read():
+    session = load(DATA / 'life')
+    heard = session.echoes[0]
+    pulse = np.where(heard.t <= pulse_duration(session.settings.probe), heard.v_m, 0.0)
+    silent = dataclasses.replace(heard, v_m=pulse)
+    again = redecode(silent, session.settings, element_of(session).calibration)
+    assert (again.delay, again.level) == (None, None)
+    assert again.threshold_margin < 1.0
+    assert not again.agrees(2)
+    assert again.agrees(UNDECODABLE)
 
 
 def test_a_wrong_recorded_level_is_found_by_inspect(tmp_path, capsys, monkeypatch):

@@ -271,6 +271,28 @@ def test_too_much_damping_swallows_the_farthest_echo():
     assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
 
 
+def test_a_pulse_outside_the_band_returns_nothing():
+    above = ProbeSettings(omega_c=6.0, sigma=30.0)  # the band ends at 2.14
+    delay, v_c = echo_strength(CASE_II, above, CASE_II.k_s2, np.array([1.0, 200.0]))
+    assert delay.tolist() == [math.inf, math.inf]
+    assert v_c.tolist() == [0.0, 0.0]
+
+
+def test_an_echo_that_is_sought_below_what_sensors_tell_is_a_warning():
+    """The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back."""
+    eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
+    report = check(CASE_II, Settings(probe=eager))
+    assert report['range_left'].verdict is Verdict.WARN
+    assert 'asks much of a sensor' in report['range_left'].text
+    assert report['range_left'].values['range'] > 200.0
+
+
+def test_a_report_knows_its_findings_by_name(case_ii):
+    assert case_ii['bands'].name == 'bands'
+    with pytest.raises(KeyError):
+        case_ii['none']
+
+
 # --- large elements --------------------------------------------------------------------------
 
 

@@ -1,0 +1,80 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A session is what its three topics hold: recorded here without a node, replayed to the bit."""
+
+import pytest
+
+from mlmem_ros import __version__
+from mlmem_ros.bag import BagWriter, session
+from mlmem_ros.bag.replay import element_of, replay
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
+from mlmem_ros.physics import CASE_II
+
+NODE = '/robot/mlmem'
+COMMANDS = {
+    3: SetFaults(Faults(actuator_lag=100.0)),
+    10: SetStrain(0.004),
+    40: SetStrain(0.0),
+}
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
+    element = new_element(CASE_II)
+    topics = session.SessionTopics.of(NODE)
+    with BagWriter(tmp_path / 'bag', sync_interval=float('inf')) as writer:
+        for topic in (topics.header, topics.command, topics.state_hash):
+            writer.add_topic(topic, session.STRING)
+        writer.write(topics.header, session.header(element, NODE, {'autostart': True}), 0)
+        for tick in range(100):
+            if tick in COMMANDS:
+                element.apply(COMMANDS[tick])
+                writer.write(topics.command, session.command(tick, COMMANDS[tick]), tick)
+            element.advance()
+        writer.write(topics.state_hash, session.state_hash(element), 100)
+    return load(tmp_path / 'bag'), element
+
+
+def test_it_replays_to_the_bit(recorded):
+    data, _ = recorded
+    report = replay(data)
+    assert report.exact
+    assert report.hashes == 1
+    assert report.refused == []
+
+
+def test_the_commands_are_those_that_were_given(recorded):
+    data, _ = recorded
+    assert dict(data.stamped) == COMMANDS
+
+
+def test_the_hash_holds_the_displacements_to_the_bit(recorded):
+    data, element = recorded
+    (last,) = data.hashes
+    assert last.tick == 100
+    assert last.v.tolist() == element.chain.v.tolist()
+
+
+def test_the_header_tells_where_it_began_and_with_what(recorded):
+    data, _ = recorded
+    assert data.node == NODE
+    assert data.header['format'] == session.FORMAT
+    assert data.header['parameters'] == {'autostart': True}
+    assert data.header['versions']['mlmem_ros'] == __version__
+    assert {'mcap', 'rosbags'} <= set(data.header['packages'])
+    assert element_of(data).design == CASE_II
+
+
+def test_a_package_that_is_not_installed_has_an_unknown_version(monkeypatch):
+    monkeypatch.setattr(session, 'PACKAGES', ('no-such-package',))
+    assert b'"no-such-package": "unknown"' in session.header(new_element(CASE_II), NODE, {})
+
+
+def test_no_session_begins_in_the_middle_of_a_procedure():
+    element = new_element(CASE_II)
+    element.apply(Write(2))
+    element.advance()
+    with pytest.raises(Refused):
+        session.header(element, NODE, {})
