@@ -19,6 +19,7 @@ EXTRAS = {
     # Studies on many machines, and their tables as Parquet.
     'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
     'test': [
+        'coverage[toml]>=7.10',
         'pytest>=7.4',
         'pytest-timeout>=2.1',
         'pytest-xdist>=3.4',
