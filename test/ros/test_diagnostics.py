@@ -3,6 +3,8 @@
 """Diagnostics: a status for every component, warnings that stay a while, books that close."""
 
 import dataclasses
+from types import SimpleNamespace
+from unittest.mock import ANY
 
 import numpy as np
 import pytest
@@ -10,16 +12,23 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
-from mlmem_ros.device import Faults, MemoryElement, SetFaults, SetStrain, Settings
+from mlmem_ros.bag import BagError, RecorderStatus
+from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.ros.diagnostics.faults import FaultsComponent
 from mlmem_ros.ros.diagnostics.health import ERROR, OK, STALE, WARN, Health, Hysteresis
+from mlmem_ros.ros.diagnostics.loop import LoopComponent
 from mlmem_ros.ros.diagnostics.material import (
     AUDIT_EVERY,
     LARGEST_IMBALANCE,
     MaterialComponent,
 )
+from mlmem_ros.ros.diagnostics.memory import MemoryComponent
+from mlmem_ros.ros.diagnostics.recorder import RecorderComponent
+from mlmem_ros.ros.diagnostics.transducer import TransducerComponent
+from mlmem_ros.ros.gate import Gate
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -165,6 +174,72 @@ def test_a_fault_that_is_set_is_a_warning(element):
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
     assert component.health(Turned(element)).level == OK
+
+
+# What a component says of what went wrong
+
+
+def session(**changes):
+    """Return what the component sees of a recording."""
+    values = {
+        'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'files': 1, 'queued': 0,
+        'dropped': 0, 'error': None,
+    }  # fmt: skip
+    full = changes.pop('full', False)
+    return SimpleNamespace(status=RecorderStatus(**values | changes), full=full)
+
+
+@pytest.mark.parametrize(
+    ('recording', 'level', 'text'),
+    [
+        (None, OK, 'not recording'),
+        (session(), OK, 'recording'),
+        (session(full=True), WARN, 'full: the session has ended'),
+        (session(full=True, dropped=3), WARN, '3 messages found no room and are missing'),
+        (session(error=BagError('no space left'), dropped=3), ERROR, 'no space left'),
+    ],
+)
+def test_the_gravest_of_a_recording_is_told(recording, level, text):
+    component = RecorderComponent()
+    component.recording = recording
+    health = component.rest()
+    assert (health.level, health.text[: len(text)]) == (level, text)
+
+
+def test_a_loop_tells_why_it_stopped_or_what_it_lost():
+    statistics = LoopStatistics(ticks=10, overruns=2)
+    loop = SimpleNamespace(
+        statistics=statistics, tick_seconds=0.002, failure=None, paused=False,
+        element=SimpleNamespace(procedure=''),
+    )  # fmt: skip
+    component = LoopComponent(Gate())
+    assert component.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
+    assert component.health(loop) == Health(OK, 'running', ANY)
+    loop.paused = True
+    assert component.health(loop).text == 'paused'
+    loop.failure = RuntimeError('the chain stopped being finite')
+    assert component.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
+
+
+def heard(level, margin):
+    reading = Reading(level, '', 'left', 700.0, 0.9, margin, 100.0, 'between two levels')
+    return SimpleNamespace(element=SimpleNamespace(reading=reading))
+
+
+def test_a_weak_echo_of_a_level_is_a_warning():
+    component = TransducerComponent()
+    health = component.health(heard(3, 1.2))
+    assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
+    assert component.health(heard(3, 1.5)).level == OK
+    assert component.health(heard(-2, 1.2)).level == OK  # the memory's to tell
+
+
+def test_what_cannot_be_decoded_is_a_warning_with_its_reason():
+    component = MemoryComponent()
+    health = component.health(heard(-2, 1.2))
+    assert (health.level, health.text) == (WARN, 'between two levels')
+    assert component.health(heard(3, 1.2)).text == 'level 3'
+    assert component.health(SimpleNamespace(element=SimpleNamespace(reading=None))).level == OK
 
 
 # On a live node

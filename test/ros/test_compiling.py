@@ -1,0 +1,58 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Who waits for the compiler is told so, again and again, and not at all where it has run."""
+
+import logging
+import threading
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.ros import compiling
+
+NODE = SimpleNamespace(get_logger=lambda: logging.getLogger('test'))
+TEXT = 'compiling the kernels of the rigid substrate (pefrl)'
+
+
+@pytest.fixture
+def cached(monkeypatch):
+    """Say what is in the compiler's cache."""
+    return lambda answer: monkeypatch.setattr(compiling, 'kernel_in_cache', lambda *_: answer)
+
+
+def test_what_is_compiled_is_not_spoken_of(cached, caplog):
+    cached(True)
+    told = []
+    with (
+        caplog.at_level('INFO'),
+        compiling.telling_compilation(NODE, CASE_II, 'pefrl', told.append),
+    ):
+        pass
+    assert told == []
+    assert caplog.messages == []
+
+
+def test_it_is_told_until_it_is_over(cached, caplog, monkeypatch):
+    cached(False)
+    monkeypatch.setattr(compiling, 'REMINDER', 0.001)
+    told, thrice = [], threading.Event()
+
+    def report(text):
+        told.append(text)
+        if len(told) == 3:
+            thrice.set()
+
+    with caplog.at_level('INFO'), compiling.telling_compilation(NODE, CASE_II, 'pefrl', report):
+        assert thrice.wait(10.0)
+    assert set(told) == {TEXT}
+    assert caplog.messages[0].startswith(TEXT)
+    assert caplog.messages[1].startswith('compiled in')
+    assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]
+
+
+def test_a_failure_within_ends_the_reminder(cached):
+    cached(False)
+    with pytest.raises(RuntimeError), compiling.telling_compilation(NODE, CASE_II, 'pefrl', print):
+        raise RuntimeError
+    assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]
