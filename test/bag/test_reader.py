@@ -196,6 +196,17 @@ def test_a_cut_sqlite_bag_is_refused_or_its_losses_are_told(record_by_rosbags):
             assert BagReader(path).losses
 
 
+def test_a_foreign_file_among_sqlite_files_is_told(record_by_rosbags):
+    path = record_by_rosbags(StoragePlugin.SQLITE3)
+    (path / 'metadata.yaml').unlink()
+    (path / 'other_1.db3').write_bytes(b'something else')
+    reader = BagReader(path)
+    assert values(reader) == [i / 4 for i in range(10)]
+    (loss,) = reader.losses
+    assert (loss.file.name, loss.offset, loss.size) == ('other_1.db3', 0, len(b'something else'))
+    assert 'Cannot read' in loss.reason
+
+
 def test_definitions_in_the_bag_have_precedence(tmp_path):
     mine = Definition('std_msgs/msg/Float64', 'float64 data\nuint8 quality\n')
     with BagWriter(tmp_path / 'bag') as writer:

@@ -141,7 +141,7 @@ BAD = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(('command', 'message'), BAD, ids=[message for _, message in BAD])
+@pytest.mark.parametrize(('command', 'message'), BAD)
 def test_what_is_no_profile_is_refused_whole(command, message):
     element = rig.device()
     element.apply(WAVE)
