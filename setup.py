@@ -30,6 +30,7 @@ EXTRAS = {
         'distributed>=2023.5',
         'pyarrow>=14',
     ],
+    'mutation': ['mutmut>=3.8'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }
 

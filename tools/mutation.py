@@ -1,0 +1,83 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tell which share of a random sample of mutants the tests kill, and show those that survive.
+
+A mutant is the package with one expression of `mlmem_ros.device` or `mlmem_ros.bag` changed; it
+is killed by the first test that fails. mutmut makes them and runs the tests that reach the
+changed function (its settings are in pyproject.toml); what it has found stays in `mutants/`.
+"""
+
+import argparse
+import json
+import random
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+from mutmut.stats import status_by_exit_code
+from scipy.stats import binomtest
+
+ROOT = Path(__file__).resolve().parent.parent
+MUTANTS = ROOT / 'mutants'
+FIRST = 'mlmem_ros.device.chance.x_happens__mutmut_1'
+"""A quick mutant: mutmut makes all of them when it runs any."""
+
+KILLED = 'killed', 'timeout'
+"""Statuses of a mutant that a user of the tests would notice."""
+
+NOT_RUN = 255
+"""Exit code of a worker whose tests could not be run; mutmut takes it for a timeout."""
+
+
+def main() -> int:
+    """Run the sample and print the table; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--sample', type=int, default=250, help='mutants to run')
+    parser.add_argument('--seed', type=int, default=1, help='which sample')
+    parser.add_argument('--jobs', type=int, default=1, help='processes at once')
+    given = parser.parse_args()
+    mutmut('run', '--max-children', str(given.jobs), FIRST)
+    names = sorted(statuses())
+    sample = random.Random(given.seed).sample(names, min(given.sample, len(names)))
+    print(f'{len(sample)} of {len(names)} mutants, seed {given.seed}', flush=True)
+    mutmut('run', '--max-children', str(given.jobs), *sample)
+    found = {name: status for name, status in statuses().items() if name in set(sample)}
+    for package in ('device', 'bag', ''):
+        part = [status for name, status in found.items() if name.split('.')[1].startswith(package)]
+        print(f'{package or "both":8}{summary(part)}')
+    for name, status in sorted(found.items()):
+        if status not in KILLED:
+            print(f'\n{mutmut("show", name)}', end='')
+    return 0
+
+
+def mutmut(*arguments: str) -> str:
+    """Run mutmut and return what it says; end with that where it fails."""
+    command = [sys.executable, '-m', 'mutmut', *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f'{done.stdout[-4000:]}{done.stderr[-4000:]}')
+    return done.stdout
+
+
+def statuses() -> dict[str, str]:
+    """Return what became of every mutant, by its name."""
+    found = {}
+    for path in MUTANTS.rglob('*.py.meta'):
+        codes = json.loads(path.read_text())['exit_code_by_key']
+        for name, code in codes.items():
+            found[name] = 'not run' if code == NOT_RUN else status_by_exit_code[code]
+    return found
+
+
+def summary(statuses: list[str]) -> str:
+    """Return the share that was killed with its 95 % interval, and the counts."""
+    killed = sum(status in KILLED for status in statuses)
+    low, high = binomtest(killed, len(statuses)).proportion_ci(0.95, 'exact')
+    counts = ', '.join(f'{status} {count}' for status, count in Counter(statuses).most_common())
+    return f'{killed / len(statuses):6.1%} ({low:.1%} to {high:.1%}): {counts}'
+
+
+if __name__ == '__main__':
+    sys.exit(main())
