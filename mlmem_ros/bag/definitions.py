@@ -7,8 +7,9 @@ All of it comes from `rosbags`, so that bags are written and read where no ROS i
 
 from __future__ import annotations
 
+import re
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -18,10 +19,12 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_typestore
 from rosbags.typesys.store import Typestore
 
+from ..clipped import clipped, printable
 from .errors import BagError
-from .schema_text import ENCODINGS, dependencies, parse_schema, schema_text
+from .schema_text import dependencies, parse_schema, schema_text
 
 _HEADER_SIZE = 4  # bytes of CDR encapsulation
+_NOTHING = 'structure_needs_at_least_one_member', (Nodetype.BASE, ('uint8', 0))
 _WIDE = {'float64', 'int64', 'uint64'}
 # What rosbags' parsers, code generators and generated code raise on input that is not right.
 _FAULTS = (
@@ -62,9 +65,25 @@ class Definition:
 class Codec:
     """Converts messages of a fixed set of types to CDR and back."""
 
-    def __init__(self, store: Typestore) -> None:
+    def __init__(self, store: Typestore, refused: Mapping[str, str] | None = None) -> None:
+        """Take the types.
+
+        Args:
+            store: Holds them.
+            refused: Types whose definition is not believed, and why.
+        """
         self._store = store
+        self._refused = refused or {}
         self._wide: dict[str, bool] = {}
+
+    def knows(self, type_name: str) -> bool:
+        """Return whether a type is known here."""
+        return type_name in self._store.fielddefs and type_name not in self._refused
+
+    def has_fields(self, type_name: str, fields: Sequence[Any]) -> bool:
+        """Return whether a known type has these fields, as rosbags parses them."""
+        mine = self._store.fielddefs[type_name][1]
+        return _plain(mine) == _plain(fields or [_NOTHING])
 
     def definition(self, type_name: str) -> Definition:
         """Describe a type in full.
@@ -178,15 +197,18 @@ class Codec:
             message, size = decode(body, 0, coder.cls, self._store)
         except _FAULTS as error:
             raise BagError(
-                f'The {len(cdr)} bytes must be CDR of a {type_name}: {error}.'
+                f'The {len(cdr)} bytes must be CDR of a {type_name}: {printable(str(error), 200)}.'
             ) from error
+        if size > len(body):
+            raise BagError(
+                f'A {type_name} of {size} bytes must be there in whole; got {len(body)}.'
+            )
         return message, _HEADER_SIZE + size
 
     def _require(self, type_name: str) -> None:
-        if type_name not in self._store.fielddefs:
-            raise BagError(
-                f'The definition of {type_name!r} is not known; give its text along with it.'
-            )
+        if not self.knows(type_name):
+            reason = self._refused.get(type_name, 'give its text along with it')
+            raise BagError(f'The definition of {clipped(type_name)} is not known here; {reason}.')
 
     def _has_wide_sequence(self, type_name: str) -> bool:
         wide = any(
@@ -196,6 +218,10 @@ class Codec:
         return wide or any(map(self._has_wide_sequence, dependencies(self._store, type_name)))
 
 
+def _plain(fields: Sequence[Any]) -> list[Any]:
+    return [(name.lower(), detail) for name, detail in fields]
+
+
 @lru_cache(maxsize=1)
 def jazzy() -> Codec:
     """Give the codec of the interfaces that ROS 2 Jazzy ships."""
@@ -203,22 +229,48 @@ def jazzy() -> Codec:
 
 
 def codec_of(definitions: Iterable[Definition]) -> Codec:
-    """Build a codec from the definitions a bag holds, which may be those of any distribution.
+    """Build a codec for the definitions a bag holds.
+
+    Types that ship with ROS 2 Jazzy are Jazzy's, whatever a bag says; should it say that its own
+    has other fields, its messages are refused, for they would decode to nonsense or not at all.
+    Other types are as the bag defines them, within the limits of `schema_limits`.
 
     Args:
-        definitions: Definitions with all they depend on. One that is not in a language known
-            here is taken from Jazzy; one that cannot be parsed is left out.
+        definitions: Definitions with all they depend on. One that cannot be parsed is left out.
 
     Returns:
-        A codec of these types.
+        A codec of these types and of Jazzy's.
     """
-    store = get_typestore(Stores.EMPTY)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    refused: dict[str, str] = {}
     for definition in definitions:
         try:
-            if definition.encoding not in ENCODINGS:
-                definition = jazzy().definition(definition.type)
-            types = parse_schema(definition.type, definition.text, definition.encoding)
-            store.register(types)
-        except (BagError, *_FAULTS):
-            continue
-    return Codec(store)
+            _register(store, definition)
+        except (BagError, *_FAULTS) as error:
+            refused[definition.type] = printable(str(error), 200)
+    return Codec(store, refused)
+
+
+def _register(store: Typestore, definition: Definition) -> None:
+    name, ours = definition.type, jazzy()
+    if ours.knows(name) and _is_hash(definition.hash):
+        if definition.hash != ours.definition(name).hash:
+            raise BagError(f'its hash is {definition.hash}, that of ROS 2 Jazzy is another')
+        return
+    try:
+        types = parse_schema(name, definition.text, definition.encoding)
+    except (BagError, *_FAULTS):
+        if ours.knows(name):
+            return
+        raise
+    if name not in types and not ours.knows(name):
+        raise BagError('it is not in its own definition')
+    for other in [each for each in types if ours.knows(each)]:
+        if not ours.has_fields(other, types.pop(other)[1]):
+            raise BagError(f'{other} has other fields than in ROS 2 Jazzy')
+    if types:
+        store.register(types)
+
+
+def _is_hash(text: str) -> bool:
+    return re.fullmatch('RIHS01_[0-9a-f]{64}', text) is not None

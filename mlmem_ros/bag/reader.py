@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
-from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -42,6 +41,7 @@ class BagReader:
                 raise BagError(f'{self.path} must be a bag directory or file; it does not exist.')
             directory = self.path.is_dir()
         self._losses: list[Loss] = []
+        self._codecs: dict[str, Codec] = {}
         metadata = self._read_metadata() if directory else None
         with storage_errors(f'read {self.path}'):
             files = self._listed(metadata) or self._found() if directory else [self.path]
@@ -110,7 +110,10 @@ class BagReader:
         return Definition(type_name, definition.text, definition.encoding, digest)
 
     def deserialize(self, message: Message) -> Any:
-        """Decode a message by the definitions the bag holds, else by those of Jazzy.
+        """Decode a message, by Jazzy's definition where it has one, else by that in the bag.
+
+        A definition is looked at with the first message of its type; see `codec_of` for what
+        is believed.
 
         Args:
             message: A message of this bag.
@@ -119,14 +122,13 @@ class BagReader:
             An object with the fields as attributes; arrays of numbers are numpy arrays.
 
         Raises:
-            BagError: The type is not known or the bytes are not a message of it.
+            BagError: The type is not known or not believed, or the bytes are not a message of
+                it.
         """
-        return self._codec.deserialize(message.cdr, message.type)
-
-    @cached_property
-    def _codec(self) -> Codec:
-        types = {info.type for info in self.topics.values()}
-        return codec_of(self.definition(type_name) for type_name in sorted(types))
+        codec = self._codecs.get(message.type)
+        if codec is None:
+            codec = self._codecs[message.type] = codec_of([self.definition(message.type)])
+        return codec.deserialize(message.cdr, message.type)
 
     def _read_metadata(self) -> BagMetadata | None:
         try:

@@ -10,6 +10,8 @@ from typing import Any
 from rosbags.typesys import get_types_from_idl, get_types_from_msg
 from rosbags.typesys.store import Typestore
 
+from .schema_limits import check_types, condensed
+
 ENCODINGS = ('ros2msg', 'ros2idl')
 """The languages of definitions."""
 
@@ -32,7 +34,7 @@ def schema_text(store: Typestore, type_name: str) -> str:
     return _full_text(store, type_name, set())
 
 
-def parse_schema(type_name: str, text: str, encoding: str) -> Any:
+def parse_schema(type_name: str, text: str, encoding: str) -> dict[str, Any]:
     """Read the definition of a type.
 
     Args:
@@ -43,9 +45,18 @@ def parse_schema(type_name: str, text: str, encoding: str) -> Any:
     Returns:
         Types to be registered in a store of rosbags. On text that is not of the language the
         parsers raise various errors.
+
+    Raises:
+        LimitError: It asks for more than a message type needs.
     """
-    if encoding == 'ros2msg':
-        return get_types_from_msg(text, type_name)
+    text = condensed(text, encoding)
+    is_msg = encoding == 'ros2msg'
+    types = dict(get_types_from_msg(text, type_name) if is_msg else _parse_idl(text))
+    check_types(types)
+    return types
+
+
+def _parse_idl(text: str) -> dict[str, Any]:
     # rosbag2 puts a rule and a line "IDL: pkg/msg/Type" above each IDL file, others need not.
     header, *sections = text.split(f'{_RULE}\nIDL: ')
     files = [section.partition('\n')[2] for section in sections] or [header]

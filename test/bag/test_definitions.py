@@ -4,7 +4,9 @@
 
 import json
 import sys
+import time
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +78,69 @@ def test_hashes_are_those_of_the_installed_interfaces(type_name):
 def test_a_definition_is_enough_to_build_its_codec(type_name):
     definition = jazzy().definition(type_name)
     assert codec_of([definition]).definition(type_name) == definition
+
+
+@pytest.mark.parametrize('type_name', NODE_TYPES)
+def test_a_definition_without_a_hash_is_known_by_its_fields(type_name):
+    nameless = replace(jazzy().definition(type_name), hash='')
+    assert codec_of([nameless]).knows(type_name)
+    other = replace(nameless, text=f'int8 first\n{nameless.text}')
+    with pytest.raises(BagError, match='has other fields than in ROS 2 Jazzy'):
+        codec_of([other]).deserialize(bytes(100), type_name)
+
+
+def test_a_type_of_the_same_name_with_another_hash_is_refused():
+    other = replace(jazzy().definition('std_msgs/msg/Int16'), hash='RIHS01_' + '0' * 64)
+    with pytest.raises(BagError, match='its hash is RIHS01_000'):
+        codec_of([other]).deserialize(bytes(6), 'std_msgs/msg/Int16')
+
+
+IDL = 'module demo { module msg { %s }; };'
+DEMO = f'\n{"=" * 80}\nMSG: demo/B\n'
+GREEDY = {
+    'an array of texts': ('ros2msg', 'string[100000000] x'),
+    'blanks': ('ros2msg', ' ' * 5_000_000),
+    'fields': ('ros2msg', ''.join(f'int8 a{n}\n' for n in range(100_000))),
+    'an empty array': ('ros2msg', 'uint8[0] x'),
+    'arrays of arrays': ('ros2msg', f'B[1999] x{DEMO}C[1999] x{DEMO.replace("B", "C")}int8 x'),
+    'shells': (
+        'ros2msg',
+        'A0[] x' + ''.join(f'\n{"=" * 80}\nMSG: demo/A{n}\nA{n + 1} x' for n in range(300)),
+    ),
+    'a shift': ('ros2idl', IDL % 'const long X = 1 << 30000000000; struct A { long x; };'),
+    'brackets': (
+        'ros2idl',
+        IDL % f'const long X = {"(" * 20}1{")" * 20}; struct A {{ long x; }};',
+    ),
+    'dimensions': ('ros2idl', IDL % f'struct A {{ long x{"[1]" * 1000}; }};'),
+    'constants': ('ros2idl', IDL % ('const long X = 1;' * 900 + 'struct A { long x; };')),
+    'texts': ('ros2idl', IDL % f'const string X = {5000 * "1 "}; struct A {{ long x; }};'),
+    'a comment': ('ros2idl', '/*' * 500_000),
+}
+
+
+@pytest.mark.parametrize('what', GREEDY)
+def test_a_definition_that_asks_for_too_much_is_left_alone(what):
+    encoding, text = GREEDY[what]
+    begin = time.process_time()
+    codec = codec_of([Definition('demo/msg/A', text, encoding)])
+    with pytest.raises(BagError):
+        codec.deserialize(bytes([0, 1, 0, 0]) + b'\xff' * 1000, 'demo/msg/A')
+    assert time.process_time() - begin < 2.0
+
+
+def test_comments_do_not_count():
+    """Seven pages of them, and an IDL file as rosidl writes it, texts of comments and all."""
+    text = '# nothing\n' * 20_000 + 'int32[9] x   # nine\n'
+    assert codec_of([Definition('demo/msg/A', text)]).knows('demo/msg/A')
+    words = '@verbatim (language="comment", text="%s")' % ('twenty thousand of them" "' * 1000)
+    fields = '@default (value=-1) long x; sequence<double, 3> y; nine z; string<=5 t;'
+    text = IDL % (
+        f'module A_Constants {{ const long X = -1; }}; typedef double nine[9];'
+        f'{words} struct A {{ {fields.replace("string<=5", "string<5>")} }};'
+    )
+    codec = codec_of([Definition('demo/msg/A', text, 'ros2idl')])
+    assert codec.knows('demo/msg/A')
 
 
 def test_a_message_survives_cdr():

@@ -207,10 +207,21 @@ def test_a_foreign_file_among_sqlite_files_is_told(record_by_rosbags):
     assert 'Cannot read' in loss.reason
 
 
-def test_definitions_in_the_bag_have_precedence(tmp_path):
-    mine = Definition('std_msgs/msg/Float64', 'float64 data\nuint8 quality\n')
+def test_a_type_that_ships_with_ros_is_never_taken_from_the_bag(tmp_path):
+    """A Float64 with other fields is refused, not read as ours, which would be nonsense."""
+    mine = Definition('std_msgs/msg/Float64', 'uint8 quality\nfloat64 data\n')
     with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/x', FLOAT, definition=mine)
+        writer.write('/x', bytes([0, 1, 0, 0]) + bytes(16), 0)
+    reader = BagReader(tmp_path / 'bag')
+    with pytest.raises(BagError, match='Float64 has other fields than in ROS 2 Jazzy'):
+        reader.deserialize(next(iter(reader)))
+
+
+def test_a_type_of_ones_own_is_taken_from_the_bag(tmp_path):
+    mine = Definition('demo_msgs/msg/Graded', 'std_msgs/Float64 of\nuint8 quality\n')
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/x', mine.type, definition=mine)
         writer.write('/x', bytes([0, 1, 0, 0]) + bytes(8) + bytes([9]), 0)
     reader = BagReader(tmp_path / 'bag')
     assert reader.deserialize(next(iter(reader))).quality == 9

@@ -1,0 +1,56 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What comes from outside goes into a message short, in one line, printable."""
+
+import pytest
+
+from mlmem_ros.clipped import clipped, printable
+
+
+def deep(levels):
+    value = []
+    for _ in range(levels):
+        value = [value]
+    return value
+
+
+def aliases(doublings):
+    """A list that a YAML document of a few lines can make: 2^n words when written out."""
+    value = ['lol']
+    for _ in range(doublings):
+        value = [value, value]
+    return value
+
+
+@pytest.mark.parametrize(
+    'value',
+    [
+        'x' * 5_000_000,
+        b'x' * 5_000_000,
+        list(range(10**6)),
+        {str(n): n for n in range(10**5)},
+        10**4000,
+        deep(100_000),
+        aliases(40),
+    ],
+    ids=['text', 'bytes', 'list', 'dict', 'number', 'deep', 'aliases'],
+)
+def test_a_huge_value_is_clipped(value):
+    assert 3 <= len(clipped(value)) <= 80
+
+
+def test_a_short_value_is_its_repr():
+    for value in (None, 1.5, 'level', [1, 2], {'tick': None}):
+        assert clipped(value) == repr(value)
+
+
+def test_start_and_end_of_a_long_text_are_left():
+    assert clipped('a' * 50 + 'z' * 50, 20).startswith("'aaa")
+    assert clipped('a' * 50 + 'z' * 50, 20).endswith("zzz'")
+
+
+def test_no_text_commands_the_terminal():
+    shown = printable('\x1b[2Jgone\nnext \ud800 größe [/red]')
+    assert shown == '\\x1b[2Jgone\\nnext \\ud800 größe [/red]'
+    assert shown.encode()
+    assert len(printable('\n' * 5_000_000)) <= 1000
