@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from .clipped import clipped
+
 
 @dataclass(frozen=True)
 class Description:
@@ -75,7 +77,7 @@ def problems(instance: Any) -> list[str]:
         kind = field.type if isinstance(field.type, str) else field.type.__name__
         if not _matches(value, kind, description):
             wanted = _wanted(kind, description)
-            found.append(f'{field.name} must be {wanted}; got {value!r}')
+            found.append(f'{field.name} must be {wanted}; got {clipped(value)}')
     return found
 
 

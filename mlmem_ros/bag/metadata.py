@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..clipped import clipped
 from ..durable import write_atomically
 from .errors import BagError, storage_errors
 from .qos import QosProfile, parse_profiles, profiles_of
@@ -127,7 +128,7 @@ def parse_metadata(text: str) -> BagMetadata:
         document: Any = load(text)
         return _metadata(document.get(_ROOT, document))
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise BagError(f'The text must be rosbag2 metadata; got {text!r:.80}.') from error
+        raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
 
 
 def read_metadata(directory: Path) -> BagMetadata | None:

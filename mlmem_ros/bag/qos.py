@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Any
 
+from ..clipped import clipped
 from .errors import BagError
 from .yaml_text import Node, dump, load
 
@@ -130,7 +131,7 @@ def profiles_of(node: object) -> tuple[QosProfile, ...]:
         return tuple(_profile(item) for item in node)  # type: ignore[attr-defined]
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise BagError(
-            f'offered_qos_profiles must be a list of QoS profiles; got {node!r:.80}.'
+            f'offered_qos_profiles must be a list of QoS profiles; got {clipped(node)}.'
         ) from error
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,14 +21,18 @@ from ..device import (
     Refused,
     snapshot,
 )
-from ..device.errors import SettingsError
-from ..physics import DesignError, StateError
+from ..physics import StateError
 from .errors import BagError
+from .records import StateHash, naming
 from .session import versions
-from .session_data import SessionData, StateHash
+from .session_data import SessionData
+from .session_length import last_tick, longest_silence
 
 Progress = Callable[[int, int], None]
 """Called now and then with the ticks done and the ticks to do."""
+
+MOST_TICKS = 10**9
+"""Ticks that a replay by the stamps of messages may take: three weeks of a robot's time."""
 
 PROGRESS_EVERY = 500
 """Ticks between two calls of a progress callback."""
@@ -100,14 +104,12 @@ def element_of(session: SessionData) -> MemoryElement:
     design, settings = session.design, session.settings
     assert session.header is not None
     unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
-    try:
+    with naming('the initial state in the session header'):
         element = MemoryElement(design, settings, Calibration(unknown, unknown))
-        initial = dict(session.header['initial'])
+        initial = dict(session.header.initial)
         # Its delays are those of these very settings, however a later version makes the key.
         initial.pop('calibration_key', None)
         snapshot.restore(element, initial)
-    except (KeyError, TypeError, ValueError, DesignError, SettingsError, StateError) as error:
-        raise BagError(f'the session header must hold the initial state; {error}') from error
     return element
 
 
@@ -119,16 +121,17 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
         progress: Called now and then.
 
     Raises:
-        BagError: The header is missing or describes no device.
+        BagError: The header is missing or describes no device, the records are not those of a
+            session, or the material blows up.
     """
     element = element_of(session)
     assert session.header is not None
-    report = ReplayReport(other_build=_other_build(session.header.get('versions', {})))
+    report = ReplayReport(other_build=_other_build(session.header.versions))
     player = _Player(element, report, session)
-    hashed = [recorded.tick for recorded in session.hashes]
-    commanded = [tick + 1 for tick, _ in session.stamped]
-    player.play(session.stamped, max([element.ticks, *hashed, *commanded]), progress)
-    player.finish(heard=len(session.echoes))  # a killed recorder leaves no hash at the end
+    silence = longest_silence(session.header)
+    player.play(session.stamped, last_tick(session, element.ticks, silence), progress)
+    # A killed recorder leaves no hash at the end.
+    player.finish(heard=len(session.echoes), ticks=silence)
     return report
 
 
@@ -144,11 +147,20 @@ def replay_commands(
 
     Returns:
         The report; there are no states to compare, but the levels where they were recorded.
+
+    Raises:
+        BagError: The stamps span more than a robot's life, or the material blows up.
     """
     report = ReplayReport()
     player = _Player(element, report, session)
     tick_seconds = element.tick * element.settings.scale.time
     first = element.ticks
+    longest = MOST_TICKS * tick_seconds
+    if any(time > longest for time, _ in session.commands):
+        raise BagError(
+            f'the commands must come within {longest:.3g} s; the last of {session.node} comes at '
+            f'{max(time for time, _ in session.commands):.3g} s'
+        )
     stamped = [(first + round(time / tick_seconds), given) for time, given in session.commands]
     player.play(stamped, max([first, *(tick + 1 for tick, _ in stamped)]), progress)
     player.finish()
@@ -180,9 +192,14 @@ class _Player:
             if progress and (tick + 1 == last or tick % PROGRESS_EVERY == 0):
                 progress(tick + 1 - first, last - first)
 
-    def finish(self, heard: float = math.inf) -> None:
-        """Advance until the running procedure has ended or so many echoes were heard."""
-        while self._element.procedure and len(self._report.levels) < heard:
+    def finish(self, heard: float = math.inf, ticks: int = MOST_TICKS) -> None:
+        """Advance until the running procedure has ended, or so many echoes or ticks are over."""
+        last = self._element.ticks + ticks
+        while (
+            self._element.procedure
+            and len(self._report.levels) < heard
+            and self._element.ticks < last
+        ):
             self._tick()
 
     def _apply(self, given: Command) -> None:
@@ -193,7 +210,11 @@ class _Player:
             self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
 
     def _tick(self) -> None:
-        for event in self._element.advance():
+        try:
+            events = self._element.advance()
+        except (StateError, ArithmeticError) as error:
+            raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
+        for event in events:
             if isinstance(event, Heard):
                 self._compare_echo(event)
             else:
@@ -222,7 +243,7 @@ class _Player:
             self._report.difference = Difference(self._element.ticks, by)
 
 
-def _other_build(recorded: dict[str, str]) -> dict[str, tuple[str, str]]:
+def _other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
     here = versions()
     return {
         name: (recorded.get(name, 'unknown'), here.get(name, 'unknown'))

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import Any
@@ -13,16 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..clipped import clipped
 from ..device import Command, Settings
-from ..device import commands as device_commands
 from ..device.settings import ScaleSettings
 from ..physics import Design
 from .command_topics import COMMAND_TOPICS, Make
 from .errors import BagError
 from .reader import BagReader
-from .session import COMMAND, HEADER, STATE_HASH
+from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
+from .session import COMMAND, HEADER, STATE_HASH, STRING
 
 Array = NDArray[np.float64]
+
+FLOATS = 'std_msgs/msg/Float32MultiArray'
 
 
 @dataclass(frozen=True)
@@ -42,15 +45,6 @@ class RecordedEcho:
     v_m: Array
     v_c: Array
     level: int
-
-
-@dataclass(frozen=True)
-class StateHash:
-    """The hash of the material's state after a tick, and its displacements."""
-
-    tick: int
-    hash: str
-    v: Array
 
 
 @dataclass
@@ -74,7 +68,7 @@ class SessionData:
 
     node: str
     start: int
-    header: dict[str, Any] | None
+    header: Header | None
     stamped: list[tuple[int, Command]] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
     hashes: list[StateHash] = field(default_factory=list)
@@ -87,25 +81,15 @@ class SessionData:
 
     @property
     def design(self) -> Design:
-        """The element, as the header tells it.
-
-        Raises:
-            BagError: The bag has no header, or it describes no design.
-        """
-        try:
-            return Design(**self._head()['design'])
-        except (KeyError, TypeError, ValueError) as error:
-            raise BagError(f'the session header must hold a design; {error}') from error
+        """The element, as the header tells it; a BagError where there is none."""
+        return self._head().design
 
     @property
     def settings(self) -> Settings:
         """The instrument's settings, as the header tells them; raises as `design`."""
-        try:
-            return Settings.from_dict(self._head()['settings'])
-        except (KeyError, TypeError, ValueError) as error:
-            raise BagError(f'the session header must hold settings; {error}') from error
+        return self._head().settings
 
-    def _head(self) -> dict[str, Any]:
+    def _head(self) -> Header:
         if self.header is None:
             raise BagError(
                 f'the bag holds no session of {self.node}: another recorder wrote it, so design '
@@ -119,9 +103,18 @@ class SessionData:
         for time, values in self.outcomes:
             if values.get('procedure') == 'read' and values.get('end') == end:
                 before = [echo for echo in self.echoes if echo.time <= time]
-                if before and 'error' not in values:
+                if before and _is_read(values):
                     found.append((before[-1], values))
         return found
+
+
+def _is_read(values: Mapping[str, str]) -> bool:
+    """Return whether an outcome is of a read that told a level and its delay."""
+    try:
+        int(values['level'])
+        return 'error' not in values and math.isfinite(float(values['delay']))
+    except (KeyError, ValueError):
+        return False
 
 
 def load(
@@ -135,7 +128,8 @@ def load(
         scale: What the units of a bag without a header are in SI; by default the device's.
 
     Raises:
-        BagError: The bag cannot be read, or tells of no node or of several.
+        BagError: The bag cannot be read, tells of no node or of several, or a message is not
+            what its topic promises; the text names the message and what is wrong with it.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
@@ -144,8 +138,16 @@ def load(
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
     for message in reader.messages(handlers):
         seconds = (message.log_time - session.start) / 1e9
-        handlers[message.topic](seconds, reader.deserialize(message))
+        kind, handler = handlers[message.topic]
+        with naming(f'{message.topic} at {seconds:.3f} s'):
+            if message.type != kind:
+                raise BagError(f'the type must be {kind}; got {clipped(message.type)}')
+            handler(seconds, reader.deserialize(message))
     return session
+
+
+Handler = Callable[[float, Any], None]
+"""Takes the seconds since the bag began, and a message."""
 
 
 class _Collector:
@@ -156,43 +158,54 @@ class _Collector:
         self._scale = scale
         self._waiting: NDArray[np.float64] | None = None
 
-    def handlers(self) -> dict[str, Callable[[float, Any], None]]:
-        """Return what to do with the messages of every topic below the node's name."""
+    def handlers(self) -> dict[str, tuple[str, Handler]]:
+        """Return, for every topic below the node's name, its type and what takes its messages."""
         return {
-            HEADER: self._header,
-            COMMAND: self._stamped,
-            STATE_HASH: self._hash,
-            'field': self._field,
-            'joint_states': self._joint_states,
-            'echo': self._echo,
-            'level': self._level,
-            'outcome': self._outcome,
-            **{topic: self._command(make) for topic, (_, make) in COMMAND_TOPICS.items()},
+            HEADER: (STRING, self._header),
+            COMMAND: (STRING, self._stamped),
+            STATE_HASH: (STRING, self._hash),
+            'field': (FLOATS, self._field),
+            'joint_states': ('sensor_msgs/msg/JointState', self._joint_states),
+            'echo': (FLOATS, self._echo),
+            'level': ('std_msgs/msg/Int16', self._level),
+            'outcome': ('diagnostic_msgs/msg/DiagnosticStatus', self._outcome),
+            **{
+                topic: (kind, self._command(make))
+                for topic, (kind, make) in COMMAND_TOPICS.items()
+            },
         }
 
     def _header(self, _: float, message: Any) -> None:
-        self._session.header = self._session.header or _object(message, HEADER)
+        self._session.header = self._session.header or read_header(message.data)
 
     def _stamped(self, _: float, message: Any) -> None:
-        values = _object(message, COMMAND)
-        tick = int(values.pop('tick'))
-        self._session.stamped.append((tick, device_commands.from_dict(values)))
+        self._session.stamped.append(read_command(message.data))
 
     def _hash(self, _: float, message: Any) -> None:
-        values = _object(message, STATE_HASH)
-        v = np.array([float.fromhex(number) for number in values['v']])
-        self._session.hashes.append(StateHash(int(values['tick']), values['hash'], v))
+        self._session.hashes.append(read_state_hash(message.data))
 
     def _field(self, seconds: float, message: Any) -> None:
+        configuration = np.asarray(message.data, dtype=np.float32)
+        known = self._session.configuration
+        if known and len(known[0]) != len(configuration):
+            raise BagError(f'data must be of {len(known[0])} cells; got {len(configuration)}')
         self._session.field_time.append(seconds)
-        self._session.configuration.append(np.asarray(message.data, dtype=np.float32))
+        known.append(configuration)
 
     def _joint_states(self, seconds: float, message: Any) -> None:
+        if not len(message.position):
+            raise BagError('position must tell of the substrate; it is empty')
         self._session.strain_time.append(seconds)
         self._session.end_displacement.append(float(message.position[0]))
 
     def _echo(self, _: float, message: Any) -> None:
-        self._waiting = np.asarray(message.data, dtype=np.float64).reshape(3, -1)
+        data = np.asarray(message.data, dtype=np.float64)
+        if len(data) < 6 or len(data) % 3 or not np.isfinite(data).all():
+            raise BagError(f'data must be 3 rows of 2 or more finite numbers; got {clipped(data)}')
+        t = data[: len(data) // 3]
+        if not 0.0 < t[0] < t[1] or not (np.diff(t) >= 0.0).all():
+            raise BagError(f'the times of the samples must increase from 0; got {clipped(t)}')
+        self._waiting = data.reshape(3, -1)
 
     def _level(self, seconds: float, message: Any) -> None:
         if self._waiting is not None:
@@ -204,7 +217,7 @@ class _Collector:
         values = {item.key: item.value for item in message.values}
         self._session.outcomes.append((seconds, values))
 
-    def _command(self, make: Make) -> Callable[[float, Any], None]:
+    def _command(self, make: Make) -> Handler:
         def take(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
             scale = self._session.settings.scale if header else self._scale
@@ -213,19 +226,9 @@ class _Collector:
         return take
 
 
-def _object(message: Any, what: str) -> dict[str, Any]:
-    try:
-        values = json.loads(message.data)
-    except ValueError as error:
-        raise BagError(f'a message on {what} must be a JSON object; {error}') from error
-    if not isinstance(values, dict):
-        raise BagError(f'a message on {what} must be a JSON object; got {message.data[:40]!r}')
-    return values
-
-
 def _only_node(reader: BagReader) -> str:
     """Return the full name of the one memory node that a bag tells of."""
-    marks = {HEADER: 'std_msgs/msg/String'}
+    marks = {HEADER: STRING}
     marks |= {topic: kind for topic, (kind, _) in COMMAND_TOPICS.items()}
     found = {
         name.removesuffix(f'/{mark}')
@@ -236,8 +239,11 @@ def _only_node(reader: BagReader) -> str:
     if len(found) == 1:
         return found.pop()
     if found:
-        raise BagError(f'{reader.path} tells of several nodes: name one of {sorted(found)}')
+        raise BagError(
+            f'{reader.path} tells of several nodes: name one of {clipped(sorted(found), 300)}'
+        )
     raise BagError(
         f'{reader.path} must tell of a memory node: it has none of the topics '
-        f'{", ".join(f"~/{mark}" for mark in marks)}; got {", ".join(sorted(reader.topics))}'
+        f'{", ".join(f"~/{mark}" for mark in marks)}; '
+        f'got {clipped(sorted(reader.topics), 300)}'
     )

@@ -14,6 +14,7 @@ from typing import TypeAlias, TypeGuard
 
 import yaml  # type: ignore[import-untyped]
 
+from ..clipped import clipped
 from .errors import BagError
 
 Node: TypeAlias = 'str | int | bool | Mapping[str, Node] | Sequence[Node] | None'
@@ -77,7 +78,7 @@ def load(text: str) -> object:
         return yaml.load(text, yaml.BaseLoader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         # ValueError: an escape beyond Unicode.
-        raise BagError(f'The text must be YAML; got {text!r:.80}.') from error
+        raise BagError(f'The text must be YAML; got {clipped(text)}.') from error
 
 
 def _lines(node: Node) -> Iterator[str]:
@@ -109,7 +110,7 @@ def _is_sequence(node: Node) -> TypeGuard[Sequence[Node]]:
 def _key(key: object) -> str:
     if not isinstance(key, str) or len(key) > _LONGEST_KEY:
         raise BagError(
-            f'A key must be a string of at most {_LONGEST_KEY} characters; got {key!r:.80}.'
+            f'A key must be a string of at most {_LONGEST_KEY} characters; got {clipped(key)}.'
         )
     return _string(key)
 
@@ -127,7 +128,7 @@ def _scalar(node: Node) -> str:
         return '[]'
     if isinstance(node, Mapping):
         return '{}'
-    raise BagError(f'A value must be a string, an integer or a boolean; got {node!r:.80}.')
+    raise BagError(f'A value must be a string, an integer or a boolean; got {clipped(node)}.')
 
 
 def _string(text: str) -> str:

@@ -32,11 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from rich.console import Console
-
     from ..studies.bench import registry
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     try:
         selected = registry.select(arguments.names)
     except KeyError as error:

@@ -57,8 +57,8 @@ def dashboard(view: View, width: int) -> Panel:
     state = f'silent for {view.silence:.0f} s' if silent else 'listening'
     return Panel(
         rows,
-        title=f'[bold]{view.name}[/]',
-        subtitle=f'[{"red" if silent else "dim"}]{state}; Ctrl-C to leave[/]',
+        title=Text(view.name, 'bold'),
+        subtitle=Text(f'{state}; Ctrl-C to leave', 'red' if silent else 'dim'),
         border_style='red' if silent else 'blue',
         width=width,
     )

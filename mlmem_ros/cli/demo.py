@@ -54,13 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level that was read is the one asked for."""
-    from rich.console import Console
-
     from ..bag.session_data import load
     from ..ros.errors import RequestError
     from ..studies.session_figure import draw
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
     session = folder / 'session'
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -70,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
         with _memory_node(name, session):
             rows = _write_and_read(console, name)
     except RequestError as error:
-        console.print(f'[red]the demonstration failed: {error}[/red]')
+        console.print(f'the demonstration failed: {error}', style='red')
         return 1
     _print_table(console, rows)
     picture = draw(load(session), folder / 'session.png')
@@ -147,6 +146,7 @@ def _expected_cycles() -> list[int]:
 
 def _print_table(console: Console, rows: list[Row]) -> None:
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(title='written through ROS 2 and read back by echo')
     for heading in (
@@ -158,7 +158,7 @@ def _print_table(console: Console, rows: list[Row]) -> None:
         answer, right = row.answer, row.answer.level == row.asked
         table.add_row(
             str(row.asked),
-            f'[{"green" if right else "red"}]{answer.level}[/]',
+            Text(str(answer.level), 'green' if right else 'red'),
             answer.code,
             'none' if answer.delay is None else f'{answer.delay:.2f}',
             f'{answer.threshold_margin:.2f}',

@@ -109,14 +109,13 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _find(arguments: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from ..parameter_file import text_of
     from ..studies.designer import DesignNotFound, propose
+    from .console import plain_console
 
     if arguments.levels is None:
         raise DesignNotFound('give --levels P to find a design, or one of check and prove')
-    console = Console()
+    console = plain_console()
     found = propose(arguments.levels)
     made_by = f'# {arguments.levels} levels, by `mlmem design --levels {arguments.levels}`.\n'
     text = made_by + text_of(found.design, found.settings)
@@ -135,12 +134,11 @@ def _find(arguments: argparse.Namespace) -> int:
 
 
 def _prove(arguments: argparse.Namespace) -> int:
-    from rich.console import Console
-
     from ..parameter_file import load
+    from .console import plain_console
 
     designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
-    return _show(Console(), designs, arguments, arguments.markdown)
+    return _show(plain_console(), designs, arguments, arguments.markdown)
 
 
 def _show(
@@ -159,7 +157,7 @@ def _show(
         rows.append(report.row(name, design, settings, tally))
         passed = passed and tally.passed
         for error in tally.errors:
-            console.print(f'[red]{name}[/]: {error}', highlight=False)
+            console.print(f'{name}: {error}', style='red')
     proving.print_table(console, rows)
     if markdown is not None:
         markdown.write_text(report.markdown(rows), encoding='utf-8')
@@ -168,12 +166,13 @@ def _show(
 
 def _print_report(source: str, report: Report, brief: bool) -> None:
     from rich import box
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from ..device.checks import Verdict
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
     table.add_column('')
     table.add_column('quantity', no_wrap=True)
@@ -183,10 +182,11 @@ def _print_report(source: str, report: Report, brief: bool) -> None:
         if brief and finding.verdict is Verdict.PASS:
             continue
         verdict = finding.verdict.value
-        name = f'{finding.name}\n[dim]{finding.unit}[/]'
+        name = Text.assemble(finding.name, '\n', (finding.unit, 'dim'))
         numbers = '\n'.join(f'{key} {value:.4g}' for key, value in finding.numbers)
-        text = finding.text if brief else f'{finding.text}\n[dim]{finding.source}[/]'
-        table.add_row(f'[{COLOURS[verdict]}]{verdict}[/]', name, numbers, text)
+        source = () if brief else ('\n', (finding.source, 'dim'))
+        text = Text.assemble(finding.text, *source)
+        table.add_row(Text(verdict, COLOURS[verdict]), name, numbers, text)
     if table.row_count:
         console.print(table)
     counts = {verdict: len(report.of(verdict)) for verdict in Verdict}

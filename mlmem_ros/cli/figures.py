@@ -41,13 +41,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """
-    from rich.console import Console
-
     from ..studies.registry import STUDIES, select
     from ..studies.report import write_report
     from ..studies.study import Quality
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     if arguments.list:
         for study in STUDIES:
             console.print(f'{study.name:<10}{study.title}', highlight=False)
@@ -115,6 +114,7 @@ def _draw(
 def _print_findings(console: Console, studies: list[Study], output: Path) -> None:
     """Print the verdict on every claim for which these studies have all the data."""
     from rich.table import Table
+    from rich.text import Text
 
     from ..studies.claims import CLAIMS, Verdict
     from ..studies.report import load_all
@@ -127,7 +127,7 @@ def _print_findings(console: Console, studies: list[Study], output: Path) -> Non
     for claim in CLAIMS:
         if all(name in data for name in claim.needs):
             finding = claim.find(data)
-            text = f'[{colors[finding.verdict]}]{finding.verdict.value}[/]'
+            text = Text(finding.verdict.value, colors[finding.verdict])
             table.add_row(text, claim.sentence, finding.numbers)
     if table.row_count:
         console.print(table)

@@ -9,9 +9,10 @@ waveform. Exit status 0: whole and in agreement; 1: something is lost or differs
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from ..clipped import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,12 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Inspect; return the exit status."""
-    from rich.console import Console
-
     from ..bag.errors import BagError
     from ..bag.reader import BagReader
+    from .console import complain, plain_console
 
-    console = Console()
+    console = plain_console()
     try:
         if arguments.repair:
             return _repair(console, arguments.bag, arguments.repair)
@@ -48,33 +48,44 @@ def run(arguments: argparse.Namespace) -> int:
         _list_contents(console, reader)
         agree = _inspect_session(console, reader, arguments)
     except BagError as error:
-        print(f'mlmem inspect: {error}', file=sys.stderr)
+        complain('inspect', error)
         return 2
     return 0 if agree and not reader.losses else 1
 
 
 def _repair(console: Console, source: Path, destination: Path) -> int:
+    from rich.text import Text
+
     from ..bag.repair import repair
 
     report = repair(source, destination)
     for loss in report.losses:
-        console.print(f'[yellow]lost[/]  {loss}', highlight=False)
+        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
     console.print(f'{report.messages} messages saved in {report.destination}')
     return 0
 
 
 def _list_contents(console: Console, reader: BagReader) -> None:
+    from rich.text import Text
+
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
-    console.print(f'{reader.path}: {reader.message_count} messages, {duration:.2f} s')
+    console.print(
+        f'{printable(str(reader.path))}: {reader.message_count} messages, {duration:.2f} s'
+    )
     table = _table('topics', 'topic', 'type', '>messages')
     for name, info in sorted(reader.topics.items()):
-        table.add_row(name, info.type, str(info.message_count))
+        _add(table, name, info.type, str(info.message_count))
     console.print(table)
     for key, value in reader.custom_data.items():
-        console.print(f'{key}: {value}')
+        console.print(printable(f'{key}: {value}'))
     for loss in reader.losses:
-        console.print(f'[yellow]lost[/]  {loss}', highlight=False)
+        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
+    if reader.losses:
+        console.print(
+            'as it is, rosbags and other readers that need a summary refuse this bag; '
+            'mlmem inspect BAG --repair NEW writes one that they open'
+        )
 
 
 def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Namespace) -> bool:
@@ -82,13 +93,12 @@ def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Na
 
     session = load(reader, arguments.node)
     if session.header is None:
-        console.print(f'{session.node}: written by another recorder, no session header')
+        console.print(f'{printable(session.node)}: written by another recorder, no session header')
     else:
         design = session.design
-        versions = ', '.join(f'{k} {v}' for k, v in session.header['versions'].items())
+        versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
         console.print(
-            f'{session.node}: {design.levels} levels, {design.N} cells; {versions}',
-            highlight=False,
+            printable(f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
         )
     _list_commands(console, session)
     _list_procedures(console, session)
@@ -96,7 +106,7 @@ def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Na
     if arguments.plot:
         from ..studies.session_figure import draw
 
-        console.print(f'picture  {draw(session, arguments.plot)}', highlight=False)
+        console.print(f'picture  {draw(session, arguments.plot)}')
     return agree
 
 
@@ -107,19 +117,19 @@ def _list_commands(console: Console, session: SessionData) -> None:
         table = _table('commands', '>tick', 'command')
         for tick, command in session.stamped:
             if not isinstance(command, Disturb):
-                table.add_row(str(tick), _said(command))
+                _add(table, str(tick), _said(command))
         console.print(table)
     elif session.commands:
         table = _table('command messages', '>time', 'command')
         for seconds, command in session.commands:
             if not isinstance(command, Disturb):
-                table.add_row(f'{seconds:.3f} s', _said(command))
+                _add(table, f'{seconds:.3f} s', _said(command))
         console.print(table)
     commands = [command for _, command in session.stamped or session.commands]
     shakes = [command.acceleration for command in commands if isinstance(command, Disturb)]
     if shakes:  # too many for a table
         largest = max(shakes, key=abs)
-        console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}', highlight=False)
+        console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')
 
 
 def _said(command: Command) -> str:
@@ -140,7 +150,8 @@ def _list_procedures(console: Console, session: SessionData) -> None:
     )  # fmt: skip
     for seconds, values in session.outcomes:
         margins = [_rounded(values.get(f'{kind}_margin', '')) for kind in ('level', 'threshold')]
-        table.add_row(
+        _add(
+            table,
             f'{seconds:.3f} s',
             values.get('procedure', ''),
             values.get('level', ''),
@@ -164,6 +175,8 @@ def _rounded(text: str) -> str:
 def _list_echoes(console: Console, session: SessionData) -> bool:
     if session.header is None or not session.echoes:
         return True
+    from rich.text import Text
+
     from ..bag.redecode import redecode
     from ..bag.replay import element_of
 
@@ -182,7 +195,7 @@ def _list_echoes(console: Console, session: SessionData) -> bool:
             f'{echo.time:.3f} s',
             again.end,
             _level(echo.level),
-            f'[{"green" if right else "red"}]{_level(again.level)}[/]',
+            Text(_level(again.level), 'green' if right else 'red'),
             'none' if again.delay is None else f'{again.delay:.2f}',
             f'{again.level_margin:.2f}',
             f'{again.threshold_margin:.2f}',
@@ -207,3 +220,8 @@ def _table(title: str, *headings: str) -> Any:
             heading.removeprefix('>'), justify='right' if heading.startswith('>') else 'left'
         )
     return table
+
+
+def _add(table: Any, *cells: str) -> None:
+    """Add a row of texts from the file."""
+    table.add_row(*(printable(cell, 300) for cell in cells))

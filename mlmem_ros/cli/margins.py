@@ -55,13 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
-    from rich.console import Console
-
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
     from ..studies.margins import Shmoo, coarsened, make_axis
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     try:
         design, settings = load(arguments.design)
         settings = coarsened(settings, arguments.tick)

@@ -10,11 +10,12 @@ else in every decoded level); 1: it does not; 2: the bag cannot be replayed.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from ..clipped import printable
 
 if TYPE_CHECKING:
     from ..bag.replay import Progress, ReplayReport
@@ -36,11 +37,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
     from ..bag.errors import BagError
     from ..physics import DesignError
+    from .console import complain
 
     try:
         return _into_node(arguments) if arguments.ros else _through_device(arguments)
     except (BagError, DesignError) as error:
-        print(f'mlmem replay: {error}', file=sys.stderr)
+        complain('replay', error)
         return 2
 
 
@@ -57,7 +59,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
         else:
             report = replay_commands(new_element(preset(arguments.preset)), session, progress)
     for line in describe(report):
-        print(line)
+        print(printable(line))
     return 0 if report.passed else 1
 
 
@@ -65,6 +67,7 @@ def _into_node(arguments: argparse.Namespace) -> int:
     from ..bag.session_data import load
     from ..ros.errors import NoAnswer
     from ..ros.play import play
+    from .console import complain
 
     session = load(arguments.bag, arguments.node)
     recorded = [echo.level for echo in session.echoes]
@@ -72,7 +75,7 @@ def _into_node(arguments: argparse.Namespace) -> int:
         with _progress() as progress:
             heard = play(session, arguments.ros, progress)
     except NoAnswer as error:
-        print(f'mlmem replay: {error}', file=sys.stderr)
+        complain('replay', error)
         return 2
     agree = heard[: len(recorded)] == recorded
     print(f'levels recorded {recorded}')

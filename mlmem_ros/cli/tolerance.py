@@ -65,14 +65,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
-    from rich.console import Console
-
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
     from ..studies.tolerance.study import Tolerance
     from ..studies.tolerance.trial import KINDS
+    from .console import plain_console
 
-    console = Console()
+    console = plain_console()
     try:
         if arguments.compare:
             return _compare(console, arguments)

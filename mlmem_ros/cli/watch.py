@@ -30,18 +30,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Show the element; return the exit status."""
-    from rich.console import Console
     from rich.live import Live
 
     from ..ros.errors import RequestError
     from ..ros.monitor import WANTED, Monitor
     from ..ros.standalone import standalone, wait_until
+    from .console import plain_console
     from .dashboard import dashboard
 
     if not 0.1 <= arguments.rate <= 60.0:
         print(f'mlmem watch: rate must be from 0.1 to 60; got {arguments.rate:g}', file=sys.stderr)
         return 2
-    console = Console()
+    console = plain_console()
     try:
         with standalone(arguments.node) as client:
             client.ready(arguments.wait).wait()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..clipped import clipped
 from ..physics.potential import Array
 from .commands import FollowTrajectory
 from .errors import Refused
@@ -70,7 +71,7 @@ class Actuator:
         if not (number and abs(strain) <= limit):  # false for NaN, too
             raise Refused(
                 f'strain must be a finite number from {-limit:g} to {limit:g} '
-                f'(actuator.max_strain); got {strain!r}'
+                f'(actuator.max_strain); got {clipped(strain)}'
             )
 
     def hold(self, strain: float) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..clipped import clipped
 from ..physics.potential import Array
 from .errors import Refused
 from .settings import DisturbanceSettings
@@ -59,7 +60,7 @@ class Base:
             raise Refused(
                 f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
                 f'constants per time unit squared (disturbance.max_acceleration); '
-                f'got {acceleration!r}'
+                f'got {clipped(acceleration)}'
             )
 
     @property

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..clipped import clipped
 from .errors import Refused, SettingsError
 from .faults import Faults
 
@@ -133,7 +134,7 @@ def from_dict(data: Mapping[str, Any]) -> Command:
     values = dict(data)
     kind = values.pop('kind', None)
     if not isinstance(kind, str) or kind not in KINDS:
-        raise Refused(f'command must be one of {", ".join(KINDS)}; got {kind!r}')
+        raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(kind)}')
     try:
         if kind == SetFaults.__name__:
             values = {name: Faults(**given) for name, given in values.items()}

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..clipped import clipped
 from ..physics import (
     INTEGRATORS,
     Chain,
@@ -173,7 +174,7 @@ class MemoryElement:
                 self._run('write', procedures.write(self, level))
             case Read(end):
                 if end not in ('', *ENDS, 'both'):
-                    raise Refused(f'end must be left, right or both; got {end!r}')
+                    raise Refused(f'end must be left, right or both; got {clipped(end)}')
                 self._run('read', procedures.read(self, end))
             case Erase():
                 self._run('erase', procedures.erase(self))
@@ -182,12 +183,12 @@ class MemoryElement:
             case SelfTest():
                 self._run('self_test', procedures.self_test(self))
             case _:
-                raise Refused(f'command must be one of {", ".join(KINDS)}; got {command!r}')
+                raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(command)}')
 
     def _check_level(self, level: int) -> None:
         last = self.design.levels - 1
         if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
-            raise Refused(f'level must be a whole number from 0 to {last}; got {level!r}')
+            raise Refused(f'level must be a whole number from 0 to {last}; got {clipped(level)}')
 
     def specimen(self, faults: Faults) -> Specimen:
         """Return the material with faults; it may be asked for from any thread.

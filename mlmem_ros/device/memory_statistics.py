@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..clipped import clipped
 from .events import Outcome
 
 
@@ -99,7 +100,7 @@ class MemoryStatistics:
         single = [value for value in vars(found).values() if not isinstance(value, list)]
         for count in (*found.level_writes, *found.level_ticks, *single):
             if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-                raise ValueError(f'a count must be a whole number from 0; got {count!r}')
+                raise ValueError(f'a count must be a whole number from 0; got {clipped(count)}')
         return found
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..clipped import clipped
 from ..physics.potential import Array
 from .commands import JOINT, FollowTrajectory
 from .errors import Refused
@@ -105,7 +106,7 @@ def planned(
         Refused: The points make no profile, or one beyond a limit.
     """
     if command.joint != JOINT:
-        raise Refused(f'the joint must be {JOINT!r} alone; got {command.joint!r}')
+        raise Refused(f'the joint must be {JOINT!r} alone; got {clipped(command.joint)}')
     times, strains, rates = _checked(command)
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)
@@ -145,7 +146,7 @@ def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
         )
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
         if bad := [value for value in column if not _is_finite(value)]:
-            raise Refused(f'{name} must be finite numbers; got {bad[0]!r}')
+            raise Refused(f'{name} must be finite numbers; got {clipped(bad[0])}')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
         raise Refused('the times of the points must increase from 0 s on')
     if times[-1] == 0.0:

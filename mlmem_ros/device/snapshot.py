@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..clipped import clipped, printable
 from ..physics import StateError
 from ..physics.potential import Array
 from .actuator import Motion
@@ -27,6 +28,9 @@ from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .profile import Profile
 from .reading import UNDECODABLE, Reading
+
+MOST = 1e12
+"""Greatest displacement, velocity or acceleration that a snapshot may tell: far from any's."""
 
 _STRAINS = ('told', 'drive', 'strain')
 
@@ -96,18 +100,20 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             else MemoryStatistics.from_dict(counts, element.design.levels)
         )
         reading = _reading(snapshot['reading'], element.design.levels)
-        ticks, steps = int(snapshot['ticks']), int(snapshot['steps'])
+        ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])
         recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
         V_N = float(snapshot['V_N'])
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, Refused) as error:
-        raise StateError(f'this is no snapshot of a device: {error!r}') from error
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError, Refused) as error:
+        raise StateError(
+            f'this is no snapshot of a device: {printable(repr(error), 300)}'
+        ) from error
     design = dataclasses.asdict(element.design)
     agree = {
         'its design': _same_design(snapshot.get('design', design), design),  # 0.1.0 had none
-        'its steps per tick (time.tick, time.integrator)': ticks >= 0
-        and steps == ticks * element.steps_per_tick,
+        'its steps per tick (time.tick, time.integrator)': steps == ticks * element.steps_per_tick,
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
+        'its state': bool((np.abs(state) <= MOST).all()),  # false for NaN, too
         'its strain': linkage.told == strain
         and math.isclose(V_N, element.design.end_displacement(linkage.strain)),
     }
@@ -125,6 +131,12 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.reading = reading
     element.statistics = statistics
     element.ticks = ticks
+
+
+def _clock(count: Any) -> int:
+    if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count < 2**62:
+        raise ValueError(f'ticks and steps must be whole numbers from 0; got {clipped(count)}')
+    return count
 
 
 def _same_design(known: Any, design: Mapping[str, Any]) -> bool:
@@ -191,8 +203,10 @@ def _reading(values: Mapping[str, Any] | None, levels: int) -> Reading | None:
         return None
     distance = values['distance']
     reading = Reading(**{**values, 'distance': math.inf if distance is None else distance})
-    if not UNDECODABLE <= reading.level < levels:
-        raise ValueError(f'level must be from {UNDECODABLE} to {levels - 1}; got {reading.level}')
+    if not isinstance(reading.level, int) or not UNDECODABLE <= reading.level < levels:
+        raise ValueError(
+            f'level must be from {UNDECODABLE} to {levels - 1}; got {clipped(reading.level)}'
+        )
     return reading
 
 

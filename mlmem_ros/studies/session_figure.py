@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from ..bag.replay import element_of
 from ..bag.session_data import SessionData
 from ..device.echo import threshold
 
@@ -117,8 +118,8 @@ def _draw_echoes(
 def _draw_delays(
     axes: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
 ) -> None:
-    assert session.header is not None
-    calibrated = session.header['initial']['calibration']['left']['delays']
+    calibration = element_of(session).calibration
+    calibrated = calibration.table(calibration.ends[0]).delays
     axes.plot(range(len(calibrated)), calibrated, '+', color='0.5', ms=9, label='calibrated')
     measured = [(level, float(values['delay'])) for level, (_, values) in reads.items()]
     axes.plot(*zip(*measured, strict=True) if measured else ([], []), 'o', ms=4, label='measured')

@@ -1,0 +1,197 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The records of a session, checked: header, commands and state hashes, from JSON to values.
+
+`session` writes them. Here nothing that a file says is believed: what comes out is finite, of
+the right kind and within bounds, and what is not is refused with the name of the field.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..clipped import clipped, printable
+from ..device import Command, Refused, Settings
+from ..device import commands as device_commands
+from ..device.element import steps_per_tick
+from ..physics import Design
+from .errors import BagError
+from .session import FORMAT
+
+MOST_TICKS = 2**53
+"""Ticks of a device's clock: 500 000 years at the default pace."""
+
+MOST_WORK = 10**8
+"""Steps of a tick times cells: a second on one core."""
+
+MOST_HASH_EVERY = 10**6
+"""Ticks between two hashes, as `record.hash_every` has it at most; its default is 500."""
+
+
+@dataclass(frozen=True)
+class Header:
+    """Where a session began.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings.
+        initial: The state of the device, for `snapshot.restore` to judge.
+        versions: What the bits may depend on: versions by name.
+        hash_every: Ticks between two hashes.
+    """
+
+    design: Design
+    settings: Settings
+    initial: Mapping[str, Any]
+    versions: Mapping[str, str]
+    hash_every: int
+
+
+@dataclass(frozen=True)
+class StateHash:
+    """The hash of the material's state after a tick, and its displacements of shape (N,)."""
+
+    tick: int
+    hash: str
+    v: NDArray[np.float64]
+
+
+@contextmanager
+def naming(where: str) -> Iterator[None]:
+    """Name the record in what its content raises, foreseen or not.
+
+    Args:
+        where: The record, such as ``'session/command at 12.3 s'``.
+
+    Raises:
+        BagError: The body raised one, or an error that values of the wrong kind cause.
+    """
+    try:
+        yield
+    except BagError as error:
+        raise BagError(f'{where}: {error}') from error
+    except (
+        *(ArithmeticError, AttributeError, LookupError, TypeError, ValueError),
+        *(RecursionError, MemoryError, Refused),
+    ) as error:
+        raise BagError(f'{where}: {printable(str(error) or repr(error), 300)}') from error
+
+
+def read_header(text: str) -> Header:
+    """Return the header that a JSON text is; raises `BagError` or what `naming` names."""
+    values = _object(text)
+    if values.get('format') != FORMAT:
+        _refuse('format', str(FORMAT), values.get('format'))
+    with naming('design'):
+        design = Design(**_mapping(values, 'design'))
+    with naming('settings'):
+        settings = Settings.from_dict(_mapping(values, 'settings'))
+        work = design.N * steps_per_tick(design, settings.time)
+        if work > MOST_WORK:
+            _refuse('cells times steps of a tick', f'at most {MOST_WORK:.0e}', work)
+    versions = _mapping(values, 'versions')
+    for name, version in versions.items():
+        if not isinstance(version, str):
+            _refuse(f'versions.{printable(name, 40)}', 'a text', version)
+    parameters = _mapping(values, 'parameters') if 'parameters' in values else {}
+    hash_every = 500
+    if 'record.hash_every' in parameters:
+        hash_every = _whole(parameters, 'record.hash_every', 1, MOST_HASH_EVERY)
+    return Header(design, settings, _mapping(values, 'initial'), versions, hash_every)
+
+
+def read_command(text: str) -> tuple[int, Command]:
+    """Return the tick and the command that a JSON text is; raises as `read_header`."""
+    values = _object(text)
+    tick = _whole(values, 'tick', 0, MOST_TICKS)
+    del values['tick']
+    kind = device_commands.KINDS.get(str(values.get('kind')))
+    for field in dataclasses.fields(kind) if kind else ():
+        if field.name in values:
+            wanted, fits = _KINDS[str(field.type)]
+            if not fits(values[field.name]):
+                _refuse(field.name, wanted, values[field.name])
+    return tick, device_commands.from_dict(values)
+
+
+def read_state_hash(text: str) -> StateHash:
+    """Return the state hash that a JSON text is; raises as `read_header`."""
+    values = _object(text)
+    tick = _whole(values, 'tick', 0, MOST_TICKS)
+    digest, told = values.get('hash'), values.get('v')
+    if not isinstance(digest, str) or len(digest) != 32:
+        _refuse('hash', '32 hexadecimal digits', digest)
+    if not isinstance(told, list) or not all(isinstance(each, str) for each in told):
+        _refuse('v', 'a list of hexadecimal numbers', told)
+    with naming('v'):
+        v = np.array([float.fromhex(number) for number in told])
+    if not np.isfinite(v).all():
+        _refuse('v', 'finite', told)
+    return StateHash(tick, digest, v)
+
+
+def _object(text: str) -> dict[str, Any]:
+    try:
+        values = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise BagError(f'it must be a JSON object; {printable(str(error), 100)}') from error
+    if not isinstance(values, dict):
+        raise BagError(f'it must be a JSON object; got {clipped(text)}')
+    return values
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(f'{name} is no JSON')
+
+
+def _mapping(values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    value = values.get(name)
+    if not isinstance(value, dict):
+        _refuse(name, 'an object', value)
+    return value
+
+
+def _whole(values: Mapping[str, Any], name: str, low: int, high: int) -> int:
+    value: Any = values.get(name)
+    if not _is_whole(value) or not low <= value <= high:
+        _refuse(name, f'a whole number from {low} to {high}', value)
+    return int(value)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
+
+
+def _refuse(name: str, wanted: str, value: Any) -> NoReturn:
+    raise BagError(f'{name} must be {wanted}; got {clipped(value)}')
+
+
+_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    'int': ('a whole number', _is_whole),
+    'float': ('a finite number', _is_finite),
+    'str': ('a text', lambda value: isinstance(value, str)),
+    'Faults': ('an object', lambda value: isinstance(value, dict)),
+    'tuple[float, ...]': (
+        'a list of finite numbers',
+        lambda value: isinstance(value, list) and all(map(_is_finite, value)),
+    ),
+}
+"""What a field of a command must be, by its annotation: in words, and how it is told."""
