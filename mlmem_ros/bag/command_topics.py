@@ -13,7 +13,7 @@ from ..device.settings import ScaleSettings
 from .trajectory import command_of
 
 Make = Callable[[Any, ScaleSettings], Command]
-"""Returns the command that a message is, its SI values in the device's units."""
+"""Returns the command that a message is, its SI values in the device's units; or `Refused`."""
 
 
 def _disturb(message: Any, scale: ScaleSettings) -> Disturb:

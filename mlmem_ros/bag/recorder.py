@@ -19,10 +19,12 @@ DROPPED_KEY = 'dropped_messages'
 """Key of the custom data that tells how many messages are missing; absent when none is."""
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
+_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins: the rest is for the disk
 _POLL_INTERVAL = 0.02  # seconds; a poll wakes no one, where a signal would cost the loop
 
 
 class _Item(NamedTuple):
+    put: float
     topic: str
     cdr: bytes
     log_time: int
@@ -42,6 +44,8 @@ class RecorderStatus:
         queued: Messages that wait to be written.
         dropped: Messages refused because too many waited.
         error: Why the recording failed.
+        longest_wait: Longest time in seconds from the put of a message until it was safe on the
+            disk, or until now where it still waits.
     """
 
     path: Path
@@ -52,10 +56,15 @@ class RecorderStatus:
     queued: int
     dropped: int
     error: BagError | None
+    longest_wait: float = 0.0
 
 
 class Recorder:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
+
+    A sync begins once the oldest message that is not safe yet has waited for half of the
+    writer's sync interval. Whether it ends in time is up to the disk, and to who else wants the
+    processor: how long a message really waited is measured.
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
     running count goes into the bag, as a message on `dropped_topic` each time it has grown and
@@ -96,6 +105,8 @@ class Recorder:
         self._last_dropped_time = 0
         self._accepting = True
         self._recorded_dropped = 0
+        self._oldest: float | None = None  # when the first message that is not safe was put
+        self._longest_wait = 0.0
         self._messages = 0
         self._size = 0
         self._files = 0
@@ -129,7 +140,7 @@ class Recorder:
                 self._dropped += 1
                 self._last_dropped_time = log_time
                 return False
-            self._queue.append(_Item(topic, cdr, log_time, publish_time))
+            self._queue.append(_Item(threads.monotonic(), topic, cdr, log_time, publish_time))
             self._queued_bytes += size
             return True
 
@@ -149,6 +160,7 @@ class Recorder:
             queued=len(self._queue),
             dropped=self._dropped,
             error=self._error,
+            longest_wait=max(self._longest_wait, self._waited()),
         )
 
     def close(self, timeout: float | None = None) -> RecorderStatus:
@@ -174,12 +186,13 @@ class Recorder:
                     stopping = self._changed.wait_for(self._refuses, _POLL_INTERVAL)
                 items, dropped, dropped_time = self._take()
                 for item in items:
-                    self._writer.write(*item)
+                    self._write(item)
                 # What was dropped came after all that fitted into the queue.
                 self._record_dropped(dropped, dropped_time)
-                self._writer.sync_if_due()
+                self._sync_if_due()
                 self._observe()
             self._writer.close()
+            self._safe()
             self._observe()
         except BagError as error:
             self._fail(error)
@@ -193,7 +206,31 @@ class Recorder:
         with self._changed:
             items, self._queue = self._queue, []
             self._queued_bytes = 0
+            if self._oldest is None and items:
+                self._oldest = items[0].put
             return items, self._dropped, self._last_dropped_time
+
+    def _write(self, item: _Item) -> None:
+        if self._oldest is None:
+            self._oldest = item.put
+        self._writer.write(*item[1:])
+        self._sync_if_due()
+
+    def _sync_if_due(self) -> None:
+        if self._writer.unsynced:
+            if self._waited() < _SYNC_SHARE * self._writer.sync_interval:
+                return
+            self._writer.sync()
+        self._safe()
+
+    def _safe(self) -> None:
+        """Take down that all that was written is safe on the disk."""
+        self._longest_wait = max(self._longest_wait, self._waited())
+        self._oldest = None
+
+    def _waited(self) -> float:
+        """Return how long the oldest message that is not safe yet has waited, in seconds."""
+        return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
     def _record_dropped(self, dropped: int, log_time: int) -> None:
         if dropped == self._recorded_dropped:
@@ -210,6 +247,7 @@ class Recorder:
 
     def _fail(self, error: BagError) -> None:
         self._error = error
+        self._oldest = None  # it is lost
         with self._changed:
             self._accepting = False
             self._queue = []

@@ -151,7 +151,7 @@ def replay_commands(
     Raises:
         BagError: The stamps span more than a robot's life, or the material blows up.
     """
-    report = ReplayReport()
+    report = ReplayReport(refused=[f'{time:.3f} s: {why}' for time, why in session.refused])
     player = _Player(element, report, session)
     tick_seconds = element.tick * element.settings.scale.time
     first = element.ticks

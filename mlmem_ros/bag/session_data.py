@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..clipped import clipped
-from ..device import Command, Settings
+from ..device import Command, Refused, Settings
 from ..device.settings import ScaleSettings
 from ..physics import Design
 from .command_topics import COMMAND_TOPICS, Make
@@ -57,6 +57,7 @@ class SessionData:
         header: All a replay starts from, or None for a bag of another recorder.
         stamped: Commands with the tick at which they took effect; empty without a header.
         commands: Messages on the command topics: seconds and the command they ask for.
+        refused: Messages on these topics that are no command: seconds and why.
         hashes: Hashes of the state.
         field_time: Seconds of every configuration.
         configuration: Delta_j over time, one array of shape (N,) each.
@@ -71,6 +72,7 @@ class SessionData:
     header: Header | None
     stamped: list[tuple[int, Command]] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
+    refused: list[tuple[float, str]] = field(default_factory=list)
     hashes: list[StateHash] = field(default_factory=list)
     field_time: list[float] = field(default_factory=list)
     configuration: list[NDArray[np.float32]] = field(default_factory=list)
@@ -221,7 +223,10 @@ class _Collector:
         def take(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
             scale = self._session.settings.scale if header else self._scale
-            self._session.commands.append((seconds, make(message, scale)))
+            try:
+                self._session.commands.append((seconds, make(message, scale)))
+            except Refused as refusal:  # by the node, too
+                self._session.refused.append((seconds, str(refusal)))
 
         return take
 

@@ -63,8 +63,8 @@ class BagWriter:
                 file exceeds it by less than one message and its summary.
             max_duration: Begin a new file once the current one spans this many seconds of
                 log time; 0 never does.
-            sync_interval: Longest time in seconds, while messages arrive, until they are safe
-                on the disk; ``math.inf`` leaves it to `sync` and `close`.
+            sync_interval: Time in seconds after which the next message brings a sync;
+                ``math.inf`` leaves it to `sync` and `close`.
             compression: Compression of the chunks, ``'zstd'`` or ``'none'``.
             custom_data: What ``metadata.yaml`` holds for the application.
 
@@ -83,7 +83,7 @@ class BagWriter:
         """Goes into ``metadata.yaml`` with the next sync, split or close; may be changed."""
         self._max_bytes = max_bytes
         self._max_duration = round(max_duration * 1e9)
-        self._sync_interval = sync_interval
+        self.sync_interval = sync_interval
         self._compression = compression
         self._channels: dict[str, _Channel] = {}
         self._ledger = Ledger(self.path.name)
@@ -94,7 +94,8 @@ class BagWriter:
         self._create_directory()
         self._open_file()
         self._last_sync = threads.monotonic()
-        self._unsynced = False
+        self.unsynced = False
+        """Whether there are messages that are not safe on the disk yet."""
 
     def __enter__(self) -> BagWriter:
         return self
@@ -193,12 +194,12 @@ class BagWriter:
             BagError: The storage refuses, or the bag was removed, or it is closed.
         """
         self._require_open()
-        if self._unsynced:
+        if self.unsynced:
             with self._storage():
                 self._file.sync()
                 self._metadata().write(self.path)
         self._last_sync = threads.monotonic()
-        self._unsynced = False
+        self.unsynced = False
 
     def sync_if_due(self) -> None:
         """Sync when the sync interval has passed; `write` does it by itself.
@@ -206,7 +207,7 @@ class BagWriter:
         Raises:
             BagError: As for `sync`.
         """
-        if threads.monotonic() - self._last_sync >= self._sync_interval:
+        if threads.monotonic() - self._last_sync >= self.sync_interval:
             self.sync()
 
     def close(self) -> None:
@@ -280,7 +281,7 @@ class BagWriter:
         self._ledger.add_message(channel.info.name, log_time)
         if channel.latch:
             channel.last = cdr, publish_time
-        self._unsynced = True
+        self.unsynced = True
 
     def _split_is_due(self, log_time: int) -> bool:
         if not self._ledger.file_message_count:

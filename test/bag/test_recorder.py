@@ -5,6 +5,7 @@
 import shutil
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -88,6 +89,36 @@ def test_an_idle_recording_is_synced(make):
     recorder.put('/level', level(1), 1)
     wait_for(lambda: [m.cdr for m in BagReader(recorder.status.path)] == [level(1)])
     assert recorder.status.state == 'recording'
+
+
+def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypatch):
+    """The clock of the recorder is ours: 10 s from put to disk are promised, 5 s are taken."""
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+    monkeypatch.setattr('mlmem_ros.bag.recorder.time', clock)
+    recorder = make(sync_interval=10.0)
+    recorder.put('/level', level(1), 1)
+    wait_for(lambda: recorder.status.messages == 1)
+    clock.now = 4.9
+    recorder.put('/level', level(2), 2)
+    wait_for(lambda: recorder.status.messages == 2)
+    assert recorder.status.longest_wait == 4.9  # the first is not safe yet
+    assert BagReader(recorder.status.path).message_count == 0
+    clock.now = 5.1
+    wait_for(lambda: BagReader(recorder.status.path).message_count == 2)
+    wait_for(lambda: recorder._oldest is None)
+    clock.now = 100.0
+    assert recorder.status.longest_wait == 5.1
+
+
+def test_a_disk_that_hangs_is_told_by_the_wait(make, monkeypatch):
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+    monkeypatch.setattr('mlmem_ros.bag.recorder.time', clock)
+    recorder = make()
+    released = hold(recorder, monkeypatch)
+    clock.now = 30.0
+    assert recorder.status.longest_wait == 30.0
+    released.set()
+    assert recorder.close(60).longest_wait == 30.0
 
 
 def test_overflow_is_counted_and_recorded(make, monkeypatch):

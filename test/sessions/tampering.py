@@ -21,7 +21,7 @@ from mlmem_ros.bag import BagError, BagReader, BagWriter, Definition, Message, T
 STRING = 'std_msgs/msg/String'
 TOLD = ('/mlmem/session', '/mlmem/session/command', '/mlmem/session/state_hash')
 VALUES: tuple[Any, ...] = (
-    None, True, False, -1, 0, 1, 0.5, 1e15, 10**15, 10**9, 2**63, 10**400, -(10**30), 1e-300, 1e300,
+    None, True, False, -1, 0, 1, 0.5, 1e15, 10**15, 10**9, 2**63, 10**400, -(10**30), 1e300,
     float('inf'), float('nan'), '', '5', '[/red]', '[link=x]', '\ud800', '\x1b[2J', 'x' * 100_000,
     [], [None], [[1.0]], [1e999] * 3, {}, {'a': 1}, {'kind': 'Write'}, list(range(1000)),
 )  # fmt: skip
@@ -155,7 +155,9 @@ def _bytes(made: Tampered, chance: random.Random) -> str:
         cdr += chance.randbytes(chance.randint(1, 100))
     elif way == 3 and len(cdr) >= 12:
         at = 4 * chance.randrange(1, len(cdr) // 4)
-        cdr[at : at + 4] = chance.choice((0, 1, 2**31 - 1, 2**32 - 4, 2**32 - 1)).to_bytes(4, 'little')
+        cdr[at : at + 4] = chance.choice((0, 1, 2**31 - 1, 2**32 - 4, 2**32 - 1)).to_bytes(
+            4, 'little'
+        )
     else:
         cdr[4:] = chance.randbytes(chance.randint(0, 64))
     made.messages[index] = message._replace(cdr=bytes(cdr))

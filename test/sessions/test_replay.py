@@ -231,3 +231,59 @@ def test_repair_refuses_an_existing_destination(tmp_path, capsys):
     (tmp_path / 'there').mkdir()
     assert main(['inspect', str(DATA / 'life'), '--repair', str(tmp_path / 'there')]) == 2
     assert 'exists' in capsys.readouterr().err
+
+
+def trajectory(*points, joint='substrate'):
+    """Return the values of a JointTrajectory of points (seconds, positions, velocities)."""
+    point, duration = (
+        JAZZY.types[name]
+        for name in ('trajectory_msgs/msg/JointTrajectoryPoint', 'builtin_interfaces/msg/Duration')
+    )
+    time = JAZZY.types['builtin_interfaces/msg/Time'](0, 0)
+    return {
+        'header': JAZZY.types['std_msgs/msg/Header'](time, ''),
+        'joint_names': [joint],
+        'points': [
+            point(
+                np.array(positions, dtype=float),
+                np.array(velocities, dtype=float),
+                np.array([]),
+                np.array([]),
+                duration(int(seconds), round(1e9 * (seconds % 1.0))),
+            )
+            for seconds, positions, velocities in points
+        ],
+    }
+
+
+@pytest.mark.parametrize(
+    ('points', 'word'),
+    [
+        ([(0.1, [0.01, 0.02], []), (0.2, [], [])], 'one position; got 2 in point 1'),
+        ([(0.1, [0.01], []), (0.2, [], [])], 'one position; got 0 in point 2'),
+        ([(0.1, [0.01], [0.0, 0.0]), (0.2, [0.0], [])], 'one velocity; got 2 in point 1'),
+        ([(0.1, [0.01], [0.0]), (0.2, [0.0], [])], 'one velocity; got 0 in point 2'),
+    ],
+)
+def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
+    """Two positions in one point and none in the next are not one in each."""
+    kind = 'trajectory_msgs/msg/JointTrajectory'
+    bag = foreign_bag(
+        tmp_path / 'bag',
+        [
+            (0.0, 'strain_trajectory', kind, trajectory(*points)),
+            (0.1, 'strain', 'std_msgs/msg/Float64', {'data': 0.01}),
+        ],
+    )
+    report = replay_commands(new_element(CASE_II), load(bag))
+    (refusal,) = report.refused
+    assert word in refusal
+    assert report.commands == 1
+
+
+def test_a_huge_joint_name_is_told_in_one_line(tmp_path):
+    values = trajectory((0.1, [0.01], []), joint='x' * 5_000_000)
+    kind = 'trajectory_msgs/msg/JointTrajectory'
+    bag = foreign_bag(tmp_path / 'bag', [(0.0, 'strain_trajectory', kind, values)])
+    (refusal,) = replay_commands(new_element(CASE_II), load(bag)).refused
+    assert len(refusal) < 200

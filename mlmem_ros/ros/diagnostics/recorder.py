@@ -33,6 +33,7 @@ class RecorderComponent(Component):
             'bytes': status.size,
             'queued': status.queued,
             'dropped': status.dropped,
+            'longest_wait': round(status.longest_wait, 3),
         }
         if status.error is not None:
             return Health(ERROR, str(status.error), values)
