@@ -7,6 +7,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from mcap.records import Channel, Schema
@@ -144,6 +145,7 @@ def _topic_info(scan: McapScan, channel: Channel) -> TopicInfo:
     )
 
 
+@lru_cache(maxsize=256)  # most topics offer the same
 def _profiles(text: str) -> tuple[QosProfile, ...]:
     try:
         return parse_profiles(text)

@@ -178,15 +178,15 @@ def _metadata(node: dict[str, Any]) -> BagMetadata:
     return BagMetadata(
         topics=tuple(_topic(item) for item in node['topics_with_message_count'] or ()),
         files=tuple(_file(item) for item in node.get('files') or ()),
-        relative_file_paths=tuple(str(path) for path in node['relative_file_paths'] or ()),
+        relative_file_paths=tuple(_text(path) for path in node['relative_file_paths'] or ()),
         starting_time=int(node['starting_time']['nanoseconds_since_epoch']),
         duration=int(node['duration']['nanoseconds']),
         message_count=int(node['message_count']),
-        custom_data=dict(custom_data) if isinstance(custom_data, dict) else {},
-        ros_distro=str(node.get('ros_distro', '')),
-        storage_identifier=str(node['storage_identifier']),
-        compression_format=str(node.get('compression_format', '')),
-        compression_mode=str(node.get('compression_mode', '')),
+        custom_data=_texts(custom_data) if isinstance(custom_data, dict) else {},
+        ros_distro=_text(node.get('ros_distro', '')),
+        storage_identifier=_text(node['storage_identifier']),
+        compression_format=_text(node.get('compression_format', '')),
+        compression_mode=_text(node.get('compression_mode', '')),
         version=int(node['version']),
     )
 
@@ -195,22 +195,33 @@ def _topic(item: dict[str, Any]) -> TopicInfo:
     topic = item['topic_metadata']
     profiles = topic.get('offered_qos_profiles', '')
     return TopicInfo(
-        name=str(topic['name']),
-        type=str(topic['type']),
-        serialization_format=str(topic['serialization_format']),
+        name=_text(topic['name']),
+        type=_text(topic['type']),
+        serialization_format=_text(topic['serialization_format']),
         # Before version 9 the profiles are YAML within YAML.
         offered_qos_profiles=(
             parse_profiles(profiles) if isinstance(profiles, str) else profiles_of(profiles)
         ),
-        type_description_hash=str(topic.get('type_description_hash', '')),
+        type_description_hash=_text(topic.get('type_description_hash', '')),
         message_count=int(item['message_count']),
     )
 
 
 def _file(item: dict[str, Any]) -> FileInfo:
     return FileInfo(
-        path=str(item['path']),
+        path=_text(item['path']),
         starting_time=int(item['starting_time']['nanoseconds_since_epoch']),
         duration=int(item['duration']['nanoseconds']),
         message_count=int(item['message_count']),
     )
+
+
+def _text(value: object) -> str:
+    # A list of aliases of lists of aliases has no end when it is written out.
+    if not isinstance(value, str):
+        raise ValueError(f'got {clipped(value)} for a text')
+    return value
+
+
+def _texts(values: dict[object, object]) -> dict[str, str]:
+    return {_text(key): _text(value) for key, value in values.items()}

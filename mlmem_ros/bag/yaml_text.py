@@ -41,6 +41,7 @@ _NOT_PLAIN = re.compile(
     '|&'
     '|[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]'
 )
+_LONGEST_TEXT = 2**18  # characters: metadata of 400 topics, which take a second to read
 _LONGEST_KEY = 1024  # characters; YAML allows no longer simple key
 
 
@@ -74,6 +75,8 @@ def load(text: str) -> object:
     Raises:
         BagError: The text is not YAML.
     """
+    if len(text) > _LONGEST_TEXT:
+        raise BagError(f'YAML must have at most {_LONGEST_TEXT} characters; got {len(text)}.')
     try:
         return yaml.load(text, yaml.BaseLoader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """metadata.yaml is written as by rosbag2 Jazzy (version 9) and read from any version."""
 
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -225,3 +227,23 @@ def test_the_file_is_written_and_renewed(tmp_path):
 
 def test_a_bag_without_metadata_has_none(tmp_path):
     assert read_metadata(tmp_path) is None
+
+
+ALIASES = '  a: &a [x, x]\n  b0: &b0 [*a, *a]\n' + ''.join(
+    f'  b{n}: &b{n} [*b{n - 1}, *b{n - 1}]\n' for n in range(1, 60)
+)
+
+
+@pytest.mark.parametrize('key', ['ros_distro', 'storage_identifier', 'custom_data'])
+def test_a_list_that_has_no_end_is_no_text(key):
+    """Sixty lines of YAML that would be 2^60 words when written out."""
+    value = '{k: *b59}' if key == 'custom_data' else '*b59'
+    text = re.sub(f'(?m)^  {key}:.*', '', EMPTY_TEXT) + f'\n{ALIASES}  {key}: {value}\n'
+    assert parse_metadata(text.replace(f'  {key}: {value}', f'  {key}: mcap')).version == 9
+    with pytest.raises(BagError, match='must be rosbag2 metadata'):
+        parse_metadata(text)
+
+
+def test_a_text_of_megabytes_is_not_parsed():
+    with pytest.raises(BagError, match='at most 262144 characters'):
+        parse_metadata('- a\n' * 10**6)

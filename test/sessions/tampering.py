@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import random
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -65,9 +64,9 @@ class Tampered:
 
     @classmethod
     def read(cls, path: Path) -> Tampered:
-        """Return a session as it is."""
+        """Return a session as it is, less the topics on which nothing was said."""
         reader = BagReader(path)
-        topics = dict(reader.topics)
+        topics = {name: info for name, info in reader.topics.items() if info.message_count}
         definitions = {name: reader.definition(info.type) for name, info in topics.items()}
         return cls(topics, definitions, list(reader))
 
@@ -214,6 +213,3 @@ def _name(made: Tampered, chance: random.Random) -> str:
         if message.topic == old:
             made.messages[index] = message._replace(topic=name)
     return f'{old} {name[:40]!r}'
-
-
-Change = Callable[[Tampered, random.Random], str]
