@@ -93,8 +93,8 @@ def test_an_idle_recording_is_synced(make):
 
 def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypatch):
     """The clock of the recorder is ours: 10 s from put to disk are promised, 5 s are taken."""
-    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
-    monkeypatch.setattr('mlmem_ros.bag.recorder.time', clock)
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
     recorder = make(sync_interval=10.0)
     recorder.put('/level', level(1), 1)
     wait_for(lambda: recorder.status.messages == 1)
@@ -111,8 +111,8 @@ def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypat
 
 
 def test_a_disk_that_hangs_is_told_by_the_wait(make, monkeypatch):
-    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
-    monkeypatch.setattr('mlmem_ros.bag.recorder.time', clock)
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
     recorder = make()
     released = hold(recorder, monkeypatch)
     clock.now = 30.0
@@ -201,10 +201,11 @@ def test_a_defect_of_ours_ends_the_recording_and_nothing_else(make, monkeypatch)
     recorder = make()
     recorder.put('/level', level(1), 1)
     wait_for(lambda: recorder.status.messages == 1)
-    monkeypatch.setattr(recorder._writer, 'sync_if_due', lambda: 1 / 0)
+    monkeypatch.setattr(recorder._writer, 'write', lambda *_: 1 / 0)
+    recorder.put('/level', level(2), 2)
     wait_for(lambda: recorder.status.state == 'failed')
     assert "bag: ZeroDivisionError('division by zero')." in str(recorder.status.error)
-    assert recorder.put('/level', level(2), 2) is False
+    assert recorder.put('/level', level(3), 3) is False
     reader = BagReader(recorder.close(60).path)
     assert [m.cdr for m in reader] == [level(1)]
     assert reader.losses == ()

@@ -16,6 +16,7 @@ from mlmem_ros.bag import BagError, RecorderStatus
 from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.ros.diagnostics.faults import FaultsComponent
 from mlmem_ros.ros.diagnostics.health import ERROR, OK, STALE, WARN, Health, Hysteresis
@@ -28,7 +29,6 @@ from mlmem_ros.ros.diagnostics.material import (
 from mlmem_ros.ros.diagnostics.memory import MemoryComponent
 from mlmem_ros.ros.diagnostics.recorder import RecorderComponent
 from mlmem_ros.ros.diagnostics.transducer import TransducerComponent
-from mlmem_ros.ros.gate import Gate
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -200,8 +200,8 @@ def session(**changes):
     ],
 )
 def test_the_gravest_of_a_recording_is_told(recording, level, text):
-    component = RecorderComponent()
-    component.recording = recording
+    sessions = SimpleNamespace(state=State.IDLE)
+    component = RecorderComponent(SimpleNamespace(recording=recording, sessions=sessions))
     health = component.rest()
     assert (health.level, health.text[: len(text)]) == (level, text)
 
@@ -212,7 +212,7 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
         statistics=statistics, tick_seconds=0.002, failure=None, paused=False,
         element=SimpleNamespace(procedure=''),
     )  # fmt: skip
-    component = LoopComponent(Gate())
+    component = LoopComponent(SimpleNamespace(refused=0, journal=SimpleNamespace(caught=0)))
     assert component.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
     assert component.health(loop) == Health(OK, 'running', ANY)
     loop.paused = True
