@@ -10,6 +10,7 @@ SAMPLE = 250
 SEED = 1
 
 MINUTES ?= 60
+SEEDS ?= 100000
 
 .PHONY: bench clean coverage demo figures lint mutation setup soak test test-slow
 
@@ -47,6 +48,10 @@ soak: setup
 mutation: setup
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)
+
+# Simulated lives, a night of them: make lives SEEDS=1000000
+lives: setup
+	$(VENV)/python tools/lives.py --count $(SEEDS)
 
 lint: setup
 	$(VENV)/ruff check

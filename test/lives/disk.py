@@ -93,6 +93,7 @@ class Disk:
         trouble: What befalls every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
             is any of them now and then, and short writes.
         open_files: What the process holds open, by descriptor.
+        troubled_at: When a call was in trouble last.
     """
 
     def __init__(self, scheduler):
@@ -103,6 +104,7 @@ class Disk:
         """
         self.calls = 0
         self.trouble = ''
+        self.troubled_at = 0.0
         self.open_files = {}
         self._root = Directory()
         self._scheduler = scheduler
@@ -110,13 +112,10 @@ class Disk:
 
     # --- for the experimenter ------------------------------------------------------------
 
-    def move_to(self, scheduler):
-        """Go on in another world."""
-        self._scheduler = scheduler
-
     def heal(self):
         """End all trouble; who was held up goes on."""
         self.trouble = ''
+        self.troubled_at = self._scheduler.now
         held_up, self._held_up = self._held_up, []
         for task in held_up:
             self._scheduler.wake(task)
@@ -258,6 +257,7 @@ class Disk:
         trouble = self.trouble
         if not trouble:
             return size
+        self.troubled_at = scheduler.now
         chance = scheduler.random
         if trouble == 'moody':
             dice = chance.random()

@@ -14,6 +14,9 @@ from itertools import count
 
 import greenlet
 
+EPOCH = 1.8e9
+"""Time of day when the clock of a world would show 0."""
+
 
 class Killed(greenlet.GreenletExit):
     """The process was killed: raised where a task of it stands; nobody may catch it."""
@@ -95,6 +98,7 @@ class Scheduler:
         self.futures = []
         self.crash_at = None
         self.crashed = False
+        self._dying = False
         self._most = most
         self._ready = []
         self._due = []
@@ -133,8 +137,8 @@ class Scheduler:
             Endless: It does not.
         """
         while not until.ended:
-            if self.crash_at is not None and self.handovers >= self.crash_at:
-                self._crash()
+            if self._dying or self._crash_due():
+                self._kill()
                 continue
             if self.handovers > self._most:
                 raise Endless(f'after {self._most} hand-overs; {self._standing()}')
@@ -150,6 +154,19 @@ class Scheduler:
 
     def kill(self):
         """Kill all tasks of the process, wherever they stand, and forget what they held."""
+        if self.current is None:
+            self._kill()
+        else:
+            self._dying = True
+            self._ready.append(self.current)
+            self._root.switch()
+
+    def _kill(self):
+        if self._crash_due():
+            self.crash_at = None
+            self.crashed = True
+            self.note('crash')
+        self._dying = False
         for task in self.tasks:
             if not (task.outside or task.ended):
                 self.current = task
@@ -169,11 +186,8 @@ class Scheduler:
             *(f'{future} pending' for future in self.futures if not future.done()),
         ]
 
-    def _crash(self):
-        self.crash_at = None
-        self.crashed = True
-        self.note('crash')
-        self.kill()
+    def _crash_due(self):
+        return self.crash_at is not None and self.handovers >= self.crash_at
 
     def _alive(self):
         return [task for task in self.tasks if not task.ended]
@@ -190,7 +204,7 @@ class Scheduler:
             return
         self.history.append((self.now, task.name, what))
         self.handovers += 1
-        if self.crash_at is not None and self.handovers >= self.crash_at:
+        if self._crash_due():
             self._ready.append(task)
             self._root.switch()
         elif self._dice() < self.restless:
@@ -235,6 +249,10 @@ class Scheduler:
         self.handover('clock')
         self.now += self.look
         return self.now
+
+    def time(self):
+        """Return the time of day, in seconds of the epoch."""
+        return EPOCH + self.monotonic()
 
     def note(self, what):
         """Write something into the history."""

@@ -1,0 +1,92 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a recording on a simulated disk must be to real readers: recovered, and exact."""
+
+import shutil
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from unittest.mock import patch
+
+import yaml
+
+from mlmem_ros.bag import BagError, BagReader
+from mlmem_ros.bag import reader as bag_reader
+from mlmem_ros.bag.metadata import read_metadata
+from mlmem_ros.bag.replay import replay
+from mlmem_ros.bag.session_data import load
+
+FOLDER = '/disk'
+
+_codec_of = cache(bag_reader.codec_of)
+
+
+@contextmanager
+def _in_haste():
+    """Read thousands of bags of the same types: what reads them is made once, and in C."""
+    loader = getattr(yaml, 'CBaseLoader', yaml.BaseLoader)
+    with (
+        patch.object(bag_reader, 'codec_of', lambda types: _codec_of(tuple(types))),
+        patch.object(yaml, 'BaseLoader', loader),
+    ):
+        yield
+
+
+@cache
+def _memory():
+    """Return a folder in memory, where there is one; it goes with the process."""
+    memory = Path('/dev/shm')
+    return TemporaryDirectory(prefix='lives-', dir=memory if memory.is_dir() else None)
+
+
+def findings(disk, closed):
+    """Yield what is wrong with the bags on a disk.
+
+    Args:
+        disk: The disk, after the end of whoever recorded.
+        closed: Paths of the bags that were said to be closed.
+    """
+    names = [name for name in disk.names(FOLDER) if name.startswith('session')]
+    for path in closed:
+        if path.name not in names:
+            yield f'{path} was closed and is not there'
+    if not names:
+        return
+    folder = Path(_memory().name) / FOLDER.strip('/')
+    shutil.rmtree(folder, ignore_errors=True)
+    disk.materialise(folder.parent)
+    for name in names:
+        try:
+            with _in_haste():
+                found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
+        except BagError as error:
+            found = [f'{name}: {error}']
+        yield from found
+
+
+def promise(metadata):
+    """Return how many messages were synced when the metadata was written."""
+    return metadata.message_count if metadata else 0
+
+
+def _findings(bag, whole):
+    try:
+        reader = BagReader(bag)
+    except BagError as error:
+        promised = promise(read_metadata(bag))
+        if promised or whole:
+            yield f'{bag.name} has {promised} messages that were synced, and: {error}'
+        return
+    promised = promise(reader.metadata)
+    count = sum(1 for _ in reader)
+    if count < promised:
+        yield f'{bag.name} has {count} messages; {promised} were synced'
+    if whole and reader.losses:
+        yield f'{bag.name} was closed and is not whole: {reader.losses}'
+    topics = reader.topics
+    if not any(name.endswith('/session') and info.message_count for name, info in topics.items()):
+        return  # no session has begun, or its beginning was not synced
+    report = replay(load(reader))
+    if not report.exact or report.refused:
+        yield f'{bag.name} does not replay: {report.difference}, refused: {report.refused}'

@@ -1,0 +1,146 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node without ROS: an executor that makes one callback at a time, and the life cycle."""
+
+from collections import deque
+
+from mlmem_ros import threads
+from mlmem_ros.host import REFUSALS
+
+TRANSITIONS = {
+    'configure': ('unconfigured', 'inactive'),
+    'activate': ('inactive', 'active'),
+    'deactivate': ('active', 'inactive'),
+    'cleanup': ('inactive', 'unconfigured'),
+}
+"""Transitions: from which state, and to which."""
+
+TEND = 1.0
+"""Seconds between two looks at disks and intervals."""
+
+
+class Executor:
+    """Makes callbacks one after the other, and looks after the host in between.
+
+    Attributes:
+        task: Its task.
+        longest: Name and seconds of the callback that took longest.
+    """
+
+    def __init__(self, scheduler, tend, failed):
+        """Begin, with nothing to do.
+
+        Args:
+            scheduler: Under which it runs.
+            tend: Called every `TEND` seconds.
+            failed: Called with the name and the exception of a callback that raised.
+        """
+        self.longest = '', 0.0
+        self._tend = tend
+        self._failed = failed
+        self._waiting = deque()
+        self._ending = False
+        self._idle = False
+        self._scheduler = scheduler
+        self.task = scheduler.spawn(self._run, 'executor')
+
+    def post(self, name, callback):
+        """Have a callback made; any thread may call."""
+        self._waiting.append((name, callback))
+        self._rouse()
+
+    def end(self):
+        """Make no more callbacks after those that wait."""
+        self._ending = True
+        self._rouse()
+
+    def _rouse(self):
+        if self._idle:  # and does not wait for something within a callback
+            self._scheduler.wake(self.task)
+
+    def _run(self):
+        due = threads.monotonic() + TEND
+        while (turn := self._next(due)) is not None:
+            name, callback = turn
+            begun = threads.monotonic()
+            try:
+                callback()
+            except Exception as failure:
+                self._failed(name, failure)
+            took = threads.monotonic() - begun
+            self.longest = max(self.longest, (name, took), key=lambda pair: pair[1])
+            if name == 'tend':
+                due = threads.monotonic() + TEND
+
+    def _next(self, due):
+        while not self._waiting:
+            if self._ending:
+                return None
+            left = due - self._scheduler.now
+            self._idle = left > 0.0
+            woken = self._idle and self._scheduler.block('something to do', left)
+            self._idle = False
+            if not woken:
+                return 'tend', self._tend
+        return self._waiting.popleft()
+
+
+class Node:
+    """The life cycle of a managed node around a host, as rclpy drives it.
+
+    Attributes:
+        host: The host.
+        state: Of the life cycle.
+    """
+
+    def __init__(self, host, activate, configured):
+        """Be unconfigured.
+
+        Args:
+            host: The host.
+            activate: Activates it.
+            configured: What it is configured with.
+        """
+        self.host = host
+        self.state = 'unconfigured'
+        self._activate = activate
+        self._configured = configured
+
+    def transit(self, name):
+        """Make a transition; return None, or why it failed or was refused."""
+        if name == 'error':  # what mind_failure does in a node that has not failed: nothing
+            return None
+        begins, ends = TRANSITIONS[name]
+        if self.state != begins:
+            return f'{name} is refused while {self.state}'
+        try:
+            self._work(name)
+        except REFUSALS as refusal:
+            if self.host.failure is not None:
+                self._fail()
+            return str(refusal)
+        except Exception:
+            self._fail()
+            raise
+        self.state = ends
+        return None
+
+    def mind_failure(self):
+        """Take the node out of its active state when its device has failed."""
+        if self.host.failure is not None:
+            self.transit('deactivate')
+
+    def _work(self, name):
+        match name:
+            case 'configure':
+                self.host.configure(self._configured)
+            case 'activate':
+                self._activate()
+            case 'deactivate':
+                self.host.deactivate()
+            case 'cleanup':
+                self.host.release()
+
+    def _fail(self):
+        self.state = 'unconfigured'
+        self.host.fail()

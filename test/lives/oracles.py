@@ -1,0 +1,305 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What must hold in every life, whatever happens in it."""
+
+import traceback
+from pathlib import Path
+from types import NoneType
+
+from mlmem_ros.device import (
+    Disturb,
+    Outcome,
+    Read,
+    Refused,
+    SetFaults,
+    SetStrain,
+    state_file,
+)
+from mlmem_ros.device.commands import FollowTrajectory, Procedures
+from mlmem_ros.host import REFUSALS
+from mlmem_ros.physics import level_of, walls
+
+from . import bags
+from . import element as small
+from .script import STATE
+
+PATIENCE = 2.0
+"""Seconds that the host waits for a disk in these lives."""
+
+PROMPT = 1.0
+"""Seconds within which whatever needs no disk is answered."""
+
+SLOW = 5.0 * PATIENCE + 3.0
+"""Seconds within which whatever needs a disk is answered, be it that it does not answer."""
+
+CALM = 20
+"""Ticks after which nothing moves any more of what was set going."""
+
+MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
+"""Commands that may move a wall where they are accepted; a read may not."""
+
+
+class Ticket:
+    """Something that was asked for.
+
+    Attributes:
+        what: A command, or the name of a request.
+        future: Its answer.
+        asked: When, in seconds.
+        moves: Whether it may move the wall once it is accepted.
+        number: How many such had been asked for, this one included.
+    """
+
+    def __init__(self, what, future, asked, moves, number):
+        self.what = what
+        self.future = future
+        self.asked = asked
+        self.moves = moves
+        self.number = number
+
+    def __str__(self):
+        return f'{self.what!r:.80} asked at {self.asked:.3f}'
+
+
+class Oracles:
+    """Watch a life, and keep what they find wrong.
+
+    Attributes:
+        found: What that is, in words.
+    """
+
+    def __init__(self, life):
+        self.found = []
+        self._life = life
+        self._movers = 0  # that have been asked for
+        self._moving = 0  # of these, without an answer
+        self._still = None  # where the walls are, while they have to stay there
+        self._moved_at = -CALM  # tick of the last motion
+        self._acknowledged = None  # ticks, level and movers of the last one that was saved
+        self._closed_bags = set()
+
+    def find(self, what):
+        """Keep a finding."""
+        self.found.append(what)
+        self._life.scheduler.note(f'FOUND {what}')
+
+    # --- where the host logs -------------------------------------------------------------
+
+    def info(self, message):
+        self._life.scheduler.note(('log', message))
+
+    warning = info
+
+    def error(self, message):
+        self.info(message)
+        if 'defect' in message:
+            self.find(message)
+
+    # --- requests ------------------------------------------------------------------------
+
+    def asked(self, process, what, future):
+        """Watch a request."""
+        moves = isinstance(what, MOVERS) and not isinstance(what, Read)
+        self._movers += moves
+        self._moving += moves
+        ticket = Ticket(what, future, self._now, moves, self._movers)
+        future.add_done_callback(lambda _: self._answered(process, ticket))
+        return ticket
+
+    def _answered(self, process, ticket):
+        ticket_time = self._now - ticket.asked
+        if ticket.moves:
+            self._moving -= 1
+        if ticket.future.cancelled():
+            return
+        error = ticket.future.exception()
+        self._life.scheduler.note(('answer', str(ticket), error or ticket.future.result()))
+        if not isinstance(error, (*REFUSALS, NoneType)):
+            self.find(f'{ticket} was answered with {told(error)}')
+            return
+        if ticket.moves and not isinstance(error, Refused):
+            self._unsettle(process.host.element)
+        if isinstance(ticket.what, tuple):
+            self._served(ticket, error, ticket_time)
+        elif error is None and isinstance(outcome := ticket.future.result(), Outcome):
+            self._ended(ticket, outcome)
+
+    def _served(self, ticket, error, after):
+        name, given = ticket.what
+        if after > (SLOW if name == 'record' else PROMPT):
+            self.find(f'{ticket} was answered after {after:.3f} s')
+        if name == 'record' and not given and error is None:
+            self._closed_bags.add(ticket.future.result())
+
+    def _ended(self, ticket, outcome):
+        if not isinstance(ticket.what, Procedures):
+            self.find(f'{ticket} was answered with {outcome}')
+        if outcome.success and self._life.script.state and ticket.moves:
+            level = outcome.reading.level if outcome.reading else None
+            self._acknowledged = outcome.end_tick, level, ticket.number
+
+    # --- ticks ---------------------------------------------------------------------------
+
+    def ticked(self, element, events):
+        """Look at the true wall, in the loop's thread."""
+        if self._moving or not _quiet(element):
+            self._unsettle(element)
+        elif self._still is None:
+            if element.ticks - self._moved_at > CALM:
+                self._still = self._walls(element)
+        elif (seen := self._walls(element)) != self._still:
+            self.find(f'the wall moved by itself from {self._still} to {seen}')
+            self._still = seen
+        for event in events:
+            if isinstance(event, Outcome) and event.success and event.reading:
+                self._judge(element, event)
+
+    def _judge(self, element, outcome):
+        """Compare what a procedure says with the truth."""
+        calm = element.ticks - self._moved_at > CALM or outcome.procedure == 'write'
+        if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
+            truth = level_of(element.design, element.chain.configuration)
+            if truth != outcome.reading.level:
+                self.find(f'{outcome} while the wall is at {truth}')
+
+    def _unsettle(self, element):
+        self._still = None
+        if element is not None:
+            self._moved_at = element.ticks
+
+    def _walls(self, element):
+        found = walls(element.design, element.chain.configuration)
+        return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
+
+    def watch_refusals(self, element):
+        """See to it that a refused command leaves a device as it was."""
+        apply = element.apply
+
+        def watched(command):
+            before = _bits(element)
+            try:
+                apply(command)
+            except Refused:
+                if (after := _bits(element)) != before:
+                    self.find(f'{command} was refused and changed {before} to {after}')
+                raise
+
+        element.apply = watched
+
+    # --- the life cycle ------------------------------------------------------------------
+
+    def transited(self, process, name, before, refusal):
+        """Look at a transition that was made, or was not."""
+        self._life.scheduler.note(('transition', name, before, process.node.state, refusal))
+        element = process.host.element
+        if refusal is None and name == 'configure':
+            self.watch_refusals(element)
+            self._unsettle(element)
+        if refusal is None and name == 'deactivate':
+            self._put_away(process, element)
+        if refusal and process.node.state == before and self._healthy_disk():
+            expected = ('is refused while', 'exists already', 'the device has stopped')
+            if not any(text in refusal for text in expected):
+                self.find(f'{name} is refused although the disk is healthy: {refusal}')
+
+    def closed(self, process, element):
+        """Look at a process that was closed."""
+        if element is not None:
+            self._put_away(process, element)
+
+    def _put_away(self, process, element):
+        if not small.finite(element):
+            self.find('the state is not finite')
+        if element.ticks and not process.host.lost and self._life.script.state:
+            self._acknowledged = element.ticks, None, None
+
+    def callback_failed(self, name, failure):
+        """Take an exception that came out of a callback."""
+        self.find(f'callback {name} raised {told(failure)}')
+
+    # --- ends ----------------------------------------------------------------------------
+
+    def ended(self, process):
+        """Look at a process that has ended by itself, its disk healed."""
+        name, seconds = process.executor.longest
+        if seconds > (SLOW if name in SLOW_CALLBACKS else PROMPT):
+            self.find(f'callback {name} took {seconds:.3f} s')
+        for ticket in process.tickets:
+            if not ticket.future.done():
+                self.find(f'{ticket} was never answered')
+        for left in self._life.scheduler.leftovers():
+            self.find(f'left over: {left}')
+        for open_file in self._life.disk.open_files.values():
+            self.find(f'left open: {open_file.path}')
+
+    def died(self, how):
+        """Look at what a process has left on the disk, which was killed, or whose power failed."""
+        disk = self._life.disk
+        if how == 'power':
+            disk.cut_power()
+        else:
+            disk.kill()
+        self._moving, self._still = 0, None
+        self._look_at_state()
+        for finding in bags.findings(disk, self._closed_bags):
+            self.find(finding)
+
+    def _look_at_state(self):
+        if self._acknowledged is None:
+            return
+        ticks, level, number = self._acknowledged
+        try:
+            saved = state_file.load(Path(STATE))
+        except REFUSALS as error:
+            self.find(f'the saved state cannot be read: {error}')
+            return
+        if saved is None or saved['ticks'] < ticks:
+            had = saved and saved['ticks']
+            self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
+        elif level is not None and number == self._movers:
+            element = small.restored(saved)
+            truth = level_of(element.design, element.chain.configuration)
+            if truth != level:
+                self.find(f'level {level} was acknowledged; {truth} is on the disk')
+
+    # --- helpers -------------------------------------------------------------------------
+
+    @property
+    def _now(self):
+        return self._life.scheduler.now
+
+    def _healthy_disk(self):
+        return self._now - self._life.disk.troubled_at > 2.0 * PATIENCE
+
+
+SLOW_CALLBACKS = ('configure', 'activate', 'deactivate', 'cleanup', 'close', 'failure', 'error')
+
+
+def told(error):
+    """Return an exception with the place where it was raised."""
+    frames = traceback.extract_tb(error.__traceback__)
+    places = ' < '.join(
+        f'{frame.filename.rpartition("/")[2]}:{frame.lineno}' for frame in reversed(frames[-4:])
+    )
+    return f'{error!r} at {places}'
+
+
+def _quiet(element):
+    """Return whether nothing is under way that may move a wall."""
+    return element.idle and _undisturbed(element)
+
+
+def _undisturbed(element):
+    """Return whether the device is healthy, its base still, its strain none."""
+    linkage = element.linkage.state
+    strains = (linkage.told, linkage.strain)
+    return small.healthy(element.faults) and element.base.still and not any(strains)
+
+
+def _bits(element):
+    """Return what a command could change at once."""
+    actuator = element.actuator
+    return (
+        actuator.strain, actuator.elapsed, actuator.motion, element.procedure, element.reading,
+        element.calibration, element.faults, element.base.state, element.ticks,
+    )  # fmt: skip

@@ -1,0 +1,186 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What happens in a life: steps that several clients, the disk and fate take, from one number."""
+
+import math
+from dataclasses import dataclass
+from random import Random
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Disturb,
+    Erase,
+    Faults,
+    FollowTrajectory,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+)
+
+STATE = '/disk/state/memory.json'
+SESSION = '/disk/session'
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that happens.
+
+    Attributes:
+        after: Seconds since the step before.
+        what: Its name.
+        given: What goes with it.
+    """
+
+    after: float
+    what: str
+    given: object = None
+
+    def __str__(self):
+        given = '' if self.given is None else f' {self.given}'
+        return f'{self.after:8.3f} s later: {self.what}{given}'
+
+
+@dataclass(frozen=True)
+class Script:
+    """A life before it is lived.
+
+    Attributes:
+        seed: Of the order in which threads take turns, and of what the disk does.
+        level: Level that the element was written with before; -1: blank.
+        state: Whether there is a state file.
+        record: Whether a recording begins with every activation.
+        interval: Seconds between two savings; 0: none.
+        sync_interval: Seconds after which a recording is synced.
+        steps: What happens.
+    """
+
+    seed: int
+    level: int
+    state: bool
+    record: bool
+    interval: float
+    sync_interval: float
+    steps: tuple[Step, ...]
+
+    def __str__(self):
+        head = (
+            f'seed {self.seed}, level {self.level}, state file: {self.state}, saved every '
+            f'{self.interval:g} s, recorded from the start: {self.record}, synced every '
+            f'{self.sync_interval:g} s'
+        )
+        return '\n'.join([head, *map(str, self.steps)])
+
+
+GOOD = (
+    lambda chance: Write(chance.randrange(2)),
+    lambda chance: Write(chance.randrange(2)),
+    lambda chance: Read(chance.choice(('', 'right'))),
+    lambda chance: Read(),
+    lambda chance: Erase(),
+    lambda chance: Abort(chance.choice(('', 'enough'))),
+    lambda chance: Abort(),
+    lambda chance: SetStrain(chance.choice((0.0, 0.0, 0.001, -0.01, 0.03))),
+    lambda chance: FollowTrajectory((0.0, 0.3, 0.6), (0.0, chance.choice((1e-3, 5e-3)), 0.0)),
+    lambda chance: Disturb(chance.choice((0.0, 1e-5, -1e-3))),
+)
+
+RARE = (
+    lambda chance: Calibrate(),
+    lambda chance: SelfTest(),
+    lambda chance: SetFaults(Faults()),
+    lambda chance: SetFaults(Faults(sensor_noise=1e-6, seed=chance.randrange(100))),
+    lambda chance: SetFaults(Faults(sensor_dropout=0.2, actuator_lag=20.0)),
+    lambda chance: SetFaults(Faults(actuator_stuck=True)),
+    lambda chance: SetFaults(Faults(stuck_cell=12, weak_cell=3, missed_cycle=0.5)),
+    lambda chance: SetFaults(Faults(actuator_offset=0.03, damping_factor=0.1)),
+)
+
+BAD = (
+    lambda chance: Write(chance.choice((2, -1, 255, True, 0.0, '1', None, math.nan))),
+    lambda chance: Read(chance.choice(('up', None, 3))),
+    lambda chance: SetStrain(chance.choice((1.0, math.nan, math.inf, True, '0', None))),
+    lambda chance: Disturb(chance.choice((1.0, math.nan, -math.inf, True, 'x', None))),
+    lambda chance: FollowTrajectory((0.0, math.nan), (0.0, 0.0)),
+    lambda chance: FollowTrajectory((0.0, 1.0), (0.0, 1.0)),
+    lambda chance: FollowTrajectory((), ()),
+    lambda chance: FollowTrajectory((0.0, 1e300), (0.0, 1e-3)),
+    lambda chance: FollowTrajectory((0.0, 1.0), (0.0,), joint='elbow'),
+    lambda chance: SetFaults(Faults(stuck_cell=81)),
+    lambda chance: SetFaults(Faults(weak_cell=90_000)),
+    lambda chance: chance.choice((None, 'write', 7, Write)),
+)
+
+TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown', 'error')
+TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
+
+
+def script(seed):
+    """Return the life of a number."""
+    chance = Random(f'script {seed}')
+    steps = []
+    if chance.random() < 0.95:
+        steps += [Step(0.0, 'configure'), Step(0.0, 'activate')]
+    for _ in range(chance.choice((3, 6, 6, 12, 12, 25))):
+        steps += _steps(chance)
+    return Script(
+        seed=seed,
+        level=chance.choice((-1, 0, 1)),
+        state=chance.random() < 0.7,
+        record=chance.random() < 0.15,
+        interval=chance.choice((0.0, 0.0, 0.3, 2.0)),
+        sync_interval=chance.choice((0.0, 0.2, 0.2, 0.5, 0.5, 1.0, 1.0)),
+        steps=tuple(steps),
+    )
+
+
+def _steps(chance):
+    """Return some steps that belong together."""
+    after = chance.choice((0.0, 0.0, 0.0, 0.001, 0.05, 0.05, 0.3, 1.5))
+    match chance.choices(
+        ('good', 'rare', 'bad', 'patience', 'record', 'time', 'life', 'disk', 'crash', 'many'),
+        (30, 4, 8, 8, 14, 14, 8, 7, 3, 4),
+    )[0]:
+        case 'good':
+            return [Step(after, 'submit', chance.choice(GOOD)(chance))]
+        case 'rare':
+            return [Step(after, 'submit', chance.choice(RARE)(chance))]
+        case 'bad':
+            return [Step(after, 'submit', chance.choice(BAD)(chance))]
+        case 'patience':  # a write, and the time it takes
+            write = Step(after, 'submit', Write(chance.randrange(2)))
+            return [write, Step(chance.choice((6.0, 12.0)), 'submit', Read())]
+        case 'record':
+            on = chance.random() < 0.6
+            return [Step(after, 'record', on)] * chance.choice((1, 1, 1, 2, 3))
+        case 'time':
+            return [_time(chance, after)]
+        case 'life':
+            if chance.random() < 0.5:  # what makes sense, in a row
+                rows = (('deactivate', 'activate'), ('deactivate', 'cleanup', 'configure'))
+                return [Step(after, name) for name in chance.choice(rows)]
+            return [Step(after, chance.choice(TRANSITIONS))]
+        case 'disk':
+            heal = Step(chance.choice((0.01, 0.5, 4.0)), 'heal')
+            return [Step(after, 'trouble', chance.choice(TROUBLES)), *_steps(chance), heal]
+        case 'crash':
+            kind = chance.choice(('kill', 'power'))
+            crash = Step(after, 'crash', (kind, chance.choice((1, 20, 100, 400))))
+            return [crash, Step(0.0, 'configure'), Step(0.0, 'activate')]
+        case 'many':  # clients who ask for the same at once
+            return _steps(chance)[:1] * chance.choice((2, 5))
+    raise AssertionError('every kind has its steps')
+
+
+def _time(chance, after):
+    what = chance.choice(('pause', 'pause', 'step', 'step', 'speed', 'clock', 'cancel'))
+    match what:
+        case 'pause':
+            return Step(after, 'pause', chance.random() < 0.6)
+        case 'speed':
+            return Step(after, 'speed', chance.choice((0.0, 1.0, 1.0, 0.5, 10.0, 1e6)))
+        case 'clock':
+            return Step(after, 'clock', chance.choice((-100.0, -0.1, 0.2, 1000.0, 'stop', 'go')))
+    return Step(after, what)

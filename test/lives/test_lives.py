@@ -1,0 +1,29 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whole lives, each from one number: the first of those of which `make lives` lives many."""
+
+import pytest
+
+from .campaign import live, story
+from .script import script
+from .world import Life
+
+LIVES = 200
+AT_ONCE = 10
+
+
+@pytest.mark.parametrize('first', range(0, LIVES, AT_ONCE))
+def test_nothing_is_wrong_in_a_life(first):
+    for seed in range(first, first + AT_ONCE):
+        if live(seed):
+            pytest.fail(story(seed), pytrace=False)
+
+
+def test_a_life_is_its_number():
+    def history(seed):
+        life = Life(script(seed))
+        life.live()
+        return life.scheduler.handovers, list(map(str, life.scheduler.history))
+
+    assert history(3) == history(3)
+    assert history(3) != history(4)

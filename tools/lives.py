@@ -1,0 +1,58 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Live the lives of test/lives: one with its history, or many.
+
+Usage: .venv/bin/python tools/lives.py SEED, or tools/lives.py --count N [--first SEED].
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test'))
+
+from lives.campaign import campaign, story
+
+
+def many(first: int, count: int) -> int:
+    """Live many lives on all cores and list those that fail; return the exit status."""
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn('lives, {task.speed:.0f}/s, {task.fields[failing]} fail,'),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, speed_estimate_period=600) as progress:
+        task = progress.add_task('', total=count, failing=0)
+
+        def told(done: int, failing: dict[int, list[str]]) -> None:
+            progress.update(task, completed=done, failing=len(failing))
+
+        failing = campaign(first, count, os.cpu_count() or 1, told)
+    for seed, found in sorted(failing.items()):
+        print(f'{seed}: {found[0]}')
+    print(f'{len(failing)} of {count} lives fail', end='')
+    print('; tools/lives.py SEED tells of one' if failing else '')
+    return 1 if failing else 0
+
+
+def main() -> int:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('seed', type=int, nargs='?', help='the life to live, with its history')
+    parser.add_argument('--count', type=int, help='how many lives to live')
+    parser.add_argument('--first', type=int, default=0, help='the first of them')
+    arguments = parser.parse_args()
+    if (arguments.seed is None) == (arguments.count is None):
+        parser.error('give a SEED, or --count')
+    if arguments.seed is not None:
+        print(story(arguments.seed))
+        return 0
+    return many(arguments.first, arguments.count)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
