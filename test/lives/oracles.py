@@ -92,7 +92,7 @@ class Oracles:
 
     def error(self, message):
         self.info(message)
-        if 'defect' in message:
+        if 'defect' in message or 'device has stopped' in message:
             self.find(message)
 
     # --- requests ------------------------------------------------------------------------

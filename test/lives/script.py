@@ -164,7 +164,9 @@ def _steps(chance):
             return [Step(after, chance.choice(TRANSITIONS))]
         case 'disk':
             heal = Step(chance.choice((0.01, 0.5, 4.0)), 'heal')
-            return [Step(after, 'trouble', chance.choice(TROUBLES)), *_steps(chance), heal]
+            ends = chance.random() < 0.8
+            trouble = Step(after, 'trouble', chance.choice(TROUBLES))
+            return [trouble, *_steps(chance), *([heal] if ends else [])]
         case 'crash':
             kind = chance.choice(('kill', 'power'))
             crash = Step(after, 'crash', (kind, chance.choice((1, 20, 100, 400))))

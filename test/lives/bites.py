@@ -1,0 +1,272 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Faults that the device has had, or might have: each put back for a while, to see it found.
+
+A bite replaces functions of the package by wrong ones; `BITES` holds them by name.
+"""
+
+from contextlib import ExitStack, contextmanager
+from unittest.mock import patch
+
+from mlmem_ros import durable, threads
+from mlmem_ros.bag import mcap_file
+from mlmem_ros.device import actuator, element, loop, mailbox
+from mlmem_ros.device.errors import Refused
+from mlmem_ros.host import host, sessions, store, worker
+
+BITES = {}
+"""Context managers that put a fault back, by what it is."""
+
+
+def _bite(*replaced):
+    """Enter a fault that a function stands for.
+
+    Args:
+        replaced: Pairs of what holds a function, and its name there; the fault gets the right
+            ones and returns the wrong ones.
+    """
+
+    def enter(fault):
+        @contextmanager
+        def bitten():
+            wrong = fault(*(getattr(holder, name) for holder, name in replaced))
+            wrong = wrong if isinstance(wrong, tuple) else (wrong,)
+            with ExitStack() as stack:
+                for (holder, name), function in zip(replaced, wrong, strict=True):
+                    stack.enter_context(patch.object(holder, name, function))
+                yield
+
+        BITES[fault.__name__] = bitten
+        return fault
+
+    return enter
+
+
+# --- the loop ----------------------------------------------------------------------------
+
+
+@_bite((loop.Loop, '_put_off'))
+def division_by_zero_at_full_speed(_):
+    def put_off(self, late):
+        if self._batch == 1 or not self.element.resting:
+            return 0
+        ticks = -(self.element.ticks + 1) % self._batch
+        return min(ticks, max(0, int(late / self._period))) if self._box.command_waits else ticks
+
+    return put_off
+
+
+@_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take_single_tick'))
+def queue_cleared_between_look_and_pop(end, _):
+    def hasty_end(self, ending):
+        self._box.close(Refused(loop.SHUT_DOWN))
+        end(self, ending)
+
+    def take(self):
+        if self._single_ticks:
+            threads.monotonic()
+            taken = self._single_ticks.popleft()
+            return taken if taken.set_running_or_notify_cancel() else None
+        return None
+
+    return hasty_end, take
+
+
+@_bite((mailbox.Mailbox, 'call'))
+def lost_wake_up(_):
+    def call(self, function, paused=None):
+        answer = threads.Future()
+        with self.changed:
+            closed = self._closed
+            self.paused = self.paused if paused is None else paused
+            self.changed.notify_all()
+        if closed is None:
+            self._calls.append((function, answer))
+        return mailbox._refused(answer, closed)
+
+    return call
+
+
+@_bite((mailbox.Mailbox, 'close'))
+def who_waits_at_the_end_is_forgotten(_):
+    def close(self, refusal):
+        with self.changed:
+            self._closed = self._closed or refusal
+            for queue in (self._commands, self._calls, self._single_ticks):
+                queue.clear()
+
+    return close
+
+
+@_bite((actuator.Actuator, 'check'))
+def not_a_number_reaches_the_strain(check):
+    def lenient(self, strain):
+        if strain == strain:  # false for NaN alone
+            check(self, strain)
+
+    return lenient
+
+
+@_bite((element.MemoryElement, 'apply'))
+def a_refused_command_forgets_the_reading(apply):
+    def forgetful(self, command):
+        if not self.procedure:
+            self.forget()
+        apply(self, command)
+
+    return forgetful
+
+
+@_bite((loop.Loop, '_let_go'))
+def strain_is_left_on_at_the_end(_):
+    return lambda self: self._box.close(Refused(loop.SHUT_DOWN))
+
+
+# --- the recording -----------------------------------------------------------------------
+
+
+@_bite((sessions.Sessions, '_start'))
+def two_recordings_at_once(start):
+    def unguarded(self, *given):
+        self.current = None
+        return start(self, *given)
+
+    return unguarded
+
+
+@_bite((sessions.Sessions, '_stop'))
+def assertion_when_nothing_is_recorded(stop):
+    def asserting(self, *given):
+        assert self.current is not None
+        return stop(self, *given)
+
+    return asserting
+
+
+@_bite((sessions.Sessions, 'stop'))
+def recorder_joined_in_the_executor(_):
+    def stop(self, loop):
+        answer = threads.Future()
+        try:
+            answer.set_result(self._stop(loop.element, loop))
+        except Exception as error:
+            answer.set_exception(error)
+        return answer
+
+    return stop
+
+
+@_bite((sessions, '_between_ticks'))
+def session_begun_within_a_tick(_):
+    return lambda loop, function: function()
+
+
+@_bite((mcap_file.McapFile, 'sync'))
+def recording_not_synced(_):
+    return lambda self: self._finish_chunk()
+
+
+@_bite((durable, 'close_quietly'))
+def file_left_open_after_an_error(_):
+    return lambda file: None
+
+
+# --- the state file ----------------------------------------------------------------------
+
+
+@_bite((durable.DurableFile, 'sync'))
+def no_sync_before_the_rename(_):
+    return lambda self: None
+
+
+@_bite((durable, 'sync_directory'))
+def no_sync_after_the_rename(_):
+    return lambda path: None
+
+
+@_bite((durable, 'write_atomically'))
+def state_written_in_place(_):
+    def write(path, text):
+        flags = durable.os.O_WRONLY | durable.os.O_CREAT | durable.os.O_TRUNC
+        file = durable.DurableFile(durable.os.open(path, flags))
+        try:
+            file.write(text.encode())
+            file.sync()
+        finally:
+            file.close()
+        durable.sync_directory(path.parent)
+
+    return write
+
+
+@_bite((host.Host, '_kept'))
+def answer_before_it_is_saved(kept):
+    def hasty(self, loop, command):
+        def keep(_):
+            if self._store is not None and not loop.element.procedure:
+                self._store.keep(loop.element)
+
+        answer = loop.submit(command)
+        answer.add_done_callback(keep)
+        return answer
+
+    return hasty
+
+
+@_bite((store.Store, 'keep'))
+def newer_state_overwritten_by_an_older_one(keep):
+    def keep_at_once(self, element):
+        if self.path is None:
+            return keep(self, element)
+        taken, saved = store.snapshot.take(element), threads.Future()
+
+        def run():
+            try:
+                saved.set_result(self._save(taken))
+            except Exception as error:
+                saved.set_exception(error)
+
+        threads.Thread(target=run, name='mlmem-store', daemon=True).start()
+        return saved
+
+    return keep_at_once
+
+
+@_bite((store.Store, 'tend'))
+def state_taken_within_a_tick(_):
+    def tend(self, loop):
+        self._worker.tend()
+        if self.path is not None and loop is not None and not loop.element.procedure:
+            self._keep_if_idle(loop.element)
+
+    return tend
+
+
+@_bite((worker.Worker, 'tend'))
+def who_waits_for_a_hanging_disk_is_not_told(_):
+    return lambda self: None
+
+
+@_bite((worker.Worker, 'wait'))
+def the_end_waits_for_a_hanging_disk(wait):
+    return lambda self, seconds=None: wait(self, 1e6)
+
+
+@_bite((worker.Worker, '_run'))
+def work_given_up_is_done_all_the_same(_):
+    def run(self):
+        while self._jobs:
+            job = self._jobs[0]
+            try:
+                result, error = job.work(), None
+            except Exception as failure:
+                result, error = None, failure
+            if error is None:
+                job.answer.set_result(result)
+            else:
+                job.answer.set_exception(error)
+            with self._changed:
+                self._jobs.popleft()
+                self._changed.notify_all()
+
+    return run

@@ -1,0 +1,42 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The lives bite: every fault that is put back is found, and soon."""
+
+from itertools import count
+
+import pytest
+
+from .bites import BITES
+from .campaign import live
+
+MOST = 10_000
+"""Lives within which a fault has to be found."""
+
+AT_ONCE = (
+    'no_sync_before_the_rename',
+    'two_recordings_at_once',
+    'who_waits_at_the_end_is_forgotten',
+)
+"""Faults that the first few lives find."""
+
+
+def lives_until_found(name, most):
+    """Return how many lives it takes; those that fail without the fault do not count."""
+    for seed in count():
+        assert seed < most, f'{name} is not found within {most} lives'
+        with BITES[name]():
+            found = live(seed)
+        if found and not live(seed):
+            return seed + 1
+    return None
+
+
+@pytest.mark.parametrize('name', AT_ONCE)
+def test_a_coarse_fault_is_found_at_once(name):
+    lives_until_found(name, most=20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', BITES)
+def test_a_fault_is_found(name):
+    print(f'{name}: {lives_until_found(name, MOST)} lives')
