@@ -241,35 +241,48 @@ def codec_of(definitions: Iterable[Definition]) -> Codec:
     Returns:
         A codec of these types and of Jazzy's.
     """
-    store = get_typestore(Stores.ROS2_JAZZY)
+    own: dict[str, Any] = {}
     refused: dict[str, str] = {}
     for definition in definitions:
         try:
-            _register(store, definition)
+            own |= _own_types(definition)
         except (BagError, *_FAULTS) as error:
             refused[definition.type] = printable(str(error), 200)
+    if not (own or refused):
+        return jazzy()
+    store = get_typestore(Stores.ROS2_JAZZY)
+    if own:
+        try:
+            store.register(own)
+        except _FAULTS as error:
+            refused |= dict.fromkeys(own, printable(str(error), 200))
     return Codec(store, refused)
 
 
-def _register(store: Typestore, definition: Definition) -> None:
+def _own_types(definition: Definition) -> dict[str, Any]:
+    """Return the types of a definition that do not ship with ROS 2 Jazzy.
+
+    Raises:
+        BagError: One that does is another here, or it is not a definition of its type. On text
+            that is not of its language the parsers raise various errors.
+    """
     name, ours = definition.type, jazzy()
     if ours.knows(name) and _is_hash(definition.hash):
         if definition.hash != ours.definition(name).hash:
             raise BagError(f'its hash is {definition.hash}, that of ROS 2 Jazzy is another')
-        return
+        return {}
     try:
         types = parse_schema(name, definition.text, definition.encoding)
     except (BagError, *_FAULTS):
         if ours.knows(name):
-            return
+            return {}
         raise
-    if name not in types and not ours.knows(name):
-        raise BagError('it is not in its own definition')
     for other in [each for each in types if ours.knows(each)]:
         if not ours.has_fields(other, types.pop(other)[1]):
             raise BagError(f'{other} has other fields than in ROS 2 Jazzy')
-    if types:
-        store.register(types)
+    if name not in types and not ours.knows(name):
+        raise BagError('it does not define itself')
+    return types
 
 
 def _is_hash(text: str) -> bool:

@@ -20,9 +20,6 @@ from mlmem_ros.cli.main import main
 from .tampering import Tampered
 
 SESSION = Path(__file__).parent.parent / 'data' / 'aborted_write'
-COMMANDS = {'inspect': 2.0, 'replay': 10.0}
-"""Seconds that each may take; a replay runs what ticks the session can have."""
-
 MOST_TEXT = 5000
 """Characters that a refusal may take on the terminal."""
 
@@ -53,24 +50,6 @@ def within(seconds, megabytes=500):
     assert grown < megabytes, f'it took {grown:.0f} MB'
 
 
-def fault_of(path, commands, capsys):
-    """Return what is wrong with how a bag is taken, or an empty text."""
-    try:
-        with within(2.0):
-            read(path)
-        for command in commands:
-            capsys.readouterr()
-            with within(COMMANDS[command]):
-                status = main([command, str(path)])
-            if status not in (0, 1, 2):
-                return f'{command} ended with {status}'
-            if len(capsys.readouterr().err) > MOST_TEXT:
-                return f'{command} complained at length'
-    except Exception as error:
-        return f'{type(error).__name__}: {error}'[:200]
-    return ''
-
-
 def read(path):
     """Decode all that can be decoded."""
     try:
@@ -85,31 +64,62 @@ def read(path):
                 raise ValueError(f'an error of {len(str(error))} characters') from error
 
 
-def faults(base, numbers, folder, capsys, together=2):
-    """Return what is wrong with variants, each given to so many of the commands in turn."""
+def command(name, path, capsys):
+    """Run a command, which ends in a status and complains in a line."""
+    capsys.readouterr()
+    status = main([name, str(path)])
+    if status not in (0, 1, 2):
+        raise ValueError(f'it ended with {status}')
+    if len(capsys.readouterr().err) > MOST_TEXT:
+        raise ValueError('it complained at length')
+
+
+WAYS = {
+    'read': (2.0, lambda path, _: read(path)),
+    'inspect': (2.0, lambda path, capsys: command('inspect', path, capsys)),
+    # which runs what ticks the session can have
+    'replay': (10.0, lambda path, capsys: command('replay', path, capsys)),
+}
+"""What is done with a session, and the seconds that it may take."""
+
+
+def fault_of(path, ways, capsys):
+    """Return what is wrong with how a bag is taken, or an empty text."""
+    for way in ways:
+        seconds, take = WAYS[way]
+        try:
+            with within(seconds):
+                take(path, capsys)
+        except Exception as error:
+            return f'{way}: {type(error).__name__}: {error}'[:200]
+    return ''
+
+
+def faults(base, numbers, folder, capsys, together):
+    """Return what is wrong with variants, each taken in all ways or in one after the other."""
     found = []
     for number in numbers:
         made = base.tamper(number)
         path = folder / f'{number}'
         made.write(path)
-        commands = [name for n, name in enumerate(COMMANDS) if (number + n) % 2 < together]
-        if fault := fault_of(path, commands, capsys):
+        ways = WAYS if together else [list(WAYS)[number % len(WAYS)]]
+        if fault := fault_of(path, ways, capsys):
             found.append(f'{made.what}: {fault}')
     return found
 
 
 def test_the_session_itself_is_read(base, tmp_path, capsys):
     base.write(tmp_path / 'whole')
-    assert fault_of(tmp_path / 'whole', COMMANDS, capsys) == ''
+    assert fault_of(tmp_path / 'whole', WAYS, capsys) == ''
     assert main(['replay', str(tmp_path / 'whole')]) == 0
 
 
 def test_a_tampered_session_is_taken_or_refused(base, tmp_path, capsys):
-    assert faults(base, range(200), tmp_path, capsys, together=1) == []
+    assert faults(base, range(200), tmp_path, capsys, together=False) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('thousand', range(1, 4))
 def test_thousands_of_tampered_sessions(base, tmp_path, capsys, thousand):
     numbers = range(1000 * thousand, 1000 * (thousand + 1))
-    assert faults(base, numbers, tmp_path, capsys) == []
+    assert faults(base, numbers, tmp_path, capsys, together=True) == []
