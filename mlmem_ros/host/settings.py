@@ -61,7 +61,7 @@ class RecordSettings(Checked):
     path: str = described('', 'bag directory of a session that starts with the node; empty: none')
     sync_interval: float = described(
         1.0,
-        'longest time until what was recorded is safe on the disk',
+        'time in which what was recorded shall be safe on the disk; a sync begins at half of it',
         unit='s',
         low=0.0,
         high=3600.0,

@@ -1,0 +1,192 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The records of a session: what is believed, and how the rest is refused."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_ros.bag import BagError, jazzy, session
+from mlmem_ros.bag.records import naming, read_command, read_header, read_state_hash
+from mlmem_ros.bag.replay import element_of, replay
+from mlmem_ros.bag.session_data import SessionData
+from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
+from mlmem_ros.physics import CASE_II
+
+
+def text(cdr):
+    return jazzy().deserialize(cdr, session.STRING).data
+
+
+@pytest.fixture(scope='module')
+def element():
+    table = DelayTable(tuple(float(level) for level in range(CASE_II.levels)))
+    return MemoryElement(CASE_II, Settings(), Calibration(table, table))
+
+
+@pytest.fixture(scope='module')
+def header(element):
+    """The header of a session, as values to be changed."""
+    return json.loads(text(session.header(element, '/mlmem', {'record.hash_every': 500})))
+
+
+def changed(values, *path, to):
+    """Return a copy of nested values with one of them changed."""
+    made = json.loads(json.dumps(values))
+    node = made
+    for key in path[:-1]:
+        node = node[key]
+    node[path[-1]] = to
+    return json.dumps(made)
+
+
+def test_what_was_written_is_read(element, header):
+    read = read_header(json.dumps(header))
+    assert (read.design, read.settings, read.hash_every) == (CASE_II, Settings(), 500)
+    assert read_command(text(session.command(7, SetStrain(0.1)))) == (7, SetStrain(0.1))
+    recorded = read_state_hash(text(session.state_hash(element)))
+    assert recorded.tick == 0
+    np.testing.assert_array_equal(recorded.v, element.chain.v)
+
+
+@pytest.mark.parametrize(
+    ('path', 'value', 'words'),
+    [
+        (('format',), 2, 'format must be 1; got 2'),
+        (('design',), [], 'design must be an object; got []'),
+        (('design', 'N'), 10**9, 'design: N must be a whole number from 3 to 100000'),
+        (('design', 'd'), 1e999, 'Infinity is no JSON'),
+        (('settings', 'time', 'tick'), 'x' * 10**6, 'tick must be a finite number'),
+        (('settings', 'time', 'tick'), 1e4, None),
+        (('settings', 'turbo'), {}, 'settings: these are no settings of a device'),
+        (('versions', 'numpy'), None, 'versions.numpy must be a text; got None'),
+        (
+            ('parameters', 'record.hash_every'),
+            0,
+            'record.hash_every must be a whole number from 1',
+        ),
+        (('initial',), None, 'initial must be an object; got None'),
+    ],
+)
+def test_a_header_is_refused_by_the_name_of_the_field(header, path, value, words):
+    told = changed(header, *path, to=value)
+    if words is None:
+        assert read_header(told)
+        return
+    with pytest.raises(BagError) as caught:
+        read_header(told)
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 300
+
+
+def test_a_tick_that_takes_a_minute_is_refused(header):
+    """An elastic substrate of 10^9 k_r under a tick of 10^4 time units is legal, and no device."""
+    values = json.loads(json.dumps(header))
+    values['settings']['time']['tick'] = 1e4
+    values['design'] |= {'s_max': 1e9, 'substrate': 'elastic'}
+    with pytest.raises(BagError, match='settings: cells times steps of a tick must be at most'):
+        read_header(json.dumps(values))
+
+
+@pytest.mark.parametrize(
+    ('told', 'words'),
+    [
+        ('{"tick": null}', 'tick must be a whole number from 0 to 9007199254740992; got None'),
+        ('{"tick": 1e999}', 'got inf'),
+        ('{"tick": NaN}', 'NaN is no JSON'),
+        ('{"tick": 1.0}', 'got 1.0'),
+        ('{"tick": true}', 'got True'),
+        ('{"tick": %s}' % ('9' * 5000), 'must be a JSON object'),
+        ('[' * 10**6, 'must be a JSON object'),
+        ('[1]', "must be a JSON object; got '[1]'"),
+        ('{"tick": 1, "kind": "Explode"}', "got 'Explode'"),
+        ('{"tick": 1, "kind": "Write", "level": "2"}', "level must be a whole number; got '2'"),
+        ('{"tick": 1, "kind": "Disturb", "acceleration": 1e999}', 'must be a finite number'),
+        ('{"tick": 1, "kind": "SetFaults", "faults": []}', 'faults must be an object; got []'),
+        ('{"tick": 1, "kind": "SetFaults", "faults": {"seed": -1}}', 'seed must be'),
+        ('{"tick": 1, "kind": "FollowTrajectory", "times": 5, "strains": []}', 'times must be'),
+    ],
+)
+def test_a_command_is_refused_by_the_name_of_the_field(told, words):
+    with pytest.raises(BagError) as caught, naming('/mlmem/session/command at 12.300 s'):
+        read_command(told)
+    assert str(caught.value).startswith('/mlmem/session/command at 12.300 s: ')
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'words'),
+    [
+        ('hash', 'short', "hash must be 32 hexadecimal digits; got 'short'"),
+        ('v', [1.0], 'v must be a list of hexadecimal numbers'),
+        ('v', ['0x1p99999'], 'v: '),
+        ('v', ['nan'], 'v must be finite'),
+        ('v', ['x' * 10**6], 'v: '),
+        ('tick', -1, 'tick must be a whole number'),
+    ],
+)
+def test_a_hash_is_refused_by_the_name_of_the_field(element, key, value, words):
+    told = changed(json.loads(text(session.state_hash(element))), key, to=value)
+    with pytest.raises(BagError) as caught:
+        read_state_hash(told)
+    assert words in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+def session_of(header, stamped=(), hashes=()):
+    """Return a session by the text of its header."""
+    return SessionData('/mlmem', 0, read_header(header), list(stamped), hashes=list(hashes))
+
+
+@pytest.mark.parametrize(
+    ('path', 'value'),
+    [
+        (('ticks',), 10**400),
+        (('ticks',), -1),
+        (('ticks',), 0.5),
+        (('steps',), None),
+        (('V_N',), 1e300),
+        (('state', 'f8'), 'AAAA'),
+        (('state', 'shape'), [10**9, 10**9]),
+        (('recent',), []),
+        (('actuator', 'strain'), 'much'),
+        (('actuator', 'duration'), -1.0),
+        (('calibration', 'left', 'delays'), [0.0] * 10**5),
+        (('reading',), {'level': 2.5}),
+        (('statistics', 'level_writes'), [1]),
+        (('faults', 'weak_cell'), 99_999),
+        (('base', 'silence'), 'soon'),
+    ],
+)
+def test_a_state_that_is_none_is_refused(header, path, value):
+    made = session_of(changed(header, 'initial', *path, to=value))
+    with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
+        element_of(made)
+    assert len(str(caught.value)) < 500
+
+
+def test_numbers_that_no_chain_has_are_no_state(header):
+    values = json.loads(json.dumps(header))
+    state = np.zeros(values['initial']['state']['shape'])
+    state[0, 5] = 1e300
+    values['initial']['state']['f8'] = base64.b64encode(state.tobytes()).decode()
+    with pytest.raises(BagError, match='its state must agree'):
+        element_of(session_of(json.dumps(values)))
+
+
+def test_a_tick_that_no_session_reached_is_not_run_to(header):
+    """A hash comes every 500 ticks; 10^15 of them would take until the Sun is old."""
+    for tick in (10**15, 10**6):
+        with pytest.raises(BagError, match=f'none between tick 0 and tick {tick}'):
+            replay(session_of(json.dumps(header), [(tick, SetStrain(0.0))]))
+    assert replay(session_of(json.dumps(header), [(5, SetStrain(0.0))])).ticks == 6
+
+
+def test_a_hash_of_another_element_is_refused(header, element):
+    recorded = read_state_hash(text(session.state_hash(element)))
+    other = type(recorded)(1, recorded.hash, recorded.v[:10])
+    with pytest.raises(BagError, match='the state hash of tick 1 must tell of N = '):
+        replay(session_of(json.dumps(header), hashes=[other]))
