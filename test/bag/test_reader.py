@@ -227,6 +227,16 @@ def test_a_type_of_ones_own_is_taken_from_the_bag(tmp_path):
     assert reader.deserialize(next(iter(reader))).quality == 9
 
 
+def test_messages_of_a_big_endian_machine_are_read(tmp_path):
+    """The second byte of CDR tells the order of all others; 0.25 is 0x3fd0 0000 0000 0000."""
+    little, big = bytes([0, 1, 0, 0]), bytes([0, 0, 0, 0])
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic('/x', FLOAT)
+        writer.write('/x', little + bytes(6) + b'\xd0\x3f', 0)
+        writer.write('/x', big + b'\x3f\xd0' + bytes(6), 1)
+    assert values(BagReader(tmp_path / 'bag')) == [0.25, 0.25]
+
+
 def test_bytes_that_are_no_message_are_told(record):
     reader = BagReader(record())
     with pytest.raises(BagError, match='The 5 bytes must be CDR of a std_msgs/msg/Float64'):

@@ -114,6 +114,14 @@ def test_the_limits_themselves_are_allowed():
     assert smooth.max() == 0.08
 
 
+def test_what_a_cubic_would_do_beyond_its_end_is_not_asked():
+    """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
+    rising = planned(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
+    strains, rates = rising.extremes()
+    assert strains == pytest.approx([0.075])
+    assert rates * 1e4 == pytest.approx([0.856], abs=1e-3)  # at 0.8 of its width
+
+
 BAD = [
     (FollowTrajectory((0.1,), (0.01,), joint='elbow'), "the joint must be 'substrate'.*'elbow'"),
     (FollowTrajectory((), ()), 'must have 1 to 10000 points; got 0'),

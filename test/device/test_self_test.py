@@ -32,6 +32,7 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
     both = [event.reading for event in told if isinstance(event, Heard)]
     assert {reading.level for reading in both if reading.end == 'both'} == set(range(8))
     assert outcome.as_dict()['checks']['level 7'] == 'read from both ends'
+    assert outcome.as_dict()['checks']['erase'] == 'blank'
 
 
 def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written):
