@@ -8,6 +8,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+from ..clipped import clipped
 from ..device import SettingsError
 
 
@@ -30,15 +31,13 @@ def confined(path: str, root: str) -> Path:
             os.lstat(target)
     except (OSError, RuntimeError, ValueError) as error:
         why = getattr(error, 'strerror', None) or error
-        raise SettingsError(f'{_short(path)} must be a path that can be written; {why}') from error
+        raise SettingsError(
+            f'{clipped(path)} must be a path that can be written; {why}'
+        ) from error
     if home and home not in target.parents:
         raise SettingsError(
-            f'{_short(path)} must lie below files.root = {root}; it leads to {target}'
+            f'{clipped(path)} must lie below files.root = {root}; it leads to {target}'
         )
     if target.name in ('', '..'):
-        raise SettingsError(f'{_short(path)} must be the path of a file; it is a folder')
+        raise SettingsError(f'{clipped(path)} must be the path of a file; it is a folder')
     return target
-
-
-def _short(path: str) -> str:
-    return repr(path if len(path) < 100 else f'{path[:80]}...')

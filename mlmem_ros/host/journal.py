@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Any, Protocol
 
 from .. import threads
+from ..clipped import printable
 
 AT_ONCE = 10
 """Lines in the log about one thing that may come at once."""
@@ -18,7 +19,7 @@ QUIET = 1.0
 """Seconds until one more may come."""
 
 LONGEST = 500
-"""Characters of a line; of more, the beginning and the end are told."""
+"""Characters of a line; of a longer one the middle is left out."""
 
 
 class Log(Protocol):
@@ -50,20 +51,20 @@ class Journal:
 
     def info(self, text: str) -> None:
         """Tell what happens."""
-        self._log.info(_short(text))
+        self._log.info(printable(text, LONGEST))
 
     def warning(self, text: str) -> None:
         """Tell what looks odd."""
-        self._log.warning(_short(text))
+        self._log.warning(printable(text, LONGEST))
 
     def error(self, text: str) -> None:
         """Tell what failed."""
-        self._log.error(_short(text))
+        self._log.error(printable(text, LONGEST))
 
     def refused(self, what: str, why: object) -> None:
         """Tell of something refused: in a flood once a second, with how often since."""
         if (since := self._due(what)) is not None:
-            self._log.warning(_short(f'{what} refused: {why}') + since)
+            self._log.warning(printable(f'{what} refused: {why}', LONGEST) + since)
 
     def exception(self, where: str, error: BaseException) -> None:
         """Tell of a defect: an exception that nobody expected, with its traceback."""
@@ -94,8 +95,3 @@ class Journal:
             self._allowed[key] = allowed - 1.0, now
             withheld = self._withheld.pop(key, 0)
         return f' (and {withheld} times more since the last line)' if withheld else ''
-
-
-def _short(text: str) -> str:
-    half = LONGEST // 2
-    return text if len(text) <= LONGEST else f'{text[:half]} ... {text[-half:]}'

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -218,8 +219,14 @@ def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):
     file.write_bytes(data[: len(data) * 3 // 5])
     before = file.read_bytes()
     assert main(['inspect', str(broken)]) == 1
-    assert 'lost' in capsys.readouterr().out
+    told = ' '.join(capsys.readouterr().out.split())
+    assert 'lost' in told
+    assert 'rosbags and other readers that need a summary refuse this bag' in told
+    with pytest.raises(AnyReaderError), AnyReader([broken]):
+        pass
     assert main(['inspect', str(broken), '--repair', str(mended)]) == 0
+    with AnyReader([mended]) as reader:
+        assert reader.message_count
     assert file.read_bytes() == before
     assert main(['inspect', str(mended)]) == 0
     report = replay(load(mended))
@@ -287,3 +294,13 @@ def test_a_huge_joint_name_is_told_in_one_line(tmp_path):
     bag = foreign_bag(tmp_path / 'bag', [(0.0, 'strain_trajectory', kind, values)])
     (refusal,) = replay_commands(new_element(CASE_II), load(bag)).refused
     assert len(refusal) < 200
+
+
+def test_texts_from_a_bag_are_no_markup(tmp_path, capsys):
+    """Names that rich would take for styles, an emoji, or that clear the terminal."""
+    node = '/[/red]:smile:\x1b[2J'
+    drive = [(0.0, 'strain', 'std_msgs/msg/Float64', {'data': 0.02})]
+    assert main(['inspect', str(foreign_bag(tmp_path / 'bag', drive, node=node))]) == 0
+    told = capsys.readouterr().out
+    assert '/[/red]:smile:\\x1b[2J' in told
+    assert '\x1b' not in told

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A session is what its three topics hold: recorded here without a node, replayed to the bit."""
 
+import json
+
 import pytest
 
 from mlmem_ros import __version__
-from mlmem_ros.bag import BagWriter, session
+from mlmem_ros.bag import BagReader, BagWriter, session
 from mlmem_ros.bag.replay import element_of, replay
 from mlmem_ros.bag.session_data import load
 from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
@@ -57,13 +59,16 @@ def test_the_hash_holds_the_displacements_to_the_bit(recorded):
     assert last.v.tolist() == element.chain.v.tolist()
 
 
-def test_the_header_tells_where_it_began_and_with_what(recorded):
+def test_the_header_tells_where_it_began_and_with_what(recorded, tmp_path):
     data, _ = recorded
     assert data.node == NODE
-    assert data.header['format'] == session.FORMAT
-    assert data.header['parameters'] == {'autostart': True}
-    assert data.header['versions']['mlmem_ros'] == __version__
-    assert {'mcap', 'rosbags'} <= set(data.header['packages'])
+    assert data.header.versions['mlmem_ros'] == __version__
+    bag = BagReader(tmp_path / 'bag')
+    (message,) = bag.messages([f'{NODE}/session'])
+    told = json.loads(bag.deserialize(message).data)
+    assert told['format'] == session.FORMAT
+    assert told['parameters'] == {'autostart': True}
+    assert {'mcap', 'rosbags'} <= set(told['packages'])
     assert element_of(data).design == CASE_II
 
 
