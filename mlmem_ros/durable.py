@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 
 _AT_ONCE = 2**20  # bytes asked for when reading
@@ -187,6 +188,43 @@ def read_text(path: Path) -> str:
         return b''.join(pieces).decode()
     finally:
         os.close(descriptor)
+
+
+class Claimed(OSError):
+    """A file belongs to another process; the message names it."""
+
+
+class Claim:
+    """That a file is ours alone: until it is released, or our process ends, however it does."""
+
+    def __init__(self, path: Path, owner: str) -> None:
+        """Claim a file by a lock beside it, which stays there and is empty of meaning without us.
+
+        Args:
+            path: The file, which need not exist.
+            owner: Who claims it, for the one who comes second.
+
+        Raises:
+            Claimed: Another claim is on it.
+            OSError: The lock cannot be made.
+        """
+        lock = path.with_name(f'.{path.name}.lock')
+        self._descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        try:
+            flock(self._descriptor, LOCK_EX | LOCK_NB)
+            os.write(self._descriptor, f'{owner}\n'.encode())
+        except BlockingIOError:
+            told = os.read(self._descriptor, 500).decode(errors='replace')
+            self.release()
+            raise Claimed(f'{path} is in use by {told.partition(chr(10))[0]}') from None
+        except BaseException:
+            self.release()
+            raise
+
+    def release(self) -> None:
+        """Let others have the file."""
+        with suppress(OSError):
+            os.close(self._descriptor)
 
 
 def exists(path: Path) -> bool:

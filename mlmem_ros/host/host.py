@@ -68,6 +68,7 @@ class Host:
         log: Log,
         now: Callable[[], int],
         *,
+        name: str = '/mlmem',
         failed: Callable[[], None] = lambda: None,
     ) -> None:
         """Host nothing yet.
@@ -75,6 +76,7 @@ class Host:
         Args:
             log: Where people read.
             now: The time in nanoseconds that recorded messages are stamped with.
+            name: Of the node, for others who would have its state file.
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.journal = Journal(log)
@@ -82,6 +84,7 @@ class Host:
         self.loop: Loop | None = None
         self.refused = 0
         self.lost = 0
+        self._name = name
         self._failed = failed
         self._root = ''
         self._store: Store | None = None
@@ -109,13 +112,14 @@ class Host:
         """
         self._root = given.files.root
         check_design(given.design, given.settings, given.check, self.journal)
-        store = Store(given.state, given.files.root, self.journal, self._disk)
-        element = store.new_element(given.design, given.settings)
+        store = Store(given.state, given.files.root, self.journal, self._disk, self._name)
         try:
-            element.specimen(given.faults)
-        except Refused as refusal:
-            raise SettingsError(f'parameters {refusal}') from refusal
-        store.restore(element)
+            element = store.new_element(given.design, given.settings)
+            _check_faults(element, given.faults)
+            store.restore(element)
+        except BaseException:
+            store.close()
+            raise
         self._restore_rescued(element)
         self.element, self._store = element, store
         return element
@@ -346,6 +350,13 @@ class Host:
                 self.journal.info('the content of the device that failed is restored')
             except StateError:
                 self.journal.warning('the device that failed was another: the element is blank')
+
+
+def _check_faults(element: MemoryElement, faults: Faults) -> None:
+    try:
+        element.specimen(faults)
+    except Refused as refusal:
+        raise SettingsError(f'parameters {refusal}') from refusal
 
 
 def _told(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:

@@ -4,14 +4,16 @@
 
 from __future__ import annotations
 
+import os
 from concurrent.futures import Future
 from typing import Any
 
-from .. import threads
+from .. import durable, threads
 from ..device import (
     Calibration,
     Loop,
     MemoryElement,
+    Refused,
     Settings,
     calibration_file,
     new_element,
@@ -37,7 +39,12 @@ class Store:
     """
 
     def __init__(
-        self, settings: StateSettings, root: str, journal: Journal, worker: Worker
+        self,
+        settings: StateSettings,
+        root: str,
+        journal: Journal,
+        worker: Worker,
+        owner: str = 'another element',
     ) -> None:
         """Look at no file yet.
 
@@ -47,6 +54,7 @@ class Store:
             journal: Where it is told what is restored and what cannot be saved.
             worker: Writes the disk. Stores that follow one another share it, so that what hung
                 comes before what is newer.
+            owner: Who keeps its state here, for a second one that would.
 
         Raises:
             SettingsError: The path cannot be one, or leads out of the root.
@@ -58,6 +66,8 @@ class Store:
         self._due = threads.monotonic() + self._interval
         self._journal = journal
         self._worker = worker
+        self._owner = f'{owner} (process {os.getpid()})'
+        self._claim: durable.Claim | None = None
 
     def new_element(self, design: Design, settings: Settings) -> MemoryElement:
         """Return a blank device, calibrated as it was when it had this design and settings last.
@@ -66,13 +76,15 @@ class Store:
         is known from then on.
 
         Raises:
-            StateError: The file of calibrations is damaged, or cannot be read or written.
+            StateError: Another element keeps its state in this file; the file of calibrations is
+                damaged, or cannot be read or written.
             Overdue: The disk does not answer.
             SettingsError: It cannot be calibrated.
             DesignError: The step is beyond the stability limit.
         """
         if self._calibrations is None:
             return new_element(design, settings)
+        self._worker.done(f'claiming {self.path}', self._take_claim)
         path, key = self._calibrations, calibration_key(design, settings)
         known = self._worker.done(
             f'reading {path}', lambda: calibration_file.load(path, key, design.levels)
@@ -133,8 +145,27 @@ class Store:
             loop.call(lambda: self._keep_if_idle(loop.element))
 
     def close(self) -> bool:
-        """Wait until all that was kept is saved; return whether it is."""
+        """Wait until all that was kept is saved; return whether it is. The file is free then."""
+        if (claim := self._claim) is not None:
+            self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
+            self._claim = None
         return self._worker.wait()
+
+    def _take_claim(self) -> None:
+        assert self.path is not None
+        try:
+            durable.make_directory(self.path.parent, exist_ok=True)
+            claim = durable.Claim(self.path, self._owner)
+        except durable.Claimed as error:
+            raise StateError(f'{error}: give every element a state.path of its own') from error
+        except (OSError, ValueError) as error:
+            why = durable.reason(error)
+            raise StateError(f'the state cannot be kept in {self.path}: {why}') from error
+        try:
+            self._worker.unless_given_up(lambda: setattr(self, '_claim', claim))
+        except Refused:
+            claim.release()
+            raise
 
     def _keep_if_idle(self, element: MemoryElement) -> None:
         with self._journal.guarded('taking the state'):

@@ -21,9 +21,10 @@ PATIENCE = 10.0
 
 
 class _Job:
-    def __init__(self, what: str, work: Callable[[], Any]) -> None:
+    def __init__(self, what: str, work: Callable[[], Any], anyway: bool) -> None:
         self.what = what
         self.work = work
+        self.anyway = anyway
         self.answer: Future[Any] = threads.Future()
         self.answer.set_running_or_notify_cancel()  # what is asked for is not withdrawn
         self.deadline = threads.monotonic() + PATIENCE
@@ -45,18 +46,19 @@ class Worker:
         self._changed = threads.Condition()
         self._jobs: deque[_Job] = deque()  # the first is being done
 
-    def do(self, what: str, work: Callable[[], T]) -> Future[T]:
+    def do(self, what: str, work: Callable[[], T], anyway: bool = False) -> Future[T]:
         """Have something done after all that was asked for before.
 
         Args:
             what: What it is, for messages: "saving the state in ...".
             work: Called in the worker's thread.
+            anyway: Whether it is done even where nobody waits for it any more.
 
         Returns:
             What the work returns or raises; `Overdue` where it takes longer than `PATIENCE`: work
             that has not begun by then is left undone.
         """
-        job = _Job(what, work)
+        job = _Job(what, work, anyway)
         with self._changed:
             self._jobs.append(job)
             idle = len(self._jobs) == 1
@@ -116,7 +118,7 @@ class Worker:
             job = self._jobs[0]
             result, error = None, None
             try:
-                if not job.answered:
+                if job.anyway or not job.answered:
                     result = job.work()
             except Exception as failure:
                 error = failure

@@ -57,7 +57,10 @@ class MemoryNode(LifecycleNode):
         """
         super().__init__(name, **options)
         self.host = Host(
-            self.get_logger(), lambda: self.get_clock().now().nanoseconds, failed=self._wake
+            self.get_logger(),
+            lambda: self.get_clock().now().nanoseconds,
+            name=self.get_fully_qualified_name(),
+            failed=self._wake,
         )
         boundary = Boundary(self, self.host.journal)
         self._given = ParameterSet(self, self.host, boundary)

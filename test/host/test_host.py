@@ -95,6 +95,16 @@ def test_a_refused_command_is_refused_with_a_state_file_too(serve, kept):
     assert host.refused == 1
 
 
+def test_a_second_element_on_the_same_file_is_refused_by_the_name_of_the_first(serve, kept):
+    first, second = serve(**kept), serve(**kept)
+    host = first.activate()
+    with pytest.raises(StateError, match=r'element\.json is in use by /mlmem \(process \d+\)'):
+        second.activate()
+    assert host.submit(Write(0)).result(SOON).success
+    host.close()
+    assert second.activate().submit(Read()).result(SOON).reading.level == 0
+
+
 # --- a device that fails ----------------------------------------------------------------------
 
 

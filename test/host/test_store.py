@@ -22,13 +22,29 @@ def file(tmp_path):
     return tmp_path / 'element.json'
 
 
-def kept(file):
+@pytest.fixture
+def kept():
+    """Make a store after the one before has been closed: kept(file); a file belongs to one."""
+    stores = []
+
+    def kept(file):
+        for store in stores:
+            assert store.close()
+        stores.append(_store(file))
+        return stores[-1]
+
+    yield kept
+    for store in stores:
+        store.close()
+
+
+def _store(file):
     settings = StateSettings(path=str(file) if file else '', interval=0.0)
     journal = Journal(logging.getLogger('test'))
     return Store(settings, '', journal, Worker('test-store', journal))
 
 
-def test_what_is_kept_is_on_the_disk_once_it_is_told(file):
+def test_what_is_kept_is_on_the_disk_once_it_is_told(file, kept):
     element = new_element(CASE_II)
     store = kept(file)
     for _ in range(3):
@@ -37,7 +53,7 @@ def test_what_is_kept_is_on_the_disk_once_it_is_told(file):
         assert state_file.load(file)['ticks'] == element.ticks
 
 
-def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch):
+def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch, kept):
     """A disk that is slow once does not put back what was before the last saving."""
     element, store, slow = new_element(CASE_II), kept(file), threading.Event()
     save = state_file.save
@@ -57,7 +73,7 @@ def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch):
     assert state_file.load(file)['ticks'] == element.ticks == 1
 
 
-def test_a_state_that_cannot_be_saved_is_told(tmp_path):
+def test_a_state_that_cannot_be_saved_is_told(tmp_path, kept):
     store = kept(tmp_path / 'folder' / 'element.json')
     (tmp_path / 'folder').write_text('a file stands where a folder is wanted')
     with pytest.raises(StateError, match=r'the state cannot be saved in .*element\.json'):
@@ -81,7 +97,7 @@ def counted(monkeypatch):
     return made
 
 
-def test_a_design_is_calibrated_once(file, counted):
+def test_a_design_is_calibrated_once(file, counted, kept):
     first = kept(file).new_element(CASE_II, Settings())
     assert kept(file).new_element(CASE_II, Settings()).calibration == first.calibration
     assert len(counted) == 1
@@ -93,14 +109,14 @@ def test_a_design_is_calibrated_once(file, counted):
     assert len(counted) == 2
 
 
-def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
+def test_without_a_state_file_nothing_is_kept(tmp_path, counted, kept):
     for _ in range(2):
         kept(None).new_element(CASE_II, Settings())
     assert len(counted) == 2
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_was_learnt_is_known_even_where_the_state_is_gone(file):
+def test_what_was_learnt_is_known_even_where_the_state_is_gone(file, kept):
     store = kept(file)
     element = store.new_element(CASE_II, Settings())
     left = element.calibration.left
@@ -114,7 +130,7 @@ def test_what_was_learnt_is_known_even_where_the_state_is_gone(file):
     assert kept(file).new_element(CASE_II, Settings()).calibration == learnt
 
 
-def test_a_state_of_0_1_0_brings_its_content_and_not_its_delays(file):
+def test_a_state_of_0_1_0_brings_its_content_and_not_its_delays(file, kept):
     """Its right pulse was another; what it learnt does not belong to the present one."""
     element = new_element(CASE_II)
     element.calibration = dataclasses.replace(

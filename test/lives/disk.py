@@ -8,6 +8,7 @@ written since the last sync is lost, kept, or kept in parts, as the seed says.
 """
 
 import errno
+import fcntl
 import os
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -163,7 +164,7 @@ class Disk:
             node.shown, node.safe = bytearray(), b''
             node.writes.clear()
         number = next(n for n in range(3, 1000) if n not in self.open_files)
-        self.open_files[number] = SimpleNamespace(node=node, at=0, path=str(path))
+        self.open_files[number] = SimpleNamespace(node=node, at=0, path=str(path), locked=False)
         return number
 
     def write(self, descriptor, content):
@@ -195,6 +196,13 @@ class Disk:
         open_file = self._open_file(descriptor)
         self._call('fstat', open_file.path)
         return SimpleNamespace(st_nlink=open_file.node.names, st_size=len(open_file.node.shown))
+
+    def flock(self, descriptor, _):
+        ours = self._open_file(descriptor)
+        others = (file for file in self.open_files.values() if file is not ours)
+        if any(other.node is ours.node and other.locked for other in others):
+            raise BlockingIOError(errno.EAGAIN, 'locked')
+        ours.locked = True
 
     def close(self, descriptor):
         path = self._open_file(descriptor).path
@@ -318,11 +326,11 @@ def mounted(disk):
     flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
     calls = {name: getattr(disk, name) for name in names}
     path = SimpleNamespace(isdir=disk.isdir, lexists=disk.lexists)
-    durable.os = SimpleNamespace(**flags, **calls, path=path)
+    durable.os, durable.flock = SimpleNamespace(**flags, **calls, path=path), disk.flock
     try:
         yield
     finally:
-        durable.os = os
+        durable.os, durable.flock = os, fcntl.flock
 
 
 def _error(number, what):
