@@ -24,6 +24,7 @@ from ..device import (
     Refused,
     SetFaults,
     SettingsError,
+    describe_level,
     snapshot,
 )
 from ..device.commands import Procedures
@@ -148,6 +149,9 @@ class Host:
         def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
             with guard('publishing'):
                 listener(events)
+            for event in events:
+                if isinstance(event, Outcome):
+                    self.journal.info(_line(event), event.procedure)
             if (recording := self.recording) is not None:
                 with guard('recording'):
                     recording.tick(element, commands)
@@ -188,16 +192,7 @@ class Host:
             loop.stop()
             self.journal.error(f'the device has stopped: {loop.failure}')
             self._end_recording(element)
-            if self._let_go(element):
-                self._put_away(element)
-                kept = 'its content is saved'
-                if self._store is None or self._store.path is None:
-                    self._rescued = snapshot.take(element)
-                    kept = 'its content is kept until the next configuration'
-            else:
-                self.lost += 1
-                kept = 'what was saved of its content before is what there is'
-            self.journal.error(f'{kept}; configure and activate to go on')
+            self.journal.error(f'{self._rescue(element)}; configure and activate to go on')
         self.release()
 
     def release(self) -> None:
@@ -313,13 +308,24 @@ class Host:
 
     # --- ends ----------------------------------------------------------------------------
 
-    def _put_away(self, element: MemoryElement) -> None:
-        """Save all there is of a device whose time does not run any more."""
+    def _put_away(self, element: MemoryElement) -> bool:
+        """Save all there is of a device whose time does not run; return whether it is saved."""
         self._end_recording(element)
         assert self._store is not None
-        saved = self._store.keep(element)
-        if not self._store.close() or saved.exception() is not None:
+        kept = self._store.keep(element)
+        saved = self._store.settle() and kept.exception() is None
+        self.lost += not saved
+        return saved
+
+    def _rescue(self, element: MemoryElement) -> str:
+        """Save what can be saved of a device that has failed; return what that is."""
+        if not self._let_go(element):
             self.lost += 1
+            return 'what was saved of its content before is what there is'
+        if self._put_away(element) and self._store is not None and self._store.path is not None:
+            return 'its content is saved'
+        self._rescued = snapshot.take(element)
+        return 'its content is kept until the next configuration'
 
     def _end_recording(self, element: MemoryElement) -> None:
         if not self.sessions.close(element):
@@ -350,6 +356,15 @@ class Host:
                 self.journal.info('the content of the device that failed is restored')
             except StateError:
                 self.journal.warning('the device that failed was another: the element is blank')
+
+
+def _line(outcome: Outcome) -> str:
+    """Return how a procedure ended, for the log."""
+    ticks = outcome.end_tick - outcome.start_tick
+    if not outcome.success:
+        return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'
+    found = f': {describe_level(outcome.reading.level)}' if outcome.reading else ''
+    return f'{outcome.procedure} succeeded after {ticks} ticks{found}'
 
 
 def _check_faults(element: MemoryElement, faults: Faults) -> None:

@@ -49,22 +49,23 @@ class Journal:
         self._allowed: dict[str, tuple[float, float]] = {}  # lines, and when that was counted
         self._withheld: dict[str, int] = {}
 
-    def info(self, text: str) -> None:
-        """Tell what happens."""
-        self._log.info(printable(text, LONGEST))
+    def info(self, text: str, about: str = '') -> None:
+        """Tell what happens; of lines about one thing, a flood comes as one a second."""
+        if (since := self._due(about)) is not None:
+            self._log.info(printable(text, LONGEST) + since)
 
-    def warning(self, text: str) -> None:
-        """Tell what looks odd."""
-        self._log.warning(printable(text, LONGEST))
+    def warning(self, text: str, about: str = '') -> None:
+        """Tell what looks odd; floods as those of `info`."""
+        if (since := self._due(about)) is not None:
+            self._log.warning(printable(text, LONGEST) + since)
 
     def error(self, text: str) -> None:
         """Tell what failed."""
         self._log.error(printable(text, LONGEST))
 
     def refused(self, what: str, why: object) -> None:
-        """Tell of something refused: in a flood once a second, with how often since."""
-        if (since := self._due(what)) is not None:
-            self._log.warning(printable(f'{what} refused: {why}', LONGEST) + since)
+        """Tell of something refused; floods as those of `info`."""
+        self.warning(f'{what} refused: {why}', what)
 
     def exception(self, where: str, error: BaseException) -> None:
         """Tell of a defect: an exception that nobody expected, with its traceback."""
@@ -84,6 +85,8 @@ class Journal:
 
     def _due(self, key: str) -> str | None:
         """Return what to add on how much was withheld, or None where it is too early to tell."""
+        if not key:
+            return ''
         with self._lock:
             now = threads.monotonic()
             allowed, counted = self._allowed.get(key, (AT_ONCE, now))

@@ -144,12 +144,16 @@ class Store:
             self._due = now + self._interval
             loop.call(lambda: self._keep_if_idle(loop.element))
 
+    def settle(self) -> bool:
+        """Wait until all that was kept is saved, but not for long; return whether it is."""
+        return self._worker.wait()
+
     def close(self) -> bool:
-        """Wait until all that was kept is saved; return whether it is. The file is free then."""
+        """Let others have the file, once all that was kept is saved; return whether it is."""
         if (claim := self._claim) is not None:
             self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
             self._claim = None
-        return self._worker.wait()
+        return self.settle()
 
     def _take_claim(self) -> None:
         assert self.path is not None

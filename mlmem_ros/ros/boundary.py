@@ -16,6 +16,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -48,6 +49,11 @@ class Boundary:
                 callback(*arguments)
 
         return call
+
+    def every(self, seconds: float, where: str, callback: Callable[[], None]) -> None:
+        """Call back again and again by the machine's clock, also where simulated time stands."""
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._node.create_timer(seconds, self.guarded(where, callback), clock=steady)
 
     def guard_services(self) -> None:
         """Let no exception out of any service of the node, rclpy's own too; it is answered."""

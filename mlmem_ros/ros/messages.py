@@ -44,11 +44,17 @@ def refusal(reason: str) -> str:
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:
-    """Return how a procedure ended."""
+    """Return how a procedure ended; the name is the node's full one."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     values = key_values(_as_dict(outcome))
-    return DiagnosticStatus(level=level, name=name, message=text, values=values)
+    return DiagnosticStatus(
+        level=level,
+        name=name.rpartition('/')[2],
+        message=text,
+        hardware_id=name,
+        values=values,
+    )
 
 
 def test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:

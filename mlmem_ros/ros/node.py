@@ -71,9 +71,10 @@ class MemoryNode(LifecycleNode):
         self._speedometer = Speedometer(self, self.host, boundary)
         self._outlets: Outlets | None = None
         self._starting = False
+        self._awaits_clock = True
         self._refusal: Exception | None = None
         self.add_post_set_parameters_callback(boundary.guarded('time.speed', self._set_speed))
-        self.create_timer(TEND, boundary.guarded('looking after the disks', self.host.tend))
+        boundary.every(TEND, 'looking after disks and clock', self._tend)
         boundary.guard_services()
 
     def start(self) -> None:
@@ -179,6 +180,7 @@ class MemoryNode(LifecycleNode):
             SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
             self.get_parameter('time.speed').value,
         )
+        self._awaits_clock = True
         self._speedometer.begin(self.host.open_loop())
 
     def _deactivate(self) -> None:
@@ -204,6 +206,16 @@ class MemoryNode(LifecycleNode):
             self._outlets.tick(events)
         if (loop := self.host.loop) is not None:
             self._diagnostics.tick(loop)
+
+    def _tend(self) -> None:
+        self.host.tend()
+        simulated = self.get_parameter('use_sim_time').value
+        if simulated and self._awaits_clock and self.host.loop is not None:
+            self._awaits_clock = False  # told once each time it is activated
+            if not self.get_clock().now().nanoseconds:
+                self.host.journal.warning(
+                    'use_sim_time is set and no /clock has come yet: time stands still'
+                )
 
     def _wake(self) -> None:
         """Have the executor look at a failure, from the loop's thread."""

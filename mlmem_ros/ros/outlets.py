@@ -21,7 +21,7 @@ from ..host.settings import PublishSettings
 from . import messages
 from .image import Contour
 from .markers import ChainMarkers
-from .qos import LATCHED, RELIABLE, SENSOR_DATA
+from .qos import LATCHED, RELIABLE, STREAM
 
 Topic = tuple[str, type[Any], QoSProfile]
 
@@ -33,14 +33,14 @@ class Outlets:
         ('~/level', Int16, LATCHED),
         ('~/outcome', DiagnosticStatus, LATCHED),
         ('~/echo', Float32MultiArray, RELIABLE),
-        ('~/range', Range, SENSOR_DATA),
-        ('~/joint_states', JointState, SENSOR_DATA),
-        ('~/field', Float32MultiArray, SENSOR_DATA),
-        ('~/wall', Float64MultiArray, SENSOR_DATA),
+        ('~/range', Range, STREAM),
+        ('~/joint_states', JointState, STREAM),
+        ('~/field', Float32MultiArray, STREAM),
+        ('~/wall', Float64MultiArray, STREAM),
     )
     VIEWS: tuple[Topic, ...] = (
-        ('~/image', Image, SENSOR_DATA),
-        ('~/markers', MarkerArray, SENSOR_DATA),
+        ('~/image', Image, STREAM),
+        ('~/markers', MarkerArray, STREAM),
     )
     """What is made for people alone, and only while somebody looks."""
 
@@ -116,7 +116,7 @@ class Outlets:
         self.publish('~/range', distance)
 
     def _publish_outcome(self, outcome: Outcome) -> None:
-        self.publish('~/outcome', messages.status(outcome, self._node.get_name()))
+        self.publish('~/outcome', messages.status(outcome, self._node.get_fully_qualified_name()))
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

@@ -11,7 +11,11 @@ from rclpy.qos import (
 )
 
 SENSOR_DATA = qos_profile_sensor_data
-"""Best effort, keep the last 5: streams of which only the newest matters."""
+"""Best effort, keep the last 5: for who listens to a stream of which only the newest matters."""
+
+STREAM = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
+"""What our streams are offered with: shallow, and reliable, so that every subscriber hears them,
+a plain one and a default display too; who wants best effort gets it."""
 
 RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 """Reliable and volatile: every message counts, for those who listen."""

@@ -23,7 +23,7 @@ class Speedometer:
         self._node = node
         self._host = host
         self._begun = self._last = (0.0, 0)
-        node.create_timer(INTERVAL, boundary.guarded('the speedometer', self._report))
+        boundary.every(INTERVAL, 'the speedometer', self._report)
 
     def begin(self, loop: Loop) -> None:
         """Take the present for the beginning of a run."""

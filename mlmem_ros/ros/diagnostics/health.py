@@ -12,8 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from ...device import Loop, MemoryElement
 
-OK, WARN = DiagnosticStatus.OK, DiagnosticStatus.WARN
-ERROR, STALE = DiagnosticStatus.ERROR, DiagnosticStatus.STALE
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 HOLD = 5
 """Reports for which a warning stays after its cause has gone."""
@@ -24,7 +23,8 @@ class Health:
     """How a component is.
 
     Attributes:
-        level: OK, WARN, ERROR or STALE of diagnostic_msgs/msg/DiagnosticStatus.
+        level: OK, WARN or ERROR of diagnostic_msgs/msg/DiagnosticStatus; that a status is stale is
+            for the aggregator to say, which no longer hears of it.
         text: In a few words.
         values: By name; numbers, texts and truth values.
     """
@@ -54,8 +54,8 @@ class Component:
         raise NotImplementedError
 
     def rest(self) -> Health:
-        """Return how it is while the node is not active: what was last known is stale."""
-        return Health(STALE, 'inactive')
+        """Return how it is while the node is not active."""
+        return Health(OK, 'inactive')
 
 
 class Hysteresis:
@@ -66,13 +66,17 @@ class Hysteresis:
         self._held: Health | None = None
         self._calm = 0
 
+    def forget(self) -> None:
+        """Hold no warning any more: the node is not active."""
+        self._held = None
+
     def smooth(self, now: Health) -> Health:
         """Return the present health, or the present values under the warning that stays."""
-        if now.level in (OK, STALE) or (self._held and now.level < self._held.level):
+        if now.level == OK or (self._held and now.level < self._held.level):
             self._calm += 1
         else:
             self._held, self._calm = now, 0
-        if now.level == STALE or self._calm > self._hold:
+        if self._calm > self._hold:
             self._held = None
         if self._held is None:
             return now

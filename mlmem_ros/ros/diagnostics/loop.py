@@ -9,7 +9,7 @@ import time
 from ...device import Loop
 from ...device.loop_statistics import LoopStatistics
 from ...host import Host
-from .health import ERROR, OK, STALE, WARN, Component, Health
+from .health import ERROR, OK, WARN, Component, Health
 
 
 class LoopComponent(Component):
@@ -40,12 +40,14 @@ class LoopComponent(Component):
         if loop.failure:
             return Health(ERROR, str(loop.failure), values)
         if lost > 0:
-            return Health(WARN, f'{statistics.overruns} ticks of time were skipped', values)
+            text = f'{statistics.overruns} ticks of time were skipped'
+            self._host.journal.warning(f'{text}: the machine is too slow for this pace', 'time')
+            return Health(WARN, text, values)
         return Health(OK, 'paused' if loop.paused else 'running', values)
 
     def rest(self) -> Health:
         """Count on: an inactive node refuses all that is asked of it."""
-        return Health(STALE, 'inactive', {'refused': self._host.refused})
+        return Health(OK, 'inactive', {'refused': self._host.refused})
 
     def _since_last(self, statistics: LoopStatistics) -> tuple[float, int]:
         """Return ticks per second and new overruns since the last report."""

@@ -20,6 +20,11 @@ LARGEST_IMBALANCE = 0.25
 waves at the probe's carrier gives 0.15 where nothing else moves."""
 
 
+LEAST_EXCHANGE = 1e-12
+"""Energy that a tick exchanges, in k_r (lattice constant)^2, below which its residual is rounding
+and not judged: that of a cell that swings by a millionth. An echo is a thousandth at least."""
+
+
 class MaterialComponent(Component):
     """Warns when energy is lost or made, or when a resting element has more than one wall."""
 
@@ -61,7 +66,9 @@ class MaterialComponent(Component):
             self._books = {
                 'energy_residual': budget.residual,
                 'energy_exchanged': budget.exchanged,
-                'energy_imbalance': budget.imbalance,
+                'energy_imbalance': (
+                    budget.imbalance if budget.exchanged > LEAST_EXCHANGE else 0.0
+                ),
             }
         values = self._values | self._books
         if (imbalance := self._books.get('energy_imbalance', 0.0)) > LARGEST_IMBALANCE:

@@ -45,7 +45,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._due = 0.0
         self._looking = False
-        node.create_timer(PERIOD, boundary.guarded('/diagnostics', self._report))
+        boundary.every(PERIOD, '/diagnostics', self._report)
 
     def tick(self, loop: Loop) -> None:
         """Let the components look at the device around one tick a period; called after each."""
@@ -64,6 +64,8 @@ class Diagnostics:
         loop = self._host.loop
         status = []
         for component, hysteresis in self._components:
+            if loop is None:
+                hysteresis.forget()
             now = component.rest() if loop is None else component.health(loop)
             status.append(self._status(component.name, hysteresis.smooth(now)))
         self._publish(status)
@@ -82,5 +84,6 @@ class Diagnostics:
             level=health.level,
             name=f'{self._node.get_fully_qualified_name()[1:]}: {component}',
             message=health.text,
+            hardware_id=self._node.get_fully_qualified_name(),
             values=key_values(health.values),
         )

@@ -1,0 +1,52 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the log and the graph tell without being asked."""
+
+from robot import OUT, RELIABLE, Robot
+
+
+def test_a_plain_subscriber_hears_every_stream(robot):
+    """`create_subscription(..., 10)` is reliable, and hears nothing of who offers best effort."""
+    for topic in ('joint_states', 'field', 'wall', 'range'):
+        heard = []
+        kind, _ = OUT[topic]
+        robot.node.create_subscription(kind, robot.name(topic), heard.append, RELIABLE)
+        if topic == 'range':
+            assert robot.trigger('read')
+        robot.wait(lambda heard=heard: heard, topic)
+
+
+def test_how_a_procedure_ended_is_in_the_log(memory, robot):
+    assert robot.write(0).success
+    robot.wait(lambda: 'write succeeded after' in memory.output, 'a line in the log')
+    assert ': level 0' in memory.output
+
+
+def test_time_that_stands_still_is_told(start):
+    node = start(parameters={'use_sim_time': True}, name='frozen')
+    with Robot('/frozen', 'frozen_robot') as robot:
+        robot.wait(lambda: 'no /clock has come yet' in node.output, 'the warning')
+        inactive = robot.next('/diagnostics', lambda array: array.status[0].hardware_id)
+        assert inactive.status[0].hardware_id == '/frozen'
+
+
+def test_two_nodes_may_not_share_a_state_file(start, tmp_path):
+    shared = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
+    start(parameters=shared, name='first')
+    with Robot('/first', 'first_robot') as robot:
+        assert robot.write(1).success
+    second = start(parameters=shared, name='second')
+    assert second.exit_status() == 1
+    assert 'element.json is in use by /first (process' in second.output
+
+
+def test_an_acknowledged_write_survives_a_kill(start, tmp_path):
+    kept = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
+    first = start(parameters=kept, name='kept')
+    with Robot('/kept', 'kept_robot') as robot:
+        assert robot.write(6).success
+    first.signal(9)
+    first.exit_status()
+    start(parameters=kept, name='again')
+    with Robot('/again', 'again_robot') as robot:
+        assert robot.trigger('read')['level'] == 6
