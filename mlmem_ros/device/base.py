@@ -41,26 +41,31 @@ class Base:
         state: All that it remembers.
     """
 
-    def __init__(self, settings: DisturbanceSettings, tick: float) -> None:
+    def __init__(self, settings: DisturbanceSettings, tick: float, most: float = math.inf) -> None:
         """Stand still.
 
         Args:
             settings: Limit and time-out.
             tick: Length of a tick in time units.
+            most: Acceleration from which on no cell stays where it is: all would slide, faster
+                and faster.
         """
         self.state = BaseState()
         self._settings = settings
+        self._limit = min(settings.max_acceleration, most)
         self._patience = math.ceil(settings.timeout / tick)
 
     def check(self, acceleration: float) -> None:
         """Raise `Refused` for an acceleration that is not finite or beyond the limit."""
-        limit = self._settings.max_acceleration
+        limit = self._limit
+        whose = 'disturbance.max_acceleration'
+        if limit < self._settings.max_acceleration:
+            whose = 'beyond it no cell of this design stays where it is'
         number = isinstance(acceleration, (int, float)) and not isinstance(acceleration, bool)
         if not (number and abs(acceleration) <= limit):  # false for NaN, too
             raise Refused(
                 f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
-                f'constants per time unit squared (disturbance.max_acceleration); '
-                f'got {clipped(acceleration)}'
+                f'constants per time unit squared ({whose}); got {clipped(acceleration)}'
             )
 
     @property

@@ -111,7 +111,7 @@ class MemoryElement:
         self.chain = Chain(design, self.tick / self.steps_per_tick, integrator)
         self.actuator = Actuator(settings.actuator)
         self.linkage = Linkage(settings.actuator.max_rate)
-        self.base = Base(settings.disturbance, self.tick)
+        self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = HEALTHY
         probes = {'left': settings.probe, 'right': settings.probe_right}
         self.transducer = Transducer(self.chain, probes)

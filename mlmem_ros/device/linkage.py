@@ -19,6 +19,9 @@ from ..physics.potential import Array
 from .chance import Stream, happens
 from .faults import Faults
 
+NO_LAG = 1e-9
+"""Time constant within which a drive follows in no time."""
+
 
 @dataclass(frozen=True)
 class LinkageState:
@@ -100,7 +103,7 @@ class Linkage:
         most = self._max_rate * dt
         if faults.actuator_lag == 0.0:
             return _followed(start, told, most)
-        share = 1.0 - exponential(-dt / faults.actuator_lag)
+        share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
         return _followed(start, told, most, share)
 
 

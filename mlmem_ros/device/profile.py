@@ -20,6 +20,9 @@ from .settings import ActuatorSettings
 MOST_POINTS = 10_000
 """Points that a profile may have."""
 
+LONGEST = 1e12
+"""Time units that a profile may take."""
+
 ROUNDING = 1e-9
 """Relative excess over a limit that is rounding, not intent."""
 
@@ -56,7 +59,7 @@ class Profile:
         """Return the strain at the times since the move began; the target afterwards."""
         starts, widths, cubics = self._segments
         segment = np.searchsorted(starts, t, side='right') - 1
-        x = (t - starts[segment]) / widths[segment]
+        x = (np.minimum(t, self.duration) - starts[segment]) / widths[segment]
         c0, c1, c2, c3 = cubics[:, segment]
         return np.where(t < self.duration, c0 + x * (c1 + x * (c2 + x * c3)), self.target)
 
@@ -72,8 +75,8 @@ class Profile:
 
     def extremes(self) -> tuple[Array, Array]:
         """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""
-        _, widths, (c0, c1, c2, c3) = self._segments
         with np.errstate(all='ignore'):  # lines have no turning points, steps no finite rate
+            _, widths, (c0, c1, c2, c3) = self._segments
             fastest = _within(-c2 / (3.0 * c3))
             root = np.sqrt(c2 * c2 - 3.0 * c1 * c3)
             both = -(c2 + np.copysign(root, c2))  # without cancellation
@@ -108,6 +111,10 @@ def planned(
     if command.joint != JOINT:
         raise Refused(f'the joint must be {JOINT!r} alone; got {clipped(command.joint)}')
     times, strains, rates = _checked(command)
+    if times[-1] > LONGEST * time_unit:
+        raise Refused(
+            f'a trajectory must end within {LONGEST * time_unit:g} s; got {times[-1]:g} s'
+        )
     if times[0] > 0.0:
         times, strains = (0.0, *times), (strain, *strains)
         rates = (0.0, *rates) if rates else ()

@@ -7,6 +7,7 @@ All lengths are in lattice constants, times in sqrt(m / k_r), stiffnesses in k_r
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import MISSING, dataclass
 from functools import cached_property
 
@@ -138,6 +139,18 @@ class Design:
     def k_s2(self) -> float:
         """On-site stiffness of the active phase."""
         return float(self.potential.stiffness(self.D_s2))
+
+    @cached_property
+    def holding_force(self) -> float:
+        """Greatest steady force on all cells alike that drives none over a barrier.
+
+        The gradient's weakest cell counts; a soft defect is held by its neighbours.
+        """
+        low, high = self.wells
+        edges = (low, self.D_s1, self.D_barrier, self.D_s2, high)
+        ways = [np.linspace(*each, 1001) for each in itertools.pairwise(edges)]
+        weakest = min(float(np.abs(self.potential.slope(way)).max()) for way in ways)
+        return weakest * min(1.0, 1.0 + self.gamma * self.N)
 
     # --- the element ---------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A base that shakes: its course, its time-out, what it does to the chain and to the content."""
 
+import contextlib
 import dataclasses
 import json
 import math
@@ -9,10 +10,19 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Disturb, Outcome, Read, Refused, Settings, Write, snapshot
+from mlmem_ros.device import (
+    Disturb,
+    MemoryElement,
+    Outcome,
+    Read,
+    Refused,
+    Settings,
+    Write,
+    snapshot,
+)
 from mlmem_ros.device.base import Base
 from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
-from mlmem_ros.physics import CASE_II, level_of
+from mlmem_ros.physics import CASE_II, Chain, StateError, level_of
 from mlmem_ros.studies.figures.retention import harmonic
 
 from . import rig
@@ -156,3 +166,29 @@ def test_a_shaken_device_restored_goes_on_to_the_bit(written):
         rig.ticks(element, 100)  # the time-out is within
     assert first.base.state.acceleration == 0.0
     assert rig.bits(first) == rig.bits(second)
+
+
+def test_what_would_set_all_cells_sliding_is_refused():
+    """However much is to be taken: beyond the force that holds the cells nothing stops them."""
+    design = dataclasses.replace(CASE_II, d=0.002)
+    element = MemoryElement(design, Settings(), rig.factory_calibration(CASE_II, Settings()))
+    hold = design.holding_force
+    assert hold == pytest.approx(CASE_II.holding_force * 0.002 / 0.038)
+    assert hold < Settings().disturbance.max_acceleration < CASE_II.holding_force
+    with pytest.raises(Refused, match=r'acceleration must be .* no cell of this design stays'):
+        element.apply(Disturb(1.01 * hold))
+    element.apply(Disturb(0.5 * hold))  # met within a tick: the cells swing about where they rest
+    rig.ticks(element, 100)
+    assert level_of(design, element.chain.configuration) == -1
+
+
+@pytest.mark.parametrize(('share', 'slides'), [(0.95, False), (1.05, True)])
+@pytest.mark.parametrize('sign', [-1.0, 1.0])
+def test_the_holding_force_is_what_holds_a_uniform_element(share, slides, sign):
+    """Towards its weaker side, raised slowly."""
+    design = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, N=60)
+    chain = Chain(design)
+    course = np.minimum(np.linspace(0.0, 2.0, 40_000), 1.0)
+    with pytest.raises(StateError) if slides and sign > 0.0 else contextlib.nullcontext():
+        chain.advance(np.zeros(40_000), shake=sign * share * design.holding_force * course)
+    assert level_of(design, chain.configuration) == -1

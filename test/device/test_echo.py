@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Echo detection on signals made by hand, against a plain convolution and a plain search."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -9,8 +10,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mlmem_ros.device.echo import EchoDetector, blanking, pulse_duration, threshold, window
+from mlmem_ros.device.echo import (
+    FAINTEST,
+    EchoDetector,
+    blanking,
+    pulse_duration,
+    threshold,
+    window,
+)
 from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.transducer import Transducer
+from mlmem_ros.physics import CASE_II, Chain
 
 from . import rig
 
@@ -162,3 +172,31 @@ def test_a_window_shorter_than_a_step_still_averages():
     detector = EchoDetector(fast, 10.0)  # T = 5, so the box is the least one, three samples
     detector.feed(np.array([3.0, 0.0, 0.0, 0.0]))
     np.testing.assert_allclose(detector.echo('left').v_c, [1.0, 1.0, 0.0], atol=1e-15)
+
+
+# --- bounds --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('gain_decay', [0.02, 1.0])
+def test_the_threshold_never_falls_below_rounding(gain_decay):
+    """However fast it falls, and however long is listened: rounding is no echo."""
+    probe = dataclasses.replace(PROBE, gain_decay=gain_decay)
+    detector = EchoDetector(probe, 0.25)
+    detector.feed(1e-15 * np.random.default_rng(1).standard_normal(40_000))
+    echo = detector.echo('left')
+    assert echo.delay is None
+    assert echo.threshold_margin < 1.0
+    assert threshold(probe, np.array(1e9)) == FAINTEST
+    assert dataclasses.replace(echo, floor=1e-9).raised < 1e5
+
+
+def test_an_element_at_rest_gives_no_echo_whatever_its_gain():
+    """Its ends rest a thousand cells from 0, where a number is rounded to 1e-13."""
+    design = dataclasses.replace(CASE_II, N=60, c=-1000.0)
+    chain = Chain(design)
+    probe = dataclasses.replace(PROBE, A=1e-9, gain_decay=1.0)
+    transducer = Transducer(chain, {'left': probe, 'right': probe})
+    detector = transducer.fire('right')
+    noise = 1e-13 * np.random.default_rng(1).standard_normal((2, 8000))
+    transducer.record(design.D_s1 + noise)
+    assert detector.delay is None

@@ -393,3 +393,13 @@ def test_a_snapshot_from_before_there_were_faults_is_of_a_healthy_device():
     assert element.faults == Faults()
     plain = Chain(CASE_II)
     np.testing.assert_array_equal(element.chain.specimen.alpha, plain.specimen.alpha)
+
+
+@pytest.mark.parametrize('tau', [5e-324, 1e-300, 1e-60, 1e-12])
+def test_a_lag_of_next_to_nothing_is_none(tau):
+    """Its exponential is of minus infinity, or near it."""
+    element = suffering(rig.device(2), actuator_lag=tau)
+    twin = rig.device(2)
+    for each in (element, twin):
+        each.apply(SetStrain(0.01))
+    np.testing.assert_allclose(strains(element, 20), strains(twin, 20), rtol=1e-12)

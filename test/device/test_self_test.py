@@ -7,7 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, DelayTable, Heard, Outcome, SelfTest, Write
+from mlmem_ros.device import Abort, DelayTable, Heard, Outcome, SelfTest, Settings, Write
+from mlmem_ros.device.commands import SetFaults
+from mlmem_ros.device.faults import HEALTHY, Faults
 from mlmem_ros.device.settings import WriteSettings
 from mlmem_ros.physics import CASE_II
 
@@ -70,6 +72,36 @@ def test_an_actuator_that_does_not_do_as_it_is_told_is_found(written, wrong, fel
     element.chain.advance = advance
     rig.ticks(element, 100)
     assert rig.holds(element, 3)
+
+
+@pytest.mark.parametrize('level', [None, 2])
+def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
+    """Told 0.01 and stuck at 0, it would go there by itself when it comes loose."""
+    element = rig.device() if level is None else written(level)
+    element.apply(SetFaults(Faults(actuator_stuck=True)))
+    assert rig.run(element, SelfTest()).error == 'failed: actuator'
+    assert element.actuator.motion.target == 0.0
+    rig.ticks(element, 100)
+    assert element.idle
+    element.apply(SetFaults(HEALTHY))
+    rig.ticks(element, 10)
+    assert element.chain.V_N == 0.0
+    assert rig.holds(element, level)
+
+
+def test_an_actuator_that_gives_less_than_the_test_strain_is_tested_by_what_it_gives():
+    settings = Settings()
+    peaks = {'compression': -0.005, 'tension': 0.005}
+    element = rig.device(
+        3,
+        actuator=dataclasses.replace(settings.actuator, max_strain=0.005),
+        write=dataclasses.replace(settings.write, start_strain=0.005, attempts=1, **peaks),
+        erase=dataclasses.replace(settings.erase, start_strain=-0.005, **peaks),
+    )
+    element.apply(SelfTest())
+    while element.linkage.encoder < 0.005:
+        element.advance()
+    assert element.procedure == 'self_test'
 
 
 def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):

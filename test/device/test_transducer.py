@@ -2,12 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The transducers: what they hold, when they let go, and what they take for rest."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from mlmem_ros.device import SettingsError
 from mlmem_ros.device.commands import SetStrain
 from mlmem_ros.device.pulse import Pulse
-from mlmem_ros.physics import Drive
+from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.transducer import Transducer, upper_edge
+from mlmem_ros.physics import CASE_II, INTEGRATORS, PRESETS, Chain, Drive, Specimen
+from mlmem_ros.physics.dispersion import band
 
 from . import rig
 
@@ -116,3 +122,46 @@ def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
     loud = element.transducer.unrest('left')
     rig.ticks(element, 200)  # 4000 time units: damped by exp(-8) at least
     assert element.transducer.unrest('left') < 1e-3 * loud
+
+
+# --- other designs -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('preset', PRESETS)
+def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
+    design = PRESETS[preset]
+    tops = [band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
+    assert max(tops) <= upper_edge(Specimen(design)) < max(tops) + 0.1
+    if preset != 'case_1':  # all others are of Case II's cells
+        assert upper_edge(Specimen(design)) == 2.2
+
+
+@pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
+def test_noise_is_told_from_motion_in_a_stiff_element(method):
+    """With Case II's edge its fastest waves would be taken for the sensor's noise."""
+    design = dataclasses.replace(CASE_II, N=60, d=2.0, s_min=1e4, s_max=3e4)
+    chain = Chain(design, integrator=method)
+    slow = {end: ProbeSettings(omega_c=1.0) for end in ('left', 'right')}
+    transducer = Transducer(chain, slow)
+    t = chain.dt * np.arange(transducer.recent.shape[1])
+    wave = 1e-3 * np.sin(band(design.k_s2)[1] * t)
+    transducer.record(np.stack((wave, wave)))
+    assert transducer.unrest('left') > 5e-4
+    assert transducer.noise('left') < 1e-6
+
+
+def test_noise_is_told_by_however_few_samples():
+    """At the fastest legal carriers a rest is shorter than the difference that tells noise."""
+    chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
+    fast = {end: ProbeSettings(omega_c=10.0) for end in ('left', 'right')}
+    transducer = Transducer(chain, fast)
+    noise = 1e-3 * np.random.default_rng(1).standard_normal((2, 50))
+    transducer.record(noise)
+    assert 1e-4 < transducer.noise('left') < 5e-3
+
+
+def test_a_rest_of_too_many_samples_is_refused():
+    chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3)
+    slow = {end: ProbeSettings(omega_c=1e-3) for end in ('left', 'right')}
+    with pytest.raises(SettingsError, match='omega_c must be at least'):
+        Transducer(chain, slow)

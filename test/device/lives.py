@@ -1,0 +1,88 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Devices of legal designs and settings, and commands that are as wild as is legal."""
+
+import contextlib
+import dataclasses
+
+import legal
+
+from mlmem_ros.device import MemoryElement, Refused, Settings, SettingsError
+from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.commands import (
+    Abort,
+    Calibrate,
+    Disturb,
+    Erase,
+    FollowTrajectory,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Write,
+)
+from mlmem_ros.device.faults import Faults
+
+
+def settings(random):
+    """Return legal settings, with few or all of them drawn."""
+    share, plain, groups = random.choice((0.0, 0.1, 0.3, 1.0)), Settings(), {}
+    for name, group in plain.groups().items():
+        drawn = legal.values(random, type(group), share)
+        groups[name] = dataclasses.replace(group, **drawn)
+    limit = groups['actuator'].max_strain
+    for name in ('write', 'erase'):
+        peaks = ('compression', 'tension', 'start_strain')
+        given = {each: getattr(groups[name], each) for each in peaks}
+        bounded = {each: max(-limit, min(value, limit)) for each, value in given.items()}
+        groups[name] = dataclasses.replace(groups[name], **bounded)
+    return Settings(**groups)
+
+
+def device(random):
+    """Return a device, or None where it is refused."""
+    design = legal.design(random)
+    table = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
+    try:
+        return MemoryElement(design, settings(random), Calibration(table, table))
+    except SettingsError:  # a tick or a rest that would take too long
+        return None
+
+
+def strain(random, element):
+    limit = element.settings.actuator.max_strain
+    return random.choice((-limit, 0.0, limit, random.uniform(-limit, limit)))
+
+
+def trajectory(random, element):
+    times = sorted(legal.number(random, 0.0, 1e300) for _ in range(random.randint(1, 4)))
+    rates = [legal.number(random, -1e300, 1e300) for _ in times if random.random() < 0.9]
+    return FollowTrajectory(times, [strain(random, element) for _ in times], rates)
+
+
+def faults(random, element):
+    drawn = legal.values(random, Faults, 0.3)
+    last = element.design.N
+    cells = {'weak_cell': random.randint(0, last), 'stuck_cell': random.randint(0, last)}
+    return SetFaults(Faults(**(drawn | cells)))
+
+
+def command(random, element):
+    """Return any command."""
+    limit = element.settings.disturbance.max_acceleration
+    return random.choice((
+        lambda: SetStrain(strain(random, element)),
+        lambda: trajectory(random, element),
+        lambda: Disturb(random.choice((-limit, limit, random.uniform(-limit, limit)))),
+        lambda: faults(random, element),
+        lambda: Write(random.randrange(element.design.levels)),
+        lambda: Read(random.choice(('', 'left', 'right', 'both'))),
+        lambda: random.choice((Erase(), Calibrate(), SelfTest())),
+        lambda: Abort('enough'),
+    ))()  # fmt: skip
+
+
+def give(random, element):
+    """Give any command, which may be refused."""
+    with contextlib.suppress(Refused):
+        element.apply(command(random, element))
