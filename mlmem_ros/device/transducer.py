@@ -52,14 +52,15 @@ class Transducer:
         """
         self._chain = chain
         self.probes = probes
-        width = max(2.0 * math.pi * REST_PERIODS / probe.omega_c for probe in probes.values())
+        slowest = min(probe.omega_c for probe in probes.values())
+        width = 2.0 * math.pi * REST_PERIODS / slowest
         self._difference = _difference(upper_edge(chain.specimen), chain.dt)
         samples = max(math.ceil(width / chain.dt), self._difference + 1)
         if samples > MOST_SAMPLES:
             raise SettingsError(
-                f'omega_c must be at least {width / chain.dt / MOST_SAMPLES:.4g} times the '
-                f'slowest carrier with steps of {chain.dt:.4g}, or the rest of an end takes more '
-                f'than {MOST_SAMPLES} samples'
+                f'omega_c must be at least {slowest * samples / MOST_SAMPLES:.4g} with steps of '
+                f'{chain.dt:.4g}, or a rest takes more than {MOST_SAMPLES} samples; '
+                f'got {slowest:g}'
             )
         self.recent: Array = np.empty((2, samples))
         self.settle()

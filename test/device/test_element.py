@@ -4,6 +4,7 @@
 
 import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -46,6 +47,18 @@ def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
     element.advance()
     assert (element.ticks, element.chain.steps_done) == (1, steps)
     assert element.chain.time == pytest.approx(tick)
+
+
+def test_a_tick_without_number_of_steps_is_refused():
+    """It would hold up everything, a command to stop as well; the message says what will do."""
+    long = dataclasses.replace(CASE_II, substrate='elastic', s_min=1e6, s_max=1e8)
+    with pytest.raises(SettingsError, match=r'time.tick must be at most (\S+), which') as refusal:
+        MemoryElement(long, Settings(time=TimeSettings(tick=1e4)), rig.device().calibration)
+    most = float(re.search(r'most (\S+),', str(refusal.value))[1])
+    element = MemoryElement(
+        long, Settings(time=TimeSettings(tick=0.99 * most)), rig.device().calibration
+    )
+    assert element.steps_per_tick * 1000 <= 10**8
 
 
 def test_a_calibration_of_another_element_is_refused():

@@ -204,3 +204,16 @@ def test_as_many_points_as_may_be():
     times = tuple(0.001 * n for n in range(1, MOST_POINTS + 1))
     command = FollowTrajectory(times, (0.0,) * MOST_POINTS)
     assert planned(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
+
+
+def test_a_trajectory_without_end_is_refused():
+    """In time units it would end at infinity, which no snapshot takes."""
+    with pytest.raises(Refused, match=r'must end within 1e\+08 s; got 1e\+300 s'):
+        planned(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
+
+
+def test_points_next_to_each_other_make_no_overflow():
+    hold = planned(FollowTrajectory((1.0, 1.0 + 1e-15), (1e-4, 1e-4)), 0.0, LIMITS, 1e-4)
+    with np.errstate(all='raise'):
+        strain = hold.strain(np.array([0.0, 5e3, 1e4, 1e9]))
+    assert strain == pytest.approx([0.0, 5e-5, 1e-4, 1e-4])
