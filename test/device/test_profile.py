@@ -212,8 +212,7 @@ def test_a_trajectory_without_end_is_refused():
         planned(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
 
 
-def test_points_next_to_each_other_make_no_overflow():
-    hold = planned(FollowTrajectory((1.0, 1.0 + 1e-15), (1e-4, 1e-4)), 0.0, LIMITS, 1e-4)
+def test_a_trajectory_of_next_to_no_time_makes_no_overflow():
+    hold = planned(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
     with np.errstate(all='raise'):
-        strain = hold.strain(np.array([0.0, 5e3, 1e4, 1e9]))
-    assert strain == pytest.approx([0.0, 5e-5, 1e-4, 1e-4])
+        assert (hold.strain(np.array([0.0, 20.0, 1e9])) == 0.0).all()
