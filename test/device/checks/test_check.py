@@ -57,11 +57,13 @@ def test_case_i_passes_with_the_warning_that_its_carriers_travel_in_both_phases(
     }  # fmt: skip
 
 
-def test_every_finding_tells_its_source_and_fits_into_json(case_ii):
-    names = [finding.name for finding in case_ii.findings]
+def test_every_finding_tells_its_source_and_fits_into_json():
+    findings = check(CASE_II).findings
+    names = [finding.name for finding in findings]
     assert len(names) == len(set(names))
-    assert all('(p. ' in f.source or 'Fig.' in f.source for f in case_ii.findings)
-    text = json.dumps([finding.as_dict() for finding in case_ii.findings], allow_nan=False)
+    assert all('(p. ' in f.source or 'Fig.' in f.source for f in findings)
+    assert all(finding.text for finding in findings)
+    text = json.dumps([finding.as_dict() for finding in findings], allow_nan=False)
     assert 'peierls_nabarro' in text
 
 
@@ -102,13 +104,15 @@ def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
 
 
 def test_a_gradient_to_the_left():
-    assert 'gradient' in failed(spoiled(gamma=1e-4))
+    assert {'gradient', 'peierls_nabarro'} <= failed(spoiled(gamma=1e-4))
 
 
 def test_the_printed_carrier_is_in_neither_band():
     report = check(CASE_II, Settings(probe=ProbeSettings(omega_c=2.4)))
     assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}
-    assert '2.4 is in neither band' in report['carrier_left'].text
+    assert report['carrier_left'].text.startswith(
+        '2.4 is in neither band and does not travel: choose one inside the band of s2, 0.7688 to'
+    )
 
 
 @pytest.mark.parametrize(
@@ -164,7 +168,9 @@ def test_a_hasty_schedule_is_for_a_simulation_to_judge():
 
 def test_a_short_ramp_of_an_erase_is_a_warning():
     settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 300.0}})
-    assert check(CASE_II, settings)['erase_ramps'].verdict is Verdict.WARN
+    ramps = check(CASE_II, settings)['erase_ramps']
+    assert ramps.verdict is Verdict.WARN
+    assert 'leave kink and wall ringing' in ramps.text
 
 
 def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
@@ -269,6 +275,9 @@ def test_the_range_by_closed_forms_is_next_to_the_forecast():
 def test_too_much_damping_swallows_the_farthest_echo():
     report = spoiled(eta=0.5)
     assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
+    assert report['echo_left'].text.endswith(
+        'hardly heard: choose a smaller probe.v_th, a faster carrier, less damping or fewer cells'
+    )
 
 
 def test_a_pulse_outside_the_band_returns_nothing():
