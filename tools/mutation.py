@@ -4,7 +4,9 @@
 
 A mutant is the package with one expression of `mlmem_ros.device` or `mlmem_ros.bag` changed; it
 is killed by the first test that fails. mutmut makes them and runs the tests that reach the
-changed function (its settings are in pyproject.toml); what it has found stays in `mutants/`.
+changed function (its settings are in pyproject.toml); what it has found stays in `mutants/`. What
+a shared fixture calls counts for the first test that uses it alone, and properties, generators of
+contexts and what is outside of functions are not changed: it is a sample of what mutmut can do.
 """
 
 import argparse
