@@ -6,7 +6,7 @@ PYTEST = pytest -n 2 --dist loadfile
 # Tracing takes up to half as much processor time again, so the others run without.
 MEASURED = test/device test/bag test/sessions test/ros
 FLOORS = device=99 bag=99 ros=96
-SAMPLE = 250
+SAMPLE = 160
 SEED = 1
 
 MINUTES ?= 60
@@ -44,7 +44,7 @@ test-slow: setup
 soak: setup
 	$(VENV)/python tools/soak.py --minutes $(MINUTES)
 
-# A sample of mutants of device and bag, a quarter of an hour: make mutation SAMPLE=1000 SEED=2
+# A sample of the mutants of device and bag, a quarter of an hour; make mutation SEED=2: another.
 mutation: setup
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)

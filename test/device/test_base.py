@@ -20,7 +20,7 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
-from mlmem_ros.device.base import Base
+from mlmem_ros.device.base import Base, BaseState
 from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
 from mlmem_ros.physics import CASE_II, Chain, StateError, level_of
 from mlmem_ros.studies.figures.retention import harmonic
@@ -54,6 +54,7 @@ def test_a_sensor_that_died_shakes_nothing_for_long():
     while (course := base.advance(PROGRESS)) is not None:
         ends.append(course[-1])
     assert ends == [1e-3, 1e-3, 1e-3, 0.0]
+    assert base.state == BaseState()  # as if it had never moved
     base.disturb(1e-3)  # and again
     assert base.advance(PROGRESS)[-1] == 1e-3
 

@@ -114,7 +114,7 @@ def test_a_table_survives_a_file(table):
     ('data', 'message'),
     [
         ({}, 'needs delays and blank'),
-        ({'delays': [1.0]}, "needs delays and blank; KeyError\\('blank'\\)"),
+        ({'delays': [1.0]}, "needs delays and blank; KeyError.'blank'."),
         ({'delays': 7, 'blank': None}, 'needs delays and blank'),
         ({'delays': ['x'], 'blank': None}, 'needs delays and blank'),
         ({'delays': [1.0], 'blank': []}, 'needs delays and blank'),

@@ -67,7 +67,7 @@ def test_the_values_of_a_file_are_not_changed():
         ({'kind': 'SetFaults', 'faults': {'rust': 1.0}}, 'SetFaults was given the wrong values'),
         ({'kind': 'SetFaults', 'faults': 3}, 'SetFaults was given the wrong values'),
         ({'kind': 'SetFaults'}, 'SetFaults was given the wrong values'),
-        ({'kind': ['Write']}, r"command must be one of .*; got \['Write'\]"),
+        ({'kind': ['Write']}, "command must be one of .*; got .'Write'."),
     ],
     ids=str,
 )
