@@ -12,7 +12,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo figures lint mutation setup soak test test-slow
+.PHONY: bench clean coverage demo figures lint lives mutation setup soak test test-slow
 
 demo: setup
 	$(VENV)/mlmem demo
