@@ -8,6 +8,7 @@ Usage: .venv/bin/python tools/lives.py SEED, or tools/lives.py --count N [--firs
 import argparse
 import os
 import sys
+import time
 from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -22,16 +23,19 @@ def many(first: int, count: int) -> int:
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn('lives, {task.speed:.0f}/s, {task.fields[failing]} fail,'),
+        TextColumn('lives, {task.fields[pace]:.0f}/s, {task.fields[failing]} fail,'),
         TimeRemainingColumn(),
     )
+    began = time.monotonic()
     with Progress(*columns, speed_estimate_period=600) as progress:
-        task = progress.add_task('', total=count, failing=0)
+        task = progress.add_task('', total=count, failing=0, pace=0.0)
 
         def told(done: int, failing: dict[int, list[str]]) -> None:
-            progress.update(task, completed=done, failing=len(failing))
+            pace = done / (time.monotonic() - began)
+            progress.update(task, completed=done, failing=len(failing), pace=pace)
 
         failing = campaign(first, count, os.cpu_count() or 1, told)
+    print(f'{count / (time.monotonic() - began):.1f} lives a second')
     for seed, found in sorted(failing.items()):
         print(f'{seed}: {found[0]}')
     print(f'{len(failing)} of {count} lives fail', end='')

@@ -95,6 +95,7 @@ class Disk:
             is any of them now and then, and short writes.
         open_files: What the process holds open, by descriptor.
         troubled_at: When a call was in trouble last.
+        held_up: Tasks whose call hangs.
     """
 
     def __init__(self, scheduler):
@@ -109,7 +110,7 @@ class Disk:
         self.open_files = {}
         self._root = Directory()
         self._scheduler = scheduler
-        self._held_up = []
+        self.held_up = []
 
     # --- for the experimenter ------------------------------------------------------------
 
@@ -117,7 +118,7 @@ class Disk:
         """End all trouble; who was held up goes on."""
         self.trouble = ''
         self.troubled_at = self._scheduler.now
-        held_up, self._held_up = self._held_up, []
+        held_up, self.held_up = self.held_up, []
         for task in held_up:
             self._scheduler.wake(task)
 
@@ -125,7 +126,7 @@ class Disk:
         """The process dies: its files are closed, what the system shows stays."""
         self.open_files.clear()
         self.trouble = ''
-        self._held_up.clear()
+        self.held_up.clear()
 
     def cut_power(self):
         """The process dies, and with it all that was not safe."""
@@ -280,10 +281,10 @@ class Disk:
             raise _error(chance.choice(REASONS), path)
         if trouble.startswith('hangs'):
             scheduler.note(('held up', name, str(path)))
-            self._held_up.append(task)
+            self.held_up.append(task)
             while_ = None if trouble == 'hangs' else chance.choice((0.01, 1.0, 30.0))
             if not scheduler.block(f'the disk to {name} {path}', while_):
-                self._held_up.remove(task)
+                self.held_up.remove(task)
         return size
 
     # --- names ---------------------------------------------------------------------------

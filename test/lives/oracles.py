@@ -66,15 +66,18 @@ class Oracles:
 
     Attributes:
         found: What that is, in words.
+        broken: Whether the device was made to fail.
     """
 
     def __init__(self, life):
         self.found = []
+        self.broken = False
         self._life = life
         self._movers = 0  # that have been asked for
         self._moving = 0  # of these, without an answer
         self._still = None  # where the walls are, while they have to stay there
         self._moved_at = -CALM  # tick of the last motion
+        self._ticks = 0  # that have been run
         self._acknowledged = None  # ticks, level and movers of the last one that was saved
         self._closed_bags = set()
 
@@ -92,8 +95,10 @@ class Oracles:
 
     def error(self, message):
         self.info(message)
-        if 'defect' in message or 'device has stopped' in message:
+        if 'defect' in message or ('device has stopped' in message and not self.broken):
             self.find(message)
+        if 'its content is saved' in message and self._life.script.state:
+            self._acknowledged = self._ticks, None, None
 
     # --- requests ------------------------------------------------------------------------
 
@@ -142,6 +147,7 @@ class Oracles:
 
     def ticked(self, element, events):
         """Look at the true wall, in the loop's thread."""
+        self._ticks = element.ticks
         if self._moving or not _quiet(element):
             self._unsettle(element)
         elif self._still is None:
@@ -269,7 +275,9 @@ class Oracles:
         return self._life.scheduler.now
 
     def _healthy_disk(self):
-        return self._now - self._life.disk.troubled_at > 2.0 * PATIENCE
+        disk = self._life.disk
+        calm = self._now - disk.troubled_at > 2.0 * PATIENCE
+        return calm and not (disk.trouble or disk.held_up)
 
 
 SLOW_CALLBACKS = ('configure', 'activate', 'deactivate', 'cleanup', 'close', 'failure', 'error')

@@ -113,7 +113,7 @@ BAD = (
     lambda chance: chance.choice((None, 'write', 7, Write)),
 )
 
-TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown', 'error')
+TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup', 'shutdown')
 TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 
 
@@ -140,8 +140,20 @@ def _steps(chance):
     """Return some steps that belong together."""
     after = chance.choice((0.0, 0.0, 0.0, 0.001, 0.05, 0.05, 0.3, 1.5))
     match chance.choices(
-        ('good', 'rare', 'bad', 'patience', 'record', 'time', 'life', 'disk', 'crash', 'many'),
-        (30, 4, 8, 8, 14, 14, 8, 7, 3, 4),
+        (
+            'good',
+            'rare',
+            'bad',
+            'patience',
+            'record',
+            'time',
+            'life',
+            'disk',
+            'crash',
+            'many',
+            'break',
+        ),
+        (30, 4, 8, 8, 14, 14, 8, 7, 3, 4, 2),
     )[0]:
         case 'good':
             return [Step(after, 'submit', chance.choice(GOOD)(chance))]
@@ -171,6 +183,9 @@ def _steps(chance):
             kind = chance.choice(('kill', 'power'))
             crash = Step(after, 'crash', (kind, chance.choice((1, 20, 100, 400))))
             return [crash, Step(0.0, 'configure'), Step(0.0, 'activate')]
+        case 'break':  # the material stops being finite, in one tick or from now on
+            fails = Step(after, 'break', chance.choice(('once', 'for good')))
+            return [fails, Step(0.2, 'configure'), Step(0.0, 'activate')]
         case 'many':  # clients who ask for the same at once
             return _steps(chance)[:1] * chance.choice((2, 5))
     raise AssertionError('every kind has its steps')

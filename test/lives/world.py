@@ -13,6 +13,7 @@ from mlmem_ros.bag.qos import RELIABLE
 from mlmem_ros.device import calibration_file, state_file
 from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.host import Host, SessionPlan, worker
+from mlmem_ros.physics import StateError
 
 from . import element as small
 from .disk import Disk, mounted
@@ -102,6 +103,8 @@ class Process:
                 self._asked(('step', None), host.step())
             case 'speed':
                 self.set_speed(given)
+            case 'break':
+                self._break(forever=given == 'for good')
             case 'cancel':
                 if self.tickets:
                     self.tickets[-1].future.cancel()
@@ -120,6 +123,20 @@ class Process:
         self.speed = speed
         self.pacer.hurried = not 0.0 < speed < 100.0
         self.host.set_speed(speed)
+
+    def _break(self, forever):
+        element = self.host.element
+        if element is None:
+            return
+        advance = element.advance
+
+        def fails():
+            if not forever:
+                element.advance = advance
+            raise StateError('the chain stopped being finite, as it was told to')
+
+        self.oracles.broken = True
+        element.advance = fails
 
     def _asked(self, what, future):
         self.tickets.append(self.oracles.asked(self, what, future))
