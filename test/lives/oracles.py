@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What must hold in every life, whatever happens in it."""
 
+import math
 import traceback
 from pathlib import Path
 from types import NoneType
@@ -230,6 +231,8 @@ class Oracles:
         name, seconds = process.executor.longest
         if seconds > (SLOW if name in SLOW_CALLBACKS else PROMPT):
             self.find(f'callback {name} took {seconds:.3f} s')
+        if process.loop is not None and not _sane(process.loop.statistics):
+            self.find(f'the loop has kept time like this: {process.loop.statistics}')
         for ticket in process.tickets:
             if not ticket.future.done():
                 self.find(f'{ticket} was never answered')
@@ -302,6 +305,11 @@ def _undisturbed(element):
     linkage = element.linkage.state
     strains = (linkage.told, linkage.strain)
     return small.healthy(element.faults) and element.base.still and not any(strains)
+
+
+def _sane(statistics):
+    """Return whether a loop tells of its time what can be true."""
+    return all(0.0 <= value < math.inf for value in vars(statistics).values())
 
 
 def _bits(element):

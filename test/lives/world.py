@@ -77,6 +77,7 @@ class Process:
         self.oracles = life.oracles
         self.pacer = Pacer(life.scheduler)
         self.speed = 1.0
+        self.loop = None
         self.host = Host(life.log, life.now_ns, failed=self._wake)
         self.node = Node(self.host, self._activate, life.given)
         callback_failed = life.oracles.callback_failed
@@ -153,6 +154,7 @@ class Process:
     def _after_ticks(self, events):
         host = self.host
         element = host.element
+        self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.ticked(element, events)
         if (recording := host.recording) is not None and element.ticks % 4 == 0:
             level = element.reading.level if element.reading else -2
