@@ -7,22 +7,15 @@ import traceback
 from pathlib import Path
 from types import NoneType
 
-from mlmem_ros.device import (
-    Disturb,
-    Outcome,
-    Read,
-    Refused,
-    SetFaults,
-    SetStrain,
-    state_file,
-)
-from mlmem_ros.device.commands import FollowTrajectory, Procedures
+from mlmem_ros.device import Outcome, Refused, state_file
+from mlmem_ros.device.commands import Procedures
 from mlmem_ros.host import REFUSALS
-from mlmem_ros.physics import level_of, walls
+from mlmem_ros.physics import level_of
 
 from . import bags
 from . import element as small
 from .script import STATE
+from .truth import Truth, may_move
 
 PATIENCE = 2.0
 """Seconds that the host waits for a disk in these lives."""
@@ -32,12 +25,6 @@ PROMPT = 1.0
 
 SLOW = 5.0 * PATIENCE + 3.0
 """Seconds within which whatever needs a disk is answered, be it that it does not answer."""
-
-CALM = 20
-"""Ticks after which nothing moves any more of what was set going."""
-
-MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
-"""Commands that may move a wall where they are accepted; a read may not."""
 
 
 class Ticket:
@@ -68,17 +55,14 @@ class Oracles:
     Attributes:
         found: What that is, in words.
         broken: Whether the device was made to fail.
+        truth: What they know of the wall.
     """
 
     def __init__(self, life):
         self.found = []
         self.broken = False
+        self.truth = Truth(self.find)
         self._life = life
-        self._movers = 0  # that have been asked for
-        self._moving = 0  # of these, without an answer
-        self._still = None  # where the walls are, while they have to stay there
-        self._moved_at = -CALM  # tick of the last motion
-        self._ticks = 0  # that have been run
         self._acknowledged = None  # ticks, level and movers of the last one that was saved
         self._closed_bags = set()
 
@@ -99,23 +83,23 @@ class Oracles:
         if 'defect' in message or ('device has stopped' in message and not self.broken):
             self.find(message)
         if 'its content is saved' in message and self._life.script.state:
-            self._acknowledged = self._ticks, None, None
+            self._acknowledged = self.truth.ticks, None, None
 
     # --- requests ------------------------------------------------------------------------
 
     def asked(self, process, what, future):
         """Watch a request."""
-        moves = isinstance(what, MOVERS) and not isinstance(what, Read)
-        self._movers += moves
-        self._moving += moves
-        ticket = Ticket(what, future, self._now, moves, self._movers)
+        moves = may_move(what)
+        self.truth.asked += moves
+        self.truth.waiting += moves
+        ticket = Ticket(what, future, self._now, moves, self.truth.asked)
         future.add_done_callback(lambda _: self._answered(process, ticket))
         return ticket
 
     def _answered(self, process, ticket):
         ticket_time = self._now - ticket.asked
         if ticket.moves:
-            self._moving -= 1
+            self.truth.waiting -= 1
         if ticket.future.cancelled():
             return
         error = ticket.future.exception()
@@ -124,7 +108,7 @@ class Oracles:
             self.find(f'{ticket} was answered with {told(error)}')
             return
         if ticket.moves and not isinstance(error, Refused):
-            self._unsettle(process.host.element)
+            self.truth.unsettle(process.host.element)
         if isinstance(ticket.what, tuple):
             self._served(ticket, error, ticket_time)
         elif error is None and isinstance(outcome := ticket.future.result(), Outcome):
@@ -144,55 +128,6 @@ class Oracles:
             level = outcome.reading.level if outcome.reading else None
             self._acknowledged = outcome.end_tick, level, ticket.number
 
-    # --- ticks ---------------------------------------------------------------------------
-
-    def ticked(self, element, events):
-        """Look at the true wall, in the loop's thread."""
-        self._ticks = element.ticks
-        if self._moving or not _quiet(element):
-            self._unsettle(element)
-        elif self._still is None:
-            if element.ticks - self._moved_at > CALM:
-                self._still = self._walls(element)
-        elif (seen := self._walls(element)) != self._still:
-            self.find(f'the wall moved by itself from {self._still} to {seen}')
-            self._still = seen
-        for event in events:
-            if isinstance(event, Outcome) and event.success and event.reading:
-                self._judge(element, event)
-
-    def _judge(self, element, outcome):
-        """Compare what a procedure says with the truth."""
-        calm = element.ticks - self._moved_at > CALM or outcome.procedure == 'write'
-        if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
-            truth = level_of(element.design, element.chain.configuration)
-            if truth != outcome.reading.level:
-                self.find(f'{outcome} while the wall is at {truth}')
-
-    def _unsettle(self, element):
-        self._still = None
-        if element is not None:
-            self._moved_at = element.ticks
-
-    def _walls(self, element):
-        found = walls(element.design, element.chain.configuration)
-        return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
-
-    def watch_refusals(self, element):
-        """See to it that a refused command leaves a device as it was."""
-        apply = element.apply
-
-        def watched(command):
-            before = _bits(element)
-            try:
-                apply(command)
-            except Refused:
-                if (after := _bits(element)) != before:
-                    self.find(f'{command} was refused and changed {before} to {after}')
-                raise
-
-        element.apply = watched
-
     # --- the life cycle ------------------------------------------------------------------
 
     def transited(self, process, name, before, refusal):
@@ -200,8 +135,8 @@ class Oracles:
         self._life.scheduler.note(('transition', name, before, process.node.state, refusal))
         element = process.host.element
         if refusal is None and name == 'configure':
-            self.watch_refusals(element)
-            self._unsettle(element)
+            self.truth.watch_refusals(element)
+            self.truth.unsettle(element)
         if refusal is None and name == 'deactivate':
             self._put_away(process, element)
         if refusal and process.node.state == before and self._healthy_disk():
@@ -248,7 +183,8 @@ class Oracles:
             disk.cut_power()
         else:
             disk.kill()
-        self._moving, self._still = 0, None
+        self.truth.waiting = 0
+        self.truth.unsettle(None)
         self._look_at_state()
         for finding in bags.findings(disk, self._closed_bags):
             self.find(finding)
@@ -265,7 +201,7 @@ class Oracles:
         if saved is None or saved['ticks'] < ticks:
             had = saved and saved['ticks']
             self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
-        elif level is not None and number == self._movers:
+        elif level is not None and number == self.truth.asked:
             element = small.restored(saved)
             truth = level_of(element.design, element.chain.configuration)
             if truth != level:
@@ -295,27 +231,6 @@ def told(error):
     return f'{error!r} at {places}'
 
 
-def _quiet(element):
-    """Return whether nothing is under way that may move a wall."""
-    return element.idle and _undisturbed(element)
-
-
-def _undisturbed(element):
-    """Return whether the device is healthy, its base still, its strain none."""
-    linkage = element.linkage.state
-    strains = (linkage.told, linkage.strain)
-    return small.healthy(element.faults) and element.base.still and not any(strains)
-
-
 def _sane(statistics):
     """Return whether a loop tells of its time what can be true."""
     return all(0.0 <= value < math.inf for value in vars(statistics).values())
-
-
-def _bits(element):
-    """Return what a command could change at once."""
-    actuator = element.actuator
-    return (
-        actuator.strain, actuator.elapsed, actuator.motion, element.procedure, element.reading,
-        element.calibration, element.faults, element.base.state, element.ticks,
-    )  # fmt: skip

@@ -1,0 +1,151 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One run of the program: a host, what drives it, and what clients ask of it."""
+
+from dataclasses import replace
+
+from mlmem_ros import threads
+from mlmem_ros.bag.definitions import jazzy
+from mlmem_ros.bag.qos import RELIABLE
+from mlmem_ros.host import Host, SessionPlan
+from mlmem_ros.physics import StateError
+
+from .node import Executor, Node
+from .script import SESSION
+
+LEVEL = '/mlmem/level', 'std_msgs/msg/Int16', RELIABLE
+FLAT_OUT = 2e-3
+"""Seconds that a look at the pacer's clock takes where no pace is kept: a tick has its time."""
+
+POLL = 0.02
+"""Seconds between two looks at a clock that has shown that it is not steady."""
+
+
+class Pacer:
+    """The clock of a simulation: it runs, stands still, and jumps.
+
+    Attributes:
+        slack: As that of ROS time.
+        hurried: Whether every look at it takes the time that a tick needs.
+    """
+
+    slack = 0.5
+
+    def __init__(self, scheduler):
+        self._scheduler = scheduler
+        self._ahead = 0.0
+        self._stopped_at = None
+        self._steady = True
+        self.hurried = False
+
+    def now(self):
+        if self.hurried:
+            self._scheduler.now += FLAT_OUT
+        present = threads.monotonic() if self._stopped_at is None else self._stopped_at
+        return present + self._ahead
+
+    def wait(self, changed, seconds):
+        changed.wait(seconds if self._steady else POLL)  # else who knows how fast it runs
+
+    def change(self, how):
+        """Jump by seconds, 'stop' or 'go' on."""
+        self._steady = False
+        if how == 'stop':
+            self._stopped_at = self._scheduler.now
+        elif how == 'go':
+            self._stopped_at = None
+        else:
+            self._ahead += how
+
+
+class Process:
+    """One run of the program: a host, its node and its executor, and what clients asked of it."""
+
+    def __init__(self, life):
+        self.life = life
+        self.oracles = life.oracles
+        self.pacer = Pacer(life.scheduler)
+        self.speed = 1.0
+        self.loop = None
+        self.host = Host(life.log, life.now_ns, failed=self._wake)
+        self.node = Node(self.host, self._activate, life.given)
+        callback_failed = life.oracles.callback_failed
+        self.executor = Executor(life.scheduler, self.host.tend, callback_failed)
+        self.tickets = []
+
+    def post(self, step):
+        """Have the executor do a step."""
+        self.executor.post(str(step.what), lambda: self._do(step))
+
+    def _wake(self):
+        self.executor.post('failure', self.node.mind_failure)
+
+    def _do(self, step):
+        host, given = self.host, step.given
+        match step.what:
+            case 'submit':
+                self._asked(given, host.submit(given))
+            case 'record':
+                self._asked(('record', given), host.record(self._plan() if given else None))
+            case 'pause':
+                self._asked(('pause', given), host.pause(given))
+            case 'step':
+                self._asked(('step', None), host.step())
+            case 'speed':
+                self.set_speed(given)
+            case 'break':
+                self._break(forever=given == 'for good')
+            case 'cancel':
+                if self.tickets:
+                    self.tickets[-1].future.cancel()
+            case transition:
+                before = self.node.state
+                refusal = self.node.transit(transition)
+                self.oracles.transited(self, transition, before, refusal)
+
+    def close(self):
+        """End it, as a signal does; to be called by the executor."""
+        element = self.host.element if self.host.loop else None
+        self.host.close()
+        self.oracles.closed(self, element)
+
+    def set_speed(self, speed):
+        self.speed = speed
+        self.pacer.hurried = not 0.0 < speed < 100.0
+        self.host.set_speed(speed)
+
+    def _break(self, forever):
+        element = self.host.element
+        if element is None:
+            return
+        advance = element.advance
+
+        def fails():
+            if not forever:
+                element.advance = advance
+            raise StateError('the chain stopped being finite, as it was told to')
+
+        self.oracles.broken = True
+        element.advance = fails
+
+    def _asked(self, what, future):
+        self.tickets.append(self.oracles.asked(self, what, future))
+
+    def _plan(self):
+        record = replace(self.life.given.record, path=SESSION)
+        return SessionPlan('/mlmem', record, (LEVEL,), {})
+
+    def _activate(self):
+        host = self.host
+        given = self.life.given
+        host.activate(given, self._plan(), self._after_ticks, self.pacer, self.speed)
+
+    def _after_ticks(self, events):
+        host = self.host
+        element = host.element
+        self.loop = host.loop or self.loop  # which the host lets go of before its last tick
+        self.oracles.truth.ticked(element, events)
+        if (recording := host.recording) is not None and element.ticks % 4 == 0:
+            level = element.reading.level if element.reading else -2
+            message = jazzy().message(LEVEL[1], data=level)
+            recording.put(LEVEL[0], jazzy().serialize(message))

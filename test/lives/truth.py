@@ -1,0 +1,112 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The true wall, which only the experimenter may look at: where it is, and what is said of it."""
+
+from mlmem_ros.device import Disturb, Outcome, Read, Refused, SetFaults, SetStrain
+from mlmem_ros.device.commands import FollowTrajectory, Procedures
+from mlmem_ros.physics import level_of, walls
+
+from . import element as small
+
+CALM = 20
+"""Ticks after which nothing moves any more of what was set going."""
+
+_MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
+
+
+def may_move(command):
+    """Return whether a wall may move where a command is accepted; by a read it may not."""
+    return isinstance(command, _MOVERS) and not isinstance(command, Read)
+
+
+class Truth:
+    """Watches the wall of a device, tick by tick.
+
+    Attributes:
+        asked: Commands that may move it that have been asked for.
+        waiting: Of these, those without an answer.
+        ticks: That the device has run.
+    """
+
+    def __init__(self, find):
+        """Know nothing yet.
+
+        Args:
+            find: Called with what is wrong.
+        """
+        self.asked = 0
+        self.waiting = 0
+        self.ticks = 0
+        self._find = find
+        self._still = None  # where the walls are, while they have to stay there
+        self._moved_at = -CALM  # tick of the last motion
+
+    def ticked(self, element, events):
+        """Look at the true wall, in the loop's thread."""
+        self.ticks = element.ticks
+        if self.waiting or not _quiet(element):
+            self.unsettle(element)
+        elif self._still is None:
+            if element.ticks - self._moved_at > CALM:
+                self._still = _walls(element)
+        elif (seen := _walls(element)) != self._still:
+            self._find(f'the wall moved by itself from {self._still} to {seen}')
+            self._still = seen
+        for event in events:
+            if isinstance(event, Outcome) and event.success and event.reading:
+                self._judge(element, event)
+
+    def _judge(self, element, outcome):
+        """Compare what a procedure says with the truth."""
+        calm = element.ticks - self._moved_at > CALM or outcome.procedure == 'write'
+        if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
+            truth = level_of(element.design, element.chain.configuration)
+            if truth != outcome.reading.level:
+                self._find(f'{outcome} while the wall is at {truth}')
+
+    def unsettle(self, element):
+        """Take it that the wall may be about to move; of an element that is gone, that it has."""
+        self._still = None
+        if element is not None:
+            self._moved_at = element.ticks
+
+    def watch_refusals(self, element):
+        """See to it that a refused command leaves a device as it was."""
+        apply = element.apply
+
+        def watched(command):
+            before = _bits(element)
+            try:
+                apply(command)
+            except Refused:
+                if (after := _bits(element)) != before:
+                    self._find(f'{command} was refused and changed {before} to {after}')
+                raise
+
+        element.apply = watched
+
+
+def _walls(element):
+    found = walls(element.design, element.chain.configuration)
+    return [(round(wall.position / element.design.J), wall.anti_kink) for wall in found]
+
+
+def _quiet(element):
+    """Return whether nothing is under way that may move a wall."""
+    return element.idle and _undisturbed(element)
+
+
+def _undisturbed(element):
+    """Return whether the device is healthy, its base still, its strain none."""
+    linkage = element.linkage.state
+    strains = (linkage.told, linkage.strain)
+    return small.healthy(element.faults) and element.base.still and not any(strains)
+
+
+def _bits(element):
+    """Return what a command could change at once."""
+    actuator = element.actuator
+    return (
+        actuator.strain, actuator.elapsed, actuator.motion, element.procedure, element.reading,
+        element.calibration, element.faults, element.base.state, element.ticks,
+    )  # fmt: skip
