@@ -170,6 +170,9 @@ def _steps(chance):
         case 'time':
             return [_time(chance, after)]
         case 'life':
+            if chance.random() < 0.2:  # an end while single ticks wait
+                held = Step(after, 'pause', True)
+                return [held, *[Step(0.0, 'step')] * 3, Step(0.0, 'deactivate')]
             if chance.random() < 0.5:  # what makes sense, in a row
                 rows = (('deactivate', 'activate'), ('deactivate', 'cleanup', 'configure'))
                 return [Step(after, name) for name in chance.choice(rows)]
