@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from io import BytesIO
 from typing import BinaryIO, TypeVar
 
+import zstandard
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
@@ -22,7 +23,7 @@ HEAD_SIZE = 9
 _HEAD = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')  # channel, sequence, log time, publish time
 _CHUNK_FIXED = 40  # bytes of a chunk besides the name of its compression and its data
-_LARGEST_CHUNK = 2**32  # bytes, uncompressed; more is damage
+_LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
 _COMPRESSIONS = {'', 'lz4', 'zstd'}
 # A chunk up to the length of its data. The lookahead lets the search find a chunk that begins
 # within bytes that merely look like one.
@@ -169,9 +170,16 @@ def unpack_chunk(content: memoryview) -> memoryview:
     if chunk.compression not in _COMPRESSIONS:
         raise DamageError(f'its compression {chunk.compression!r} is none of lz4 and zstd')
     if chunk.uncompressed_size > _LARGEST_CHUNK:
-        raise DamageError(f'it claims to hold {chunk.uncompressed_size} bytes')
+        size, most = chunk.uncompressed_size, _LARGEST_CHUNK
+        raise DamageError(f'it claims to hold {size} bytes; at most {most} are taken')
     try:
+        if chunk.compression == 'zstd':  # whose own claim is what would be allocated
+            claimed = zstandard.get_frame_parameters(chunk.data).content_size
+            if claimed not in (chunk.uncompressed_size, zstandard.CONTENTSIZE_UNKNOWN):
+                raise DamageError(f'its data claim to hold {claimed} bytes')
         stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+    except DamageError:
+        raise
     except Exception as error:  # the decompressors share no error
         raise DamageError(f'{error}') from error
     if size != chunk.uncompressed_size:

@@ -6,6 +6,7 @@ import struct
 from io import BytesIO
 
 import pytest
+import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Schema
 
@@ -83,8 +84,12 @@ def test_a_chunk_holds_what_it_says():
     ('changes', 'told'),
     [
         ({'compression': 'lzma'}, "its compression 'lzma' is none of lz4 and zstd"),
-        ({'uncompressed_size': 2**32 + 1}, 'it claims to hold 4294967297 bytes'),
-        ({'uncompressed_size': 2**32}, 'instead of 4294967296'),
+        ({'uncompressed_size': 2**27 + 1}, 'it claims to hold 134217729 bytes; at most 134217728'),
+        ({'uncompressed_size': 2**27}, 'instead of 134217728'),
+        (
+            {'compression': 'zstd', 'data': zstandard.compress(bytes(2**28))},
+            'its data claim to hold 268435456 bytes',
+        ),
         ({'uncompressed_size': 7}, 'bytes instead of 7'),
         ({'uncompressed_crc': 1}, 'crc'),
         ({'compression': 'zstd'}, 'zstd|frame|header'),
