@@ -5,8 +5,8 @@
 pytest_plugins = ['mlmem_ros.testing']
 
 def test_the_gait_is_remembered(replay_session):
-    session = replay_session('bags/gait_store')
-    session.assert_levels([3, 5])
+    session = replay_session('examples/gait_store/bag')
+    session.assert_levels([-1, 1, 1, 3, 3])
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from os import PathLike
 
 import pytest
 
-from .bag.replay import ReplayReport, replay
+from .bag.replay import replay
+from .bag.replay_report import ReplayReport
 from .bag.session_data import SessionData, load
 
 
@@ -48,13 +49,17 @@ class ReplayedSession:
         self.assert_agrees()
 
     def assert_agrees(self) -> None:
-        """Fail unless the replay gives what was recorded.
+        """Fail unless the replay gives what was recorded, all of it.
 
         That is every bit on the build that recorded, and every decoded level on another one.
         """
         report = self.report
-        assert report.levels_agree, f'levels {report.levels}, recorded {report.recorded_levels}'
-        assert report.passed, f'first difference: {report.difference}'
+        assert report.levels_agree, (
+            f'{report.verdict}: levels {report.levels}, recorded {report.recorded_levels}; '
+            f'procedures {report.endings}, recorded {report.recorded_endings}'
+        )
+        assert report.passed, f'{report.verdict}; first difference: {report.difference}'
+        assert report.whole, f'{report.verdict}: {"; ".join(report.lost)}'
 
 
 @pytest.fixture

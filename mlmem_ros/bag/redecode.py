@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..device import Calibration, Settings
+from ..device import BLANK, Calibration, Settings
 from ..device.echo import EchoDetector, pulse_duration
 from ..device.pulse import Pulse
 from ..device.reading import confidence
@@ -39,12 +39,12 @@ class Redecoded:
         """How much may be lost before the answer changes; see `device.reading.confidence`."""
         return confidence(self.level_margin, self.threshold_margin)
 
-    def agrees(self, recorded: int) -> bool:
-        """Whether it is the level that was decoded at the time (undecodable agrees with all).
+    def agrees(self, recorded: int | None) -> bool:
+        """Whether it is the level that was told at the time (undecodable, or none: with all).
 
         An echo alone does not tell the phases of the ends, which can make it undecodable.
         """
-        return recorded < -1 or self.level == recorded
+        return recorded is None or recorded < BLANK or self.level == recorded
 
 
 def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -> Redecoded:

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,13 +15,13 @@ from ..device import (
     DelayTable,
     Heard,
     MemoryElement,
-    Outcome,
     Refused,
     snapshot,
 )
 from ..physics import StateError
 from .errors import BagError
 from .records import StateHash, naming
+from .replay_report import Difference, ReplayReport, ending
 from .session import versions
 from .session_data import SessionData
 from .session_length import last_tick, longest_silence
@@ -36,63 +34,6 @@ MOST_TICKS = 10**9
 
 PROGRESS_EVERY = 500
 """Ticks between two calls of a progress callback."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """Where a replay leaves the recording.
-
-    Attributes:
-        tick: The first hashed tick whose state differs.
-        by: Greatest difference of a displacement there, in cells.
-    """
-
-    tick: int
-    by: float
-
-
-@dataclass
-class ReplayReport:
-    """How a replay went.
-
-    Attributes:
-        ticks: Ticks run.
-        commands: Commands applied.
-        refused: Commands the replay refused, with reasons.
-        hashes: State hashes compared.
-        difference: The first that differs, or None.
-        levels: Levels decoded by the replay, in order.
-        recorded_levels: Levels that were recorded.
-        echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
-        outcomes: How the procedures ended in the replay.
-        other_build: What differs in the versions that the bits may depend on.
-    """
-
-    ticks: int = 0
-    commands: int = 0
-    refused: list[str] = field(default_factory=list)
-    hashes: int = 0
-    difference: Difference | None = None
-    levels: list[int] = field(default_factory=list)
-    recorded_levels: list[int] = field(default_factory=list)
-    echo_difference: float = 0.0
-    outcomes: list[Outcome] = field(default_factory=list)
-    other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
-
-    @property
-    def levels_agree(self) -> bool:
-        """Whether every level that was recorded was decoded again."""
-        return self.levels[: len(self.recorded_levels)] == self.recorded_levels
-
-    @property
-    def exact(self) -> bool:
-        """Whether states, echoes and levels are the same to the bit."""
-        return self.difference is None and self.echo_difference == 0.0 and self.levels_agree
-
-    @property
-    def passed(self) -> bool:
-        """Whether all that is promised holds: the bits on the same build, else the levels."""
-        return self.levels_agree and (self.exact or bool(self.other_build))
 
 
 def element_of(session: SessionData) -> MemoryElement:
@@ -126,12 +67,13 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
     """
     element = element_of(session)
     assert session.header is not None
-    report = ReplayReport(other_build=_other_build(session.header.versions))
+    report = _report_of(session)
+    report.other_build = _other_build(session.header.versions)
     player = _Player(element, report, session)
     silence = longest_silence(session.header)
     player.play(session.stamped, last_tick(session, element.ticks, silence), progress)
     # A killed recorder leaves no hash at the end.
-    player.finish(heard=len(session.echoes), ticks=silence)
+    player.finish(session, ticks=silence)
     return report
 
 
@@ -146,12 +88,15 @@ def replay_commands(
         progress: Called now and then.
 
     Returns:
-        The report; there are no states to compare, but the levels where they were recorded.
+        The report; there are no states to compare, but levels and endings where they were
+        recorded.
 
     Raises:
         BagError: The stamps span more than a robot's life, or the material blows up.
     """
-    report = ReplayReport(refused=[f'{time:.3f} s: {why}' for time, why in session.refused])
+    report = _report_of(session)
+    report.foreign = True
+    report.refused = [f'{time:.3f} s: {why}' for time, why in session.refused]
     player = _Player(element, report, session)
     tick_seconds = element.tick * element.settings.scale.time
     first = element.ticks
@@ -175,7 +120,6 @@ class _Player:
         self._report = report
         self._echoes = session.echoes
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
-        report.recorded_levels = [echo.level for echo in session.echoes]
 
     def play(
         self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
@@ -192,14 +136,21 @@ class _Player:
             if progress and (tick + 1 == last or tick % PROGRESS_EVERY == 0):
                 progress(tick + 1 - first, last - first)
 
-    def finish(self, heard: float = math.inf, ticks: int = MOST_TICKS) -> None:
-        """Advance until the running procedure has ended, or so many echoes or ticks are over."""
+    def finish(self, session: SessionData | None = None, ticks: int = MOST_TICKS) -> None:
+        """Advance until the running procedure has ended.
+
+        Args:
+            session: Where all that it tells has been heard, do not go on.
+            ticks: Most ticks to go on for.
+        """
         last = self._element.ticks + ticks
-        while (
-            self._element.procedure
-            and len(self._report.levels) < heard
-            and self._element.ticks < last
-        ):
+        while self._element.procedure and self._element.ticks < last:
+            report = self._report
+            if session and (
+                len(report.levels) >= len(session.echoes)
+                and len(report.outcomes) >= len(session.outcomes)
+            ):
+                return
             self._tick()
 
     def _apply(self, given: Command) -> None:
@@ -231,16 +182,31 @@ class _Player:
             return
         recorded = self._echoes[index].v_c
         v_c = heard.echo.v_c.astype(np.float32)  # as it was published
-        same_length = len(v_c) == len(recorded)
-        difference = float(np.abs(v_c - recorded).max()) if same_length else math.inf
+        if len(v_c) != len(recorded):
+            self._report.other_echoes += 1
+            return
+        difference = float(np.abs(v_c - recorded).max())
+        self._report.equal_echoes += difference == 0.0
         self._report.echo_difference = max(self._report.echo_difference, difference)
 
     def _compare_state(self, recorded: StateHash) -> None:
         self._report.hashes += 1
-        differs = snapshot.digest(self._element) != recorded.hash
-        if differs and self._report.difference is None:
-            by = float(np.abs(self._element.chain.v - recorded.v).max())
+        if snapshot.digest(self._element) == recorded.hash:
+            self._report.equal_hashes += 1
+            return
+        by = float(np.abs(self._element.chain.v - recorded.v).max())
+        self._report.state_difference = max(self._report.state_difference, by)
+        if self._report.difference is None:
             self._report.difference = Difference(self._element.ticks, by)
+
+
+def _report_of(session: SessionData) -> ReplayReport:
+    """Return a report of nothing yet, with what was recorded and what is missing."""
+    return ReplayReport(
+        recorded_levels=[echo.level for echo in session.echoes],
+        recorded_endings=[ending(values) for _, values in session.outcomes],
+        lost=session.lost,
+    )
 
 
 def _other_build(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:

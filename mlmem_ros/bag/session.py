@@ -33,6 +33,9 @@ COMMAND = 'session/command'
 STATE_HASH = 'session/state_hash'
 """Topic of hashes of the material's state, each with its tick; the last one ends the session."""
 
+DROPPED = 'session/dropped'
+"""Topic of the running count of messages that found no room in the recording."""
+
 STRING = 'std_msgs/msg/String'
 
 PACKAGES = ('mcap', 'rosbags', 'rclpy')

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -21,7 +21,7 @@ from .command_topics import COMMAND_TOPICS, Make
 from .errors import BagError
 from .reader import BagReader
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
-from .session import COMMAND, HEADER, STATE_HASH, STRING
+from .session import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
 
 Array = NDArray[np.float64]
 
@@ -37,14 +37,14 @@ class RecordedEcho:
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
-        level: The level decoded from it at the time.
+        level: The level that was told next to it, or None where none was.
     """
 
     time: float
     t: Array
     v_m: Array
     v_c: Array
-    level: int
+    level: int | None
 
 
 @dataclass
@@ -65,6 +65,8 @@ class SessionData:
         end_displacement: Substrate end displacement in metres.
         echoes: Every probe, in order.
         outcomes: How every procedure ended: seconds, and its keys and values.
+        lost: What was recorded and cannot be read, or found no room in the recording: a line
+            each.
     """
 
     node: str
@@ -80,6 +82,7 @@ class SessionData:
     end_displacement: list[float] = field(default_factory=list)
     echoes: list[RecordedEcho] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
+    lost: list[str] = field(default_factory=list)
 
     @property
     def design(self) -> Design:
@@ -145,6 +148,7 @@ def load(
             if message.type != kind:
                 raise BagError(f'the type must be {kind}; got {clipped(message.type)}')
             handler(seconds, reader.deserialize(message))
+    session.lost = [*_lost(reader, node), *collector.dropped()]
     return session
 
 
@@ -158,7 +162,8 @@ class _Collector:
     def __init__(self, session: SessionData, scale: ScaleSettings) -> None:
         self._session = session
         self._scale = scale
-        self._waiting: NDArray[np.float64] | None = None
+        self._untold = False  # whether the level of the last echo may yet come
+        self._dropped = 0
 
     def handlers(self) -> dict[str, tuple[str, Handler]]:
         """Return, for every topic below the node's name, its type and what takes its messages."""
@@ -171,11 +176,17 @@ class _Collector:
             'echo': (FLOATS, self._echo),
             'level': ('std_msgs/msg/Int16', self._level),
             'outcome': ('diagnostic_msgs/msg/DiagnosticStatus', self._outcome),
+            DROPPED: ('std_msgs/msg/UInt64', self._count_dropped),
             **{
                 topic: (kind, self._command(make))
                 for topic, (kind, make) in COMMAND_TOPICS.items()
             },
         }
+
+    def dropped(self) -> list[str]:
+        """Return what the recorder itself says is missing, in at most one line."""
+        lost = f'{self._dropped} messages found no room in the recording'
+        return [lost] if self._dropped else []
 
     def _header(self, _: float, message: Any) -> None:
         self._session.header = self._session.header or read_header(message.data)
@@ -200,24 +211,30 @@ class _Collector:
         self._session.strain_time.append(seconds)
         self._session.end_displacement.append(float(message.position[0]))
 
-    def _echo(self, _: float, message: Any) -> None:
+    def _echo(self, seconds: float, message: Any) -> None:
         data = np.asarray(message.data, dtype=np.float64)
         if len(data) < 6 or len(data) % 3 or not np.isfinite(data).all():
             raise BagError(f'data must be 3 rows of 2 or more finite numbers; got {clipped(data)}')
         t = data[: len(data) // 3]
         if not 0.0 < t[0] < t[1] or not (np.diff(t) >= 0.0).all():
             raise BagError(f'the times of the samples must increase from 0; got {clipped(t)}')
-        self._waiting = data.reshape(3, -1)
+        t, v_m, v_c = data.reshape(3, -1)
+        self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
+        self._untold = True
 
-    def _level(self, seconds: float, message: Any) -> None:
-        if self._waiting is not None:
-            t, v_m, v_c = self._waiting
-            self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, int(message.data)))
-            self._waiting = None
+    def _level(self, _: float, message: Any) -> None:
+        echoes = self._session.echoes
+        if self._untold:
+            echoes[-1] = replace(echoes[-1], level=int(message.data))
+            self._untold = False
 
     def _outcome(self, seconds: float, message: Any) -> None:
         values = {item.key: item.value for item in message.values}
         self._session.outcomes.append((seconds, values))
+        self._untold = False
+
+    def _count_dropped(self, _: float, message: Any) -> None:
+        self._dropped = max(self._dropped, int(message.data))
 
     def _command(self, make: Make) -> Handler:
         def take(seconds: float, message: Any) -> None:
@@ -229,6 +246,19 @@ class _Collector:
                 self._session.refused.append((seconds, str(refusal)))
 
         return take
+
+
+def _lost(reader: BagReader, node: str) -> Iterator[str]:
+    """Yield what of a node cannot be read: stretches of files, and messages that are counted."""
+    yield from map(str, reader.losses)
+    missing = []
+    for topic in reader.metadata.topics if reader.metadata else ():
+        read = reader.topics[topic.name].message_count if topic.name in reader.topics else 0
+        if topic.name.startswith(f'{node}/') and read < topic.message_count:
+            name = topic.name.removeprefix(node)
+            missing.append(f'~{name} {topic.message_count - read} of {topic.message_count}')
+    if missing:
+        yield f'messages that metadata.yaml counts: {", ".join(missing)}'
 
 
 def _only_node(reader: BagReader) -> str:

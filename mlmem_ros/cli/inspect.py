@@ -194,7 +194,7 @@ def _list_echoes(console: Console, session: SessionData) -> bool:
         table.add_row(
             f'{echo.time:.3f} s',
             again.end,
-            _level(echo.level),
+            'not told' if echo.level is None else _level(echo.level),
             Text(_level(again.level), 'green' if right else 'red'),
             'none' if again.delay is None else f'{again.delay:.2f}',
             f'{again.level_margin:.2f}',

@@ -3,22 +3,27 @@
 """`mlmem replay`: run a session's commands again and compare with what was recorded.
 
 Without ROS and as fast as it can, through a device of its own; with --ros, into a running node
-at the recorded pace. Exit status 0: everything agrees (to the bit on the build that recorded,
-else in every decoded level); 1: it does not; 2: the bag cannot be replayed.
+at the recorded pace. Exit status 0: nothing of the recording is missing and everything agrees
+(to the bit on the build that recorded, else in every level and but for rounding; from a node, in
+how every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
+replayed.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..clipped import printable
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
-    from ..bag.replay import Progress, ReplayReport
+    from ..bag.replay import Progress
+    from ..bag.replay_report import ReplayReport
+    from ..ros.play import Played
 
 SUMMARY = 'run a recorded session again and compare, without ROS or into a running node'
 
@@ -31,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--preset', default='case_2', help='design for a bag that another recorder wrote'
     )
     parser.add_argument('--ros', metavar='NAME', help='play into the running node of this name')
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -58,67 +64,100 @@ def _through_device(arguments: argparse.Namespace) -> int:
             report = replay(session, progress)
         else:
             report = replay_commands(new_element(preset(arguments.preset)), session, progress)
-    for line in describe(report):
-        print(printable(line))
-    return 0 if report.passed else 1
+    if arguments.json:
+        print_json(report.as_dict())
+    else:
+        _print(describe(report))
+    return 0 if report.passed and report.whole else 1
 
 
 def _into_node(arguments: argparse.Namespace) -> int:
     from ..bag.session_data import load
-    from ..ros.errors import NoAnswer
+    from ..ros.errors import RequestError
     from ..ros.play import play
     from .console import complain
 
     session = load(arguments.bag, arguments.node)
-    recorded = [echo.level for echo in session.echoes]
     try:
         with _progress() as progress:
-            heard = play(session, arguments.ros, progress)
-    except NoAnswer as error:
+            played = play(session, arguments.ros, progress)
+    except RequestError as error:
         complain('replay', error)
         return 2
-    agree = heard[: len(recorded)] == recorded
-    print(f'levels recorded {recorded}')
-    print(f'levels heard    {heard}')
-    print('the levels agree' if agree else 'THE LEVELS DIFFER')
-    return 0 if agree else 1
+    if arguments.json:
+        print_json(played.as_dict())
+    else:
+        _print(describe_played(played))
+    return 0 if played.passed else 1
 
 
 def describe(report: ReplayReport) -> list[str]:
-    """Return a report as lines."""
-    lines = [
-        f'replayed {report.ticks} ticks, {report.commands} commands, '
-        f'{len(report.outcomes)} procedures'
-    ]
-    lines += [f'refused at {refusal}' for refusal in report.refused]
+    """Return a report as lines: what was run, what was compared, what is missing, the verdict."""
+    lines = [f'replayed    {report.ticks} ticks, {report.commands} commands']
+    lines += [f'refused     at {refusal}' for refusal in report.refused]
+    lines += [f'lost        {loss}' for loss in report.lost]
     for name, (then, here) in report.other_build.items():
-        lines.append(f'another build: {name} was {then}, is {here}')
+        lines.append(f'build       {name} was {then}, is {here}')
     if report.hashes:
-        same = 'all equal' if report.difference is None else 'NOT all equal'
-        lines.append(f'state hashes  {report.hashes} compared, {same}')
-    if report.difference is not None:
-        lines.append(
-            f'first difference at tick {report.difference.tick}: {report.difference.by:.3g} cells'
-        )
-    if report.recorded_levels:
-        lines.append(
-            f'echoes        {len(report.recorded_levels)} recorded, '
-            f'greatest difference {report.echo_difference:.3g} cells'
-        )
-        lines.append(f'levels        {report.levels}')
-    if not report.levels_agree:
-        lines.append(f'recorded were {report.recorded_levels}')
-    if report.exact:
-        verdict = 'exact: the same bits' if report.hashes else 'the levels agree'
-    else:
-        verdict = 'the levels agree' if report.levels_agree else 'THE LEVELS DIFFER'
-    return [*lines, verdict if report.passed else f'{verdict}; the replay FAILED']
+        line = f'states      {report.equal_hashes} of {report.hashes} equal'
+        if report.difference is not None:
+            line += (
+                f'; first difference at tick {report.difference.tick}, '
+                f'{report.difference.by:.3g} cells, greatest {report.state_difference:.3g}'
+            )
+        lines.append(line)
+    if echoes := len(report.recorded_levels):
+        line = f'echoes      {report.equal_echoes} of {echoes} equal'
+        if report.equal_echoes < echoes:
+            line += f', greatest difference {report.echo_difference:.3g} cells'
+        if report.other_echoes:
+            line += f', {report.other_echoes} of another number of samples'
+        if silent := echoes - min(echoes, len(report.levels)):
+            line += f', {silent} not heard again'
+        lines.append(line)
+    lines += _compared('levels', report.recorded_levels, report.levels)
+    lines += _compared('procedures', report.recorded_endings, report.endings)
+    return [*lines, report.verdict]
+
+
+def describe_played(played: Played) -> list[str]:
+    """Return as lines how a session went in a running node."""
+    return [
+        *(f'lost        {loss}' for loss in played.lost),
+        *_compared('procedures', played.recorded, played.heard),
+        *(f'beforehand  {hint}' for hint in played.hints),
+        played.verdict,
+    ]
+
+
+def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
+    """Return in a line how many agree, with the first that does not in a second one."""
+    from ..bag.replay_report import agreeing, told
+
+    if not told(recorded):
+        return [f'{what:<12}none recorded; here {", ".join(map(str, found)) or "none"}']
+    line = f'{what:<12}{agreeing(recorded, found)} of {told(recorded)} agree'
+    if len(found) > len(recorded):
+        line += f', {len(found) - len(recorded)} more than recorded'
+    lines = [f'{line}: {", ".join(map(str, found))}' if found else line]
+    for number, then in enumerate(recorded):
+        now = found[number] if number < len(found) else 'nothing'
+        if then not in (None, now):
+            return [*lines, f'            number {number + 1} was {then}, is {now}']
+    return lines
+
+
+def _print(lines: Sequence[str]) -> None:
+    for line in lines:
+        print(printable(line))
 
 
 @contextmanager
 def _progress() -> Iterator[Progress]:
+    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    with Progress(TextColumn('replaying'), BarColumn(), TimeRemainingColumn()) as bar:
+    columns = TextColumn('replaying'), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task('replaying', total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -20,9 +20,6 @@ from ..device.loop import Stamped
 from .journal import Journal
 from .settings import RecordSettings
 
-DROPPED = 'session/dropped'
-"""Topic, below the node's name, of the count of messages that found no room in the queue."""
-
 LATCHED = QosProfile(reliability='reliable', durability='transient_local')
 
 
@@ -83,7 +80,7 @@ class Recording:
         for topic in (self._names.command, self._names.state_hash):
             writer.add_topic(topic, session.STRING, (RELIABLE,))
         self._recorder = Recorder(
-            writer, dropped_topic=f'{plan.node}/{DROPPED}', on_error=self._tell
+            writer, dropped_topic=f'{plan.node}/{session.DROPPED}', on_error=self._tell
         )
         journal.info(f'recording a session into {writer.path}')
 

@@ -5,31 +5,37 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Empty, Float64, Int16, UInt8
+from std_msgs.msg import Empty, Float64, UInt8
 
+from ..bag.replay import element_of
+from ..bag.replay_report import agreeing, ending
 from ..bag.session_data import SessionData
 from ..device import (
+    BLANK,
     Abort,
     Calibrate,
     Command,
     Disturb,
     Erase,
     FollowTrajectory,
+    Outcome,
     Read,
     SelfTest,
     SetFaults,
     SetStrain,
     Settings,
     Write,
+    describe_level,
 )
 from ..device.settings import ScaleSettings
 from .client import MemoryClient
+from .errors import RequestFailed, RequestRefused
 from .qos import LATCHED, RELIABLE
 from .reply import Reply
 from .standalone import POLL, standalone, wait_until
@@ -46,8 +52,49 @@ PATIENCE = 120.0
 """Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
 
 
-def play(session: SessionData, name: str, progress: Progress) -> list[int]:
-    """Send the commands of a session to a node and listen to the levels it decodes.
+@dataclass(frozen=True)
+class Played:
+    """How a session went in a running node.
+
+    Attributes:
+        heard: How the node's procedures ended; see `ending`.
+        recorded: How they ended when they were recorded.
+        lost: What is missing of the recording, a line each.
+        hints: What was otherwise before the first command, a line each.
+    """
+
+    heard: list[str]
+    recorded: list[str]
+    lost: list[str]
+    hints: list[str]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every procedure that was recorded ended as then, and none is missing."""
+        agree = agreeing(self.recorded, self.heard) == len(self.recorded)
+        return bool(self.recorded) and agree and not self.lost
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence: in capitals what keeps it from being yes."""
+        if not self.recorded:
+            return 'NOTHING TO COMPARE: the bag tells on ~/outcome of no procedure that ended'
+        if agreeing(self.recorded, self.heard) < len(self.recorded):
+            why = '; see what was otherwise beforehand' if self.hints else ''
+            return f'THE LEVELS DIFFER from those that were recorded{why}'
+        agree = 'every procedure ended as it was recorded'
+        lost = 'NOT WHOLE: part of the recording is lost; in what is left, '
+        return f'{lost}{agree}' if self.lost else agree
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a program: plain values alone."""
+        return {'verdict': self.verdict, 'passed': self.passed, **asdict(self)}
+
+
+def play(session: SessionData, name: str, progress: Progress) -> Played:
+    """Send the commands of a session to a node and listen to how its procedures end.
+
+    The node is read first, for what it holds is what it plays from.
 
     Args:
         session: The recorded session; its stamped commands are sent, or where there are none
@@ -56,32 +103,31 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
         progress: Called with milliseconds done and to do.
 
     Returns:
-        The levels heard, in order.
+        What was heard, beside what was recorded.
 
     Raises:
-        NoAnswer: There is no such node, or the levels did not come.
+        RequestError: There is no such node, it is busy, or a procedure did not end.
     """
     schedule = _schedule(session)
-    heard: list[int] = []
-    ended: list[DiagnosticStatus] = []
+    heard: list[str] = []
     begun = 0
 
+    def listen(status: DiagnosticStatus) -> None:
+        heard.append(ending({item.key: item.value for item in status.values}))
+
     def all_ended() -> None:
-        wait_until(lambda: len(ended) >= begun, f'the end of a procedure of {name}', PATIENCE)
+        wait_until(lambda: len(heard) >= begun, f'the end of a procedure of {name}', PATIENCE)
 
     with standalone(name) as client:
         client.ready().wait()
         settings = session.settings if session.header else Settings()
         send = _sender(client, settings.scale)
         client.node.create_subscription(
-            Int16, f'{client.name}/level', lambda message: heard.append(message.data), LATCHED
+            DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
         )
-        client.node.create_subscription(
-            DiagnosticStatus, f'{client.name}/outcome', ended.append, LATCHED
-        )
+        hints = [*_otherwise(session, client), *_other_content(session, client)]
         time.sleep(1.0)  # what is latched from before is none of ours
         heard.clear()
-        ended.clear()
         start = time.monotonic()
         for due, command in schedule:
             while (left := due - (time.monotonic() - start)) > 0.0:
@@ -92,8 +138,55 @@ def play(session: SessionData, name: str, progress: Progress) -> list[int]:
             send(command)
             begun += not isinstance(command, NO_END)
         all_ended()
-        time.sleep(0.2)  # the last level may come behind its outcome
-    return heard
+    recorded = [ending(values) for _, values in session.outcomes]
+    return Played(heard, recorded, session.lost, hints)
+
+
+def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
+    """Yield which of the node's settings are not those of a session."""
+    if session.header is None:
+        return
+    groups = {'design': asdict(session.design), **session.settings.as_dict()}
+    recorded = {
+        f'{group}.{name}': value
+        for group, values in groups.items()
+        for name, value in values.items()
+    }
+    try:
+        present = client.parameters(*recorded).wait()
+    except RequestRefused:  # a node of another version, whose parameters have other names
+        return
+    for name, value in recorded.items():
+        if present[name] != value:
+            yield f'{name} of {client.name} is {present[name]}; when it was recorded, {value}'
+
+
+def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
+    """Yield what the node holds, where the session began with another content."""
+    try:
+        present = describe_level(client.read().wait().level)
+    except RequestRefused:
+        raise
+    except RequestFailed as error:  # it was read, but could not be decoded
+        present = str(error)
+    recorded = _content_before(session)
+    if present != recorded:
+        yield (
+            f'{client.name} held another content: {present}; when it was recorded, {recorded}. '
+            f'Bring it there first, such as by mlmem erase or mlmem write'
+        )
+
+
+def _content_before(session: SessionData) -> str:
+    """Return what a read tells of the state in which a session began."""
+    if session.header is None:
+        return describe_level(BLANK)  # as `replay_commands` takes it
+    element = element_of(session)
+    element.apply(Read())
+    while not (ended := [event for event in element.advance() if isinstance(event, Outcome)]):
+        pass
+    (outcome,) = ended
+    return outcome.error or describe_level(outcome.reading.level if outcome.reading else BLANK)
 
 
 def _schedule(session: SessionData) -> list[tuple[float, Command]]:

@@ -6,9 +6,18 @@ import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from robot import BLANK, Robot
+
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.cli.replay import describe_played
+from mlmem_ros.device import Read
+from mlmem_ros.ros.play import play
+
+LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
 MLMEM = [sys.executable, '-m', 'mlmem_ros.cli.main']
 
@@ -44,6 +53,30 @@ def test_write_read_erase(memory, robot):
     assert (erased.returncode, erased.stderr) == (0, '')
     assert erased.stdout.startswith('blank')
     robot.latest('level', lambda level: level.data == BLANK)
+
+
+def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
+    """A session that read a blank element ten times slower, into one that holds a level."""
+    session = load(LIFE)
+    session.stamped = [(0, Read())]
+    session.outcomes = [(0.1, {'procedure': 'read', 'level': '-1'})]
+    assert robot.write(0).success
+    played = play(session, memory.element, lambda done, total: None)
+    assert (played.recorded, played.heard) == (['read blank'], ['read 0'])
+    assert not played.passed
+    told = '\n'.join(describe_played(played))
+    assert 'procedures  0 of 1 agree: read 0' in told
+    assert f'{memory.element} held another content: level 0; when it was recorded, blank' in told
+    assert f'scale.time of {memory.element} is 1e-05; when it was recorded, 0.0001' in told
+    assert 'THE LEVELS DIFFER' in told
+    assert 'see what was otherwise beforehand' in told
+
+    assert robot.trigger('erase').success
+    played = play(session, memory.element, lambda done, total: None)
+    assert played.passed
+    assert 'content' not in '\n'.join(played.hints)
+    session.lost = ['a chunk']
+    assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
 
 
 def test_self_test(memory):

@@ -124,7 +124,7 @@ def test_faults_and_disturbances_are_played_into_a_node(robot):
         (0.3, Read()),
     ]
     session = SessionData(robot.element, 0, None, commands=told)
-    assert play(session, robot.element, lambda done, total: None) == [1]
+    assert play(session, robot.element, lambda done, total: None).heard == ['read 1']
     assert robot.get('faults.sensor_noise') == 0.0
 
 

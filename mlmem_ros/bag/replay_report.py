@@ -1,0 +1,207 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a replay compared, how much of it agrees, what was missing, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..device import BLANK, UNDECODABLE, Outcome
+
+ROUNDING = 1e-6
+"""Greatest difference, in cells, that another build's rounding can make.
+
+Every displacement of every tick rounded anew, by four times what a processor rounds, moves the
+recorded lives by less than 1e-12 cells: they forget. What differs by more differs otherwise.
+"""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Where a replay leaves the recording.
+
+    Attributes:
+        tick: The first hashed tick whose state differs.
+        by: Greatest difference of a displacement there, in cells.
+    """
+
+    tick: int
+    by: float
+
+
+@dataclass
+class ReplayReport:
+    """How a replay went.
+
+    Attributes:
+        ticks: Ticks run.
+        commands: Commands applied.
+        refused: Commands the replay refused, with reasons.
+        hashes: State hashes compared.
+        equal_hashes: Those that are equal.
+        difference: The first that differs, or None.
+        state_difference: Greatest difference of a displacement at any of them, in cells.
+        levels: Levels decoded by the replay, in order.
+        recorded_levels: Levels that were recorded, by echo; None where none was told.
+        equal_echoes: Recorded echoes that the replay heard with the same bits.
+        echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
+        other_echoes: Recorded echoes of another number of samples than the replayed ones.
+        outcomes: How the procedures ended in the replay.
+        recorded_endings: How they ended when they were recorded; see `ending`.
+        lost: What is missing of the recording, a line each.
+        foreign: Whether another recorder wrote the bag: it promises levels, no bits.
+        other_build: What differs in the versions that the bits may depend on.
+    """
+
+    ticks: int = 0
+    commands: int = 0
+    refused: list[str] = field(default_factory=list)
+    hashes: int = 0
+    equal_hashes: int = 0
+    difference: Difference | None = None
+    state_difference: float = 0.0
+    levels: list[int] = field(default_factory=list)
+    recorded_levels: Sequence[int | None] = ()
+    equal_echoes: int = 0
+    echo_difference: float = 0.0
+    other_echoes: int = 0
+    outcomes: list[Outcome] = field(default_factory=list)
+    recorded_endings: Sequence[str] = ()
+    lost: Sequence[str] = ()
+    foreign: bool = False
+    other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
+
+    @property
+    def endings(self) -> list[str]:
+        """How the procedures ended in the replay, as `recorded_endings`."""
+        return [ending(outcome.as_dict()) for outcome in self.outcomes]
+
+    @property
+    def compared(self) -> bool:
+        """Whether there was anything to compare with."""
+        return bool(self.hashes or told(self.recorded_levels) or self.recorded_endings)
+
+    @property
+    def levels_agree(self) -> bool:
+        """Whether every level that was recorded was decoded again, and every ending come to."""
+        return all(
+            agreeing(then, now) == told(then)
+            for then, now in (
+                (self.recorded_levels, self.levels),
+                (self.recorded_endings, self.endings),
+            )
+        )
+
+    @property
+    def exact(self) -> bool:
+        """Whether states, echoes and levels are, where they were recorded, the same to the bit."""
+        return (
+            self.difference is None
+            and self.echo_difference == 0.0
+            and not self.other_echoes
+            and self.levels_agree
+        )
+
+    @property
+    def rounded(self) -> bool:
+        """Whether states and echoes differ by no more than another build's rounding."""
+        difference = max(self.state_difference, self.echo_difference)
+        return difference <= ROUNDING and not self.other_echoes
+
+    @property
+    def passed(self) -> bool:
+        """Whether there was something to compare, and all of it agrees as is promised.
+
+        The levels in any case; of a session, every bit on the build that recorded it, and
+        nothing beyond rounding on another one.
+        """
+        if not self.compared or not self.levels_agree:
+            return False
+        close = self.exact or (bool(self.other_build) and self.rounded)
+        return self.foreign or (close and not self.refused)
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing that was recorded is missing."""
+        return not self.lost
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence: in capitals what keeps it from being yes."""
+        if not self.compared:
+            return (
+                'NOTHING TO COMPARE: the bag tells neither ~/outcome, nor ~/echo and ~/level, '
+                'nor states of a session'
+            )
+        if not self.levels_agree:
+            return 'THE LEVELS DIFFER from those that were recorded'
+        if not self.passed:
+            return f'THE BITS DIFFER{self._beyond}; all levels agree'
+        agree = 'the levels agree'
+        if not self.foreign:
+            other = (
+                f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
+            )
+            agree = 'exact: the same bits' if self.exact else other
+        lost = '' if self.whole else 'NOT WHOLE: part of the recording is lost; in what is left, '
+        return lost + agree
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the report for a program: plain values alone."""
+        return {
+            'verdict': self.verdict,
+            'passed': self.passed,
+            'whole': self.whole,
+            'exact': self.exact,
+            'foreign': self.foreign,
+            'lost': list(self.lost),
+            'ticks': self.ticks,
+            'commands': self.commands,
+            'refused': self.refused,
+            'states': {
+                'recorded': self.hashes, 'equal': self.equal_hashes,
+                'greatest_difference': self.state_difference,
+                'first_difference': self.difference and self.difference.tick,
+            },
+            'echoes': {
+                'recorded': len(self.recorded_levels), 'equal': self.equal_echoes,
+                'greatest_difference': self.echo_difference, 'other_length': self.other_echoes,
+            },
+            'levels': {'recorded': list(self.recorded_levels), 'replayed': self.levels},
+            'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
+            'other_build': {name: list(pair) for name, pair in self.other_build.items()},
+        }  # fmt: skip
+
+    @property
+    def _beyond(self) -> str:
+        if self.refused:
+            return ', commands that took effect are refused'
+        if self.rounded:
+            return ''
+        return ' by more than any rounding: design, settings or commands are not those recorded'
+
+
+def ending(values: Mapping[str, Any]) -> str:
+    """Return in words how a procedure ended, from what its outcome or `~/outcome` says.
+
+    Such as `write 3`, `erase blank` or `write failed`: the same words say the same.
+    """
+    procedure = str(values.get('procedure', 'a procedure'))
+    if 'error' in values:
+        return f'{procedure} failed'
+    level = str(values.get('level', ''))
+    said = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}.get(level, level)
+    return f'{procedure} {said}'.rstrip()
+
+
+def told(recorded: Sequence[object]) -> int:
+    """Return how many there are to compare with: those that are not None."""
+    return len(recorded) - list(recorded).count(None)
+
+
+def agreeing(recorded: Sequence[object], found: Sequence[object]) -> int:
+    """Return how many of what was recorded was found again, in order."""
+    pairs = zip(recorded, found, strict=False)
+    return sum(then is not None and then == now for then, now in pairs)

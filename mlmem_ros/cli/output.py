@@ -1,0 +1,43 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The option `--json`: the result of a sub-command for a program to read."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the option to a sub-command."""
+    parser.add_argument(
+        '--json', action='store_true', help='print the result as one JSON object, and nothing else'
+    )
+
+
+def print_json(result: Any) -> None:
+    """Print a result as one JSON object.
+
+    Args:
+        result: Of mappings, sequences, dataclasses, arrays and plain values; what else it
+            holds is told as text. JSON has no infinity and no NaN: these are null.
+    """
+    print(json.dumps(_plain(result), indent=2))
+
+
+def _plain(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if hasattr(value, 'tolist'):  # of numpy
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

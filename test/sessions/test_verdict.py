@@ -1,0 +1,218 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A replay says what it compared, how much, what was missing; it ends with 0 on a yes alone."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mlmem_ros.bag.definitions import jazzy
+from mlmem_ros.bag.replay import ReplayReport
+from mlmem_ros.bag.replay_report import Difference
+from mlmem_ros.bag.session_data import load
+from mlmem_ros.cli.main import main
+
+from .tampering import Tampered, string
+from .test_replay import JAZZY, WRITE_LEVEL_1_THEN_PROBE, foreign_bag
+
+pytest_plugins = ['mlmem_ros.testing']
+
+ROOT = Path(__file__).parent.parent.parent
+SESSION = ROOT / 'test' / 'data' / 'aborted_write'
+
+
+@pytest.fixture(scope='module')
+def session():
+    return Tampered.read(SESSION)
+
+
+def with_header(session, path, **values):
+    """Write a session whose header says other things: `settings__probe__sigma=9.0`."""
+    made = session.copy()
+    for index, message in enumerate(made.messages):
+        if message.topic == '/mlmem/session':
+            header = json.loads(jazzy().deserialize(message.cdr, message.type).data)
+            for names, value in values.items():
+                *groups, name = names.split('__')
+                group = header
+                for each in groups:
+                    group = group[each]
+                group[name] = value
+            made.messages[index] = message._replace(cdr=string(json.dumps(header)))
+    made.write(path)
+    return path
+
+
+def replayed(capsys, *arguments):
+    """Return the exit status of `mlmem replay` and its output, less the progress."""
+    capsys.readouterr()
+    status = main(['replay', *map(str, arguments)])
+    told = capsys.readouterr()
+    return status, told.out if status < 2 else told.err
+
+
+def test_it_says_what_was_compared(capsys):
+    status, told = replayed(capsys, SESSION)
+    assert status == 0
+    assert re.sub(' +', ' ', told).splitlines() == [
+        'replayed 668 ticks, 4 commands',
+        'states 2 of 2 equal',
+        'echoes 4 of 4 equal',
+        'levels 4 of 4 agree: -1, 1, 1, 1',
+        'procedures 4 of 4 agree: write failed, abort, write 1, read 1',
+        'exact: the same bits',
+    ]
+
+
+def test_the_report_as_json(capsys):
+    status, told = replayed(capsys, SESSION, '--json')
+    report = json.loads(told)
+    assert status == 0
+    assert report['verdict'] == 'exact: the same bits'
+    assert (report['states']['recorded'], report['states']['equal']) == (2, 2)
+    assert report['procedures']['replayed'] == ['write failed', 'abort', 'write 1', 'read 1']
+
+
+def test_a_bag_cut_to_two_thirds_is_told_to_be_cut(tmp_path, capsys, replay_session):
+    shutil.copytree(SESSION, tmp_path / 'bag')
+    (file,) = (tmp_path / 'bag').glob('*.mcap')
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) * 2 // 3])
+    status, told = replayed(capsys, tmp_path / 'bag')
+    assert status == 1
+    assert 'bytes lost' in told
+    assert re.search(r'messages that metadata.yaml counts: .*~/outcome 2 of 4', told)
+    assert 'NOT WHOLE: part of the recording is lost; in what is left, exact' in told
+    with pytest.raises(AssertionError, match='NOT WHOLE'):
+        replay_session(tmp_path / 'bag').assert_agrees()
+
+
+def test_messages_that_found_no_room_are_missing(session, tmp_path, capsys):
+    """The recorder counts them on a topic of its own."""
+    made = Tampered.read(SESSION)
+    kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
+    last = made.messages[-1]
+    cdr = jazzy().serialize(jazzy().message(kind, data=7))
+    made.messages.append(last._replace(topic=topic, type=kind, cdr=cdr))
+    made.topics[topic] = type(next(iter(made.topics.values())))(topic, kind)
+    made.definitions[topic] = jazzy().definition(kind)
+    made.write(tmp_path / 'bag')
+    status, told = replayed(capsys, tmp_path / 'bag')
+    assert status == 1
+    assert '7 messages found no room in the recording' in told
+
+
+def test_a_bag_with_nothing_to_compare_is_no_yes(tmp_path, capsys):
+    status, told = replayed(capsys, foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
+    assert status == 1
+    assert 'NOTHING TO COMPARE' in told
+    assert 'none recorded; here write 1, read 1' in told
+
+
+@pytest.mark.parametrize(('level', 'status'), [('1', 0), ('2', 1)])
+def test_outcomes_in_another_recorders_bag_are_compared(tmp_path, capsys, level, status):
+    pair, kind = (
+        JAZZY.types['diagnostic_msgs/msg/KeyValue'],
+        'diagnostic_msgs/msg/DiagnosticStatus',
+    )
+    values = [pair('procedure', 'write'), pair('level', level)]
+    outcome = {'level': 0, 'name': 'mlmem', 'message': '', 'hardware_id': '', 'values': values}
+    messages = [*WRITE_LEVEL_1_THEN_PROBE[:1], (1.0, 'outcome', kind, outcome)]
+    found, told = replayed(capsys, foreign_bag(tmp_path / 'bag', messages))
+    assert found == status
+    if status:
+        assert 'procedures  0 of 1 agree: write 1' in told
+        assert 'number 1 was write 2, is write 1' in told
+        assert 'THE LEVELS DIFFER' in told
+    else:
+        assert told.endswith('the levels agree\n')
+
+
+def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsys):
+    made = session.copy()
+    made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
+    made.write(tmp_path / 'bag')
+    assert {echo.level for echo in load(tmp_path / 'bag').echoes} == {None}
+    status, told = replayed(capsys, tmp_path / 'bag')
+    assert status == 0
+    assert 'levels      none recorded; here -1, 1, 1, 1' in told
+    assert 'procedures  4 of 4 agree' in told
+    assert main(['inspect', str(tmp_path / 'bag')]) == 0
+    assert 'not told' in capsys.readouterr().out
+
+
+def test_a_header_of_another_format_is_refused(session, tmp_path, capsys):
+    status, told = replayed(capsys, with_header(session, tmp_path / 'bag', format=2))
+    assert status == 2
+    assert 'format must be 1; got 2' in told
+
+
+@pytest.mark.parametrize('edited', ['settings__probe__sigma', 'settings__write__compression'])
+def test_edited_settings_are_no_other_build(tmp_path, capsys, edited):
+    """A wider pulse, or a weaker cycle: levels alike, nothing else; whatever build recorded it."""
+    value = {'settings__probe__sigma': 9.0, 'settings__write__compression': -0.0345}[edited]
+    life = Tampered.read(SESSION.parent / 'life')
+    bag = with_header(life, tmp_path / 'bag', versions__numpy='1.0', **{edited: value})
+    status, told = replayed(capsys, bag)
+    assert status == 1
+    assert 'build       numpy was 1.0' in told
+    assert 'THE BITS DIFFER by more than any rounding' in told
+    assert 'inf' not in told
+    assert 'another number of samples' in told or 'compression' in edited
+
+
+def test_another_build_may_round(session, tmp_path, capsys):
+    report = ReplayReport(hashes=2, equal_hashes=1, difference=Difference(500, 1e-12))
+    report.state_difference = 1e-12
+    assert not report.passed
+    assert report.verdict.startswith('THE BITS DIFFER;')
+    report.other_build = {'machine': ('x86_64', 'aarch64')}
+    assert report.passed
+    assert not report.exact
+    assert 'but for rounding' in report.verdict
+
+
+def test_a_command_that_took_effect_and_is_refused_is_no_yes():
+    report = ReplayReport(hashes=2, equal_hashes=2, refused=['tick 3: busy'])
+    assert not report.passed
+    assert 'commands that took effect are refused' in report.verdict
+
+
+def test_rounding_is_what_the_bound_says(replay_session):
+    """Round every displacement of every tick anew: it makes a millionth of the bound."""
+    from mlmem_ros.bag import replay as replaying
+    from mlmem_ros.bag.replay_report import ROUNDING
+
+    session = load(SESSION)
+    element = replaying.element_of(session)
+    chance = np.random.default_rng(1)
+    state, differences = {h.tick: h.v for h in session.hashes}, []
+    due = dict(session.stamped)
+    for tick in range(max(state)):
+        if tick in due:
+            element.apply(due[tick])
+        values = np.array(element.chain.state())
+        values[0] *= 1.0 + 1e-15 * chance.choice([-1.0, 0.0, 1.0], values.shape[1])
+        element.chain.restore(values, V_N=element.chain.V_N, steps_done=element.chain.steps_done)
+        element.advance()
+        if element.ticks in state:
+            differences.append(np.abs(element.chain.v - state[element.ticks]).max())
+    assert len(differences) == len(state)
+    assert 0.0 < max(differences) < 1e-6 * ROUNDING
+
+
+def test_the_replay_test_of_the_readme_runs_as_printed(tmp_path, monkeypatch):
+    (text,) = re.findall(
+        r"```python\n(pytest_plugins = \['mlmem_ros.testing'\].*?)```",
+        (ROOT / 'README.md').read_text(encoding='utf-8'),
+        re.DOTALL,
+    )
+    assert len([line for line in text.splitlines() if line]) <= 5
+    (tmp_path / 'test_gait.py').write_text(text)
+    monkeypatch.chdir(ROOT)
+    quiet = ['-q', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(tmp_path)]
+    assert pytest.main([*quiet, str(tmp_path / 'test_gait.py')]) == 0
