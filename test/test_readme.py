@@ -27,7 +27,7 @@ def test_every_topic_and_service_is_told():
 
     for name, *_ in (*Inlets.TOPICS, *Outlets.TOPICS):
         assert f'`{name}`' in README, name
-    for name in ('write', 'read', 'erase', 'calibrate', 'abort', 'pause', 'step'):
+    for name in ('request', 'write', 'read', 'erase', 'calibrate', 'abort', 'pause', 'step'):
         assert f'`~/{name}`' in README, name
 
 

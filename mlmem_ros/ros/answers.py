@@ -134,24 +134,25 @@ class Stepped(Answer):
     tick: int
 
 
-def parse(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
+def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
     """Return a service's answer as a value.
 
     Args:
         kind: What it answers when it succeeds.
-        response: A response with `success` and `message`, which is one JSON object.
+        success: Whether it did.
+        message: What it said, which is one JSON object.
 
     Raises:
         RequestRefused: The node did not take the request.
         RequestFailed: It failed, or its answer cannot be understood.
     """
     try:
-        said = json.loads(response.message)
+        said = json.loads(message)
     except ValueError:
         said = None
     if not isinstance(said, dict):
-        raise RequestFailed({'error': f'the answer is no JSON object: {response.message!r}'})
-    if not response.success:
+        raise RequestFailed({'error': f'the answer is no JSON object: {message!r}'})
+    if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
     values = {name: said[name] for name in _names(kind) if name in said}
     try:

@@ -152,13 +152,14 @@ class MemoryBank:
         ]
         return self._gather(f'write {word}', replies, timeout, self._word)
 
-    def read(self, timeout: float = 10.0) -> Reply[Word]:
+    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Word]:
         """Read the word.
 
         Args:
             timeout: Longest wait for the answer in seconds.
+            end: The end to probe for this once, as in `MemoryClient.read`.
         """
-        replies = [element.read(timeout) for element in self.elements]
+        replies = [element.read(timeout, end=end) for element in self.elements]
         return self._gather('read', replies, timeout, self._word)
 
     def erase(self, timeout: float = 60.0) -> Reply[Word]:

@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
-from rcl_interfaces.srv import GetParameters, SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory
 
 from .answers import (
     Answer,
@@ -27,10 +26,10 @@ from .answers import (
     parse,
     parse_self_test,
 )
-from .errors import RequestFailed, RequestRefused
-from .qos import EVERY_ONE, RELIABLE
-from .reply import Call, Line, Outgoing, Reply, Steps
-from .trajectory import message_of
+from .errors import RequestRefused
+from .qos import EVERY_ONE
+from .reply import Call, Line, Reply, Steps
+from .requests import message_of
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
@@ -67,7 +66,6 @@ class MemoryClient:
         self._group = ReentrantCallbackGroup()
         self._line = Line(node, self._group, self.name, patience)
         self._clients: dict[str, Any] = {}
-        self._outgoings: dict[str, Outgoing] = {}
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until the node is there.
@@ -90,15 +88,17 @@ class MemoryClient:
         """
         if isinstance(level, bool) or not isinstance(level, int) or level < 0:
             raise ValueError(f'level must be a whole number from 0; got {level!r}')
-        return self._converse(f'write {level}', self._write(level), timeout)
+        return self._request('write', Decoded, timeout, f'write {level}', level=level)
 
-    def read(self, timeout: float = 10.0) -> Reply[Decoded]:
+    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Decoded]:
         """Fire a pulse and decode its echo.
 
         Args:
             timeout: Longest wait for the answer in seconds.
+            end: The end to probe for this once: left, right or both; empty for the node's
+                `read.end`.
         """
-        return self._converse('read', self._trigger('read', Decoded), timeout)
+        return self._request('read', Decoded, timeout, end=end)
 
     def erase(self, timeout: float = 60.0) -> Reply[Decoded]:
         """Make the element blank.
@@ -106,7 +106,7 @@ class MemoryClient:
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('erase', self._trigger('erase', Decoded), timeout)
+        return self._request('erase', Decoded, timeout)
 
     def calibrate(self, timeout: float = 120.0) -> Reply[Calibrated]:
         """Learn the echo delay of every level, and restore the content.
@@ -114,7 +114,7 @@ class MemoryClient:
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('calibrate', self._trigger('calibrate', Calibrated), timeout)
+        return self._request('calibrate', Calibrated, timeout)
 
     def self_test(self, timeout: float = 120.0) -> Reply[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content.
@@ -130,7 +130,7 @@ class MemoryClient:
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('abort', self._trigger('abort', Done), timeout)
+        return self._request('abort', Done, timeout)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Hold the element's time, or let it run on.
@@ -139,8 +139,7 @@ class MemoryClient:
             hold: Whether to hold it.
             timeout: Longest wait for the answer in seconds.
         """
-        call = Call(self._client('pause', SetBool), SetBool.Request(data=bool(hold)))
-        return self._converse('pause', self._answered(call, Paused), timeout)
+        return self._converse('pause', self._switch('pause', bool(hold), Paused), timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is held.
@@ -148,7 +147,7 @@ class MemoryClient:
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('step', self._trigger('step', Stepped), timeout)
+        return self._converse('step', self._step(), timeout)
 
     def follow(
         self,
@@ -156,25 +155,21 @@ class MemoryClient:
         strains: Sequence[float],
         rates: Sequence[float] = (),
         timeout: float = 10.0,
-    ) -> Reply[None]:
+    ) -> Reply[Answer]:
         """Strain the element along a timed profile, by hand.
 
-        The reply is there when the profile is on its way: a topic answers nothing. One that the
-        node refuses, such as any while a procedure runs, is told in its log and counted in its
-        diagnostics.
+        The reply is there when the profile has been taken; one that the element cannot follow,
+        and any while a procedure runs, is refused.
 
         Args:
             times: Seconds from the beginning of every point, increasing.
             strains: Strain of every point.
             rates: Its rate in 1/s, for a smooth profile; none for straight lines.
-            timeout: Longest wait for the node in seconds.
-
-        Raises:
-            ValueError: A time is no number from 0, or the columns are of different lengths.
+            timeout: Longest wait for the answer in seconds.
         """
-        message = message_of(times, strains, rates)
-        call = Call(self._outgoing('strain_trajectory', JointTrajectory), message)
-        return self._converse('follow', self._told(call), timeout)
+        columns = {'times': times, 'strains': strains, 'rates': rates}
+        points = {name: [float(value) for value in column] for name, column in columns.items()}
+        return self._request('follow', Answer, timeout, **points)
 
     def record(
         self, on: bool = True, path: str | None = None, timeout: float = 10.0
@@ -217,20 +212,24 @@ class MemoryClient:
     # --- conversations -------------------------------------------------------------------
 
     def _ready(self) -> Steps[None]:
-        for name, kind in (
-            ('write', Trigger),
-            ('read', Trigger),
-            ('set_parameters', SetParameters),
-        ):
-            yield Call(self._client(name, kind))
+        yield Call(self._client('request', SetParametersAtomically))
 
-    def _write(self, level: int) -> Steps[Decoded]:
-        yield from self._set({'target_level': level}, f'level {level}')
-        written: Decoded = yield from self._trigger('write', Decoded)
-        if written.level != level:  # target_level was set anew before it was read
-            other = {'error': f'level {written.level} was written instead of {level}: by whom?'}
-            raise RequestFailed({**written.details, **other})
-        return written
+    def _request(
+        self,
+        name: str,
+        kind: type[SomeAnswer],
+        timeout: float,
+        what: str = '',
+        **arguments: Any,
+    ) -> Reply[SomeAnswer]:
+        """Ask for what `requests` names, with its arguments."""
+
+        def steps() -> Steps[SomeAnswer]:
+            response = yield Call(self._client('request', SetParametersAtomically), message)
+            return parse(kind, response.result.successful, response.result.reason)
+
+        message = message_of(name, **arguments)
+        return self._converse(what or name, steps(), timeout)
 
     def _set(self, values: Mapping[str, Any], what: str) -> Steps[None]:
         parameters = [
@@ -250,13 +249,15 @@ class MemoryClient:
     def _record(self, on: bool, path: str | None) -> Steps[Recorded]:
         if path is not None:
             yield from self._set({'record.path': path}, 'the path')
-        request = SetBool.Request(data=on)
-        return (
-            yield from self._answered(Call(self._client('record', SetBool), request), Recorded)
-        )
+        return (yield from self._switch('record', on, Recorded))
 
-    def _told(self, call: Call) -> Steps[None]:
-        yield call
+    def _switch(self, service: str, on: bool, kind: type[SomeAnswer]) -> Steps[SomeAnswer]:
+        response = yield Call(self._client(service, SetBool), SetBool.Request(data=on))
+        return parse(kind, response.success, response.message)
+
+    def _step(self) -> Steps[Stepped]:
+        response = yield Call(self._client('step', Trigger), Trigger.Request())
+        return parse(Stepped, response.success, response.message)
 
     def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
         request = GetParameters.Request(names=list(names))
@@ -264,12 +265,6 @@ class MemoryClient:
         if len(response.values) != len(names):  # rclpy answers none when it lacks one
             raise RequestRefused({'error': f'one of {", ".join(names)} is no parameter of it'})
         return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
-
-    def _trigger(self, service: str, kind: type[SomeAnswer]) -> Steps[SomeAnswer]:
-        return self._answered(Call(self._client(service, Trigger), Trigger.Request()), kind)
-
-    def _answered(self, call: Call, kind: type[SomeAnswer]) -> Generator[Call, Any, SomeAnswer]:
-        return parse(kind, (yield call))
 
     def _converse(self, what: str, steps: Steps[Any], timeout: float) -> Reply[Any]:
         return Reply(self._line, what, steps, timeout)
@@ -284,12 +279,3 @@ class MemoryClient:
                 callback_group=self._group,
             )
         return self._clients[service]
-
-    def _outgoing(self, topic: str, kind: type[Any]) -> Outgoing:
-        """Return what sends on a topic; made at first use."""
-        if topic not in self._outgoings:
-            publisher = self.node.create_publisher(
-                kind, f'{self._name}/{topic}', RELIABLE, callback_group=self._group
-            )
-            self._outgoings[topic] = Outgoing(publisher)
-        return self._outgoings[topic]

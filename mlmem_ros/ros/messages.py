@@ -33,14 +33,14 @@ def level(reading: Reading) -> Int16:
     return Int16(data=reading.level)
 
 
-def answer(outcome: Outcome) -> str:
-    """Return the JSON object that answers a service."""
-    return json.dumps(_as_dict(outcome))
+def answer(outcome: Outcome, **asked: Any) -> str:
+    """Return the JSON object that answers a service, with what was asked for beside it."""
+    return json.dumps(_as_dict(outcome) | asked)
 
 
-def refusal(reason: str) -> str:
-    """Return the JSON object that answers a refused request."""
-    return json.dumps({'error': reason})
+def refusal(reason: str, **asked: Any) -> str:
+    """Return the JSON object that answers a refused request, with what was asked for."""
+    return json.dumps({'error': reason} | asked)
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:

@@ -222,7 +222,8 @@ def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], N
             case SetStrain(strain):
                 publishers[SetStrain].publish(Float64(data=strain))
             case FollowTrajectory():
-                client.follow(command.times, command.strains, command.rates)
+                reply = client.follow(command.times, command.strains, command.rates)
+                reply.add_done_callback(Reply.exception)
             case Read():
                 publishers[Read].publish(Empty())
             case Write(level):

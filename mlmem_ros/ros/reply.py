@@ -15,7 +15,6 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.task import Future
 
 from .errors import NoAnswer
@@ -38,27 +37,6 @@ class Call:
 
     client: Any
     request: Any = None
-
-
-class Outgoing:
-    """A topic in the place of a service: a message that was sent is answered by None."""
-
-    def __init__(self, publisher: Publisher) -> None:
-        self._publisher = publisher
-
-    def service_is_ready(self) -> bool:
-        """Return whether anybody listens."""
-        return bool(self._publisher.get_subscription_count())
-
-    def call_async(self, message: Any) -> Future:
-        """Send a message."""
-        self._publisher.publish(message)
-        sent = Future()
-        sent.set_result(None)
-        return sent
-
-    def remove_pending_request(self, _: Future) -> None:
-        """Do nothing: what was sent is sent."""
 
 
 Steps = Generator[Call | Future, Any, T]

@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future as RosFuture
@@ -25,10 +26,12 @@ from ..device import (
     SelfTest,
     Write,
 )
+from ..device.settings import ScaleSettings
 from ..host import REFUSALS, Host
 from . import messages
 from .qos import EVERY_ONE
 from .recorded import session_plan
+from .requests import command_of
 
 
 class Services:
@@ -56,6 +59,7 @@ class Services:
 
         for name, command in procedures.items():
             serve(Trigger, name, self._procedure(command))
+        serve(SetParametersAtomically, '~/request', self._request)
         serve(SelfTestService, '~/self_test', self._self_test)
         serve(SetBool, '~/pause', self._pause)
         serve(SetBool, '~/record', self._record)
@@ -63,16 +67,35 @@ class Services:
 
     def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
         async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            try:
-                outcome: Outcome = await self.result(self._host.submit(command()))
-            except REFUSALS as failure:
-                response.message = messages.refusal(str(failure))
-            else:
-                response.success = outcome.success
-                response.message = messages.answer(outcome)
+            response.success, response.message = await self._done(command)
             return response
 
         return serve
+
+    async def _request(
+        self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+    ) -> SetParametersAtomically.Response:
+        result = response.result
+        result.successful, result.reason = await self._done(lambda: command_of(request.parameters))
+        return response
+
+    async def _done(self, make: Callable[[], Command]) -> tuple[bool, str]:
+        """Do what a request asks for; return whether it succeeded, and its answer."""
+        asked: dict[str, Any] = {}
+
+        def made(_: ScaleSettings) -> Command:
+            command = make()
+            if isinstance(command, Write):
+                asked['asked'] = command.level
+            return command
+
+        try:
+            outcome: Outcome | None = await self.result(self._host.submit_scaled(made))
+        except REFUSALS as failure:
+            return False, messages.refusal(str(failure), **asked)
+        if outcome is None:  # taken, and there is nothing to wait for
+            return True, '{}'
+        return outcome.success, messages.answer(outcome, **asked)
 
     async def _self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response

@@ -11,7 +11,13 @@ from collections import defaultdict
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from diagnostic_msgs.srv import SelfTest
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import (
@@ -54,6 +60,7 @@ OUT = {
     '/diagnostics': (DiagnosticArray, RELIABLE),
 }
 SERVICES = {
+    'request': SetParametersAtomically,
     'write': Trigger,
     'read': Trigger,
     'erase': Trigger,
@@ -71,8 +78,11 @@ class Answer(dict):
     """The JSON object of a service's answer, and whether it succeeded."""
 
     def __init__(self, response):
-        super().__init__(json.loads(response.message))
-        self.success = response.success
+        if isinstance(response, SetParametersAtomically.Response):
+            self.success, message = response.result.successful, response.result.reason
+        else:
+            self.success, message = response.success, response.message
+        super().__init__(json.loads(message))
 
 
 class Robot:
@@ -201,6 +211,14 @@ class Robot:
 
     def record(self, on):
         return self.answer(self.send('record', SetBool.Request(data=on)))
+
+    def ask(self, request, **arguments):
+        """Send a request that carries its arguments; return the future of its answer."""
+        parameters = [
+            Parameter(name, value=value).to_parameter_msg()
+            for name, value in {'request': request, **arguments}.items()
+        ]
+        return self.send('request', SetParametersAtomically.Request(parameters=parameters))
 
     def write(self, level, within=60.0):
         self.set(target_level=level)

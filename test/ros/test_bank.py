@@ -121,7 +121,7 @@ def test_a_smaller_base_uses_fewer_levels(bank):
 
 def test_a_level_that_the_elements_do_not_have(bank):
     greedy = MemoryBank(bank.elements, base=10)
-    with pytest.raises(BankFailed, match='level 9 was refused') as failure:
+    with pytest.raises(BankFailed, match='from 0 to 7; got 9') as failure:
         greedy.write(9).wait()
     (error,) = failure.value.errors.values()
     assert isinstance(error, RequestRefused)

@@ -4,17 +4,15 @@
 
 import contextlib
 import dataclasses
-import functools
-import json
 import subprocess
 import sys
 import threading
 
 import pytest
 import rclpy
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
-from std_srvs.srv import Trigger
 
 from mlmem_ros import (
     Decoded,
@@ -53,28 +51,17 @@ def node(context, memory, client):
     node.destroy_node()
 
 
-LEVEL = {
-    'level': 1, 'code': '001', 'end': 'left', 'delay': 244.25, 'level_margin': 1.0,
-    'threshold_margin': 5.0, 'confidence': 0.8, 'attempts': 1, 'ticks': 60,
-}  # fmt: skip
-
-
 class StandIn:
     """A node in place of the memory, with answers of our own choice."""
 
     def __init__(self, context):
         self.node = rclpy.create_node('stand_in', context=context, use_global_arguments=False)
-        self.node.declare_parameter('target_level', 0)
-        self.answers = {}
-        for service in ('read', 'write'):
-            self.node.create_service(
-                Trigger, f'~/{service}', functools.partial(self._answer, service)
-            )
+        self.answer = ''
+        self.node.create_service(SetParametersAtomically, '~/request', self._answer)
 
-    def _answer(self, service, _, response):
-        said = self.answers[service]
-        response.success = True
-        response.message = said if isinstance(said, str) else json.dumps(said)
+    def _answer(self, _, response):
+        response.result.successful = True
+        response.result.reason = self.answer
         return response
 
 
@@ -271,17 +258,9 @@ def test_an_aborted_write_fails(client, robot):
     assert failure.value.answer['procedure'] == 'write'
 
 
-def test_another_level_than_the_one_asked_for_is_no_success(context, stand_in):
-    """Another client may set target_level between our two requests."""
-    stand_in.answers['write'] = {'procedure': 'write', **LEVEL, 'level': 2}
-    client = MemoryClient(stand_in.node, '/stand_in')
-    with pytest.raises(RequestFailed, match='level 2 was written instead of 1'):
-        client.write(1).wait()
-
-
 @pytest.mark.parametrize('message', ['', 'ok', '[]', '7', '{"procedure": "read", "level": 1}'])
 def test_an_answer_that_cannot_be_understood(context, stand_in, message):
-    stand_in.answers['read'] = message
+    stand_in.answer = message
     with pytest.raises(RequestFailed, match=r'no JSON object|lacks attempts, ticks'):
         MemoryClient(stand_in.node, '/stand_in').read().wait()
 
@@ -338,15 +317,24 @@ def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
 @pytest.mark.parametrize(
     ('times', 'strains', 'rates', 'message'),
     [
-        ([0.1, 0.2], [0.0], [], 'got 2 times, 1 strains and 0 rates'),
-        ([0.1, 0.2], [0.0, 0.0], [0.0], 'and 1 rates'),
-        ([float('nan')], [0.0], [], 'a time must be from 0 s .*; got nan'),
-        ([-1.0], [0.0], [], 'got -1.0'),
+        ([0.1, 0.2], [0.0], [], 'one strain; got 1 for 2'),
+        ([0.1, 0.2], [0.0, 0.0], [0.0], 'must have a rate; got 1 for 2'),
+        ([float('nan')], [0.0], [], 'times must be finite numbers; got nan'),
+        ([-1.0], [0.0], [], 'must increase from 0 s on'),
+        ([], [], [], 'must have 1 to 10000 points; got 0'),
+        ([1.0], [0.5], [], r'the strain must stay within 0.08 \(actuator.max_strain\)'),
     ],
 )
-def test_a_profile_that_no_message_can_hold(client, times, strains, rates, message):
-    with pytest.raises(ValueError, match=message):
-        client.follow(times, strains, rates)
+def test_a_profile_that_cannot_be_followed_is_refused(client, times, strains, rates, message):
+    with pytest.raises(RequestRefused, match=message):
+        client.follow(times, strains, rates).wait()
+
+
+def test_a_profile_is_refused_during_a_write(client, robot):
+    writing = under_way(client, robot, 5)
+    with pytest.raises(RequestRefused, match='busy: write is running'):
+        client.follow([1.0], [0.0]).wait()
+    assert writing.wait().level == 5
 
 
 def test_a_session_is_recorded_and_ended(client, tmp_path):

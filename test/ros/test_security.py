@@ -110,6 +110,7 @@ def test_a_client_may_do_what_it_does(robot):
             lambda: client.pause(False),
             client.step,
             lambda: client.parameters('design.N'),
+            lambda: client.set_parameters({'time.speed': 1.0}),
             lambda: client.follow([1.0], [0.0]),
             lambda: client.record(False),
         ]

@@ -13,7 +13,7 @@ import signal
 import pytest
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from robot import SERVICES, Robot
 from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool
@@ -23,6 +23,7 @@ from mlmem_ros.ros.run import ENDED, NOT_SAVED
 
 NUMBERS = (0.0, -0.0, 1e-9, 0.01, -0.03, 0.08, 1.0, -1e9, 1e308, 5e-324, math.nan, math.inf)
 PATHS = ('', '{folder}/session', '/', '.', '~nosuchuser/x', 'x' * 300, '{folder}/no/such/way')
+REQUESTS = ('write', 'read', 'erase', 'abort', 'follow')
 KEPT = {'files.root', 'autostart', 'use_sim_time', 'state.path', 'scale.time'}
 """Parameters that the storm leaves alone: the last one would slow it down a thousandfold."""
 
@@ -66,8 +67,25 @@ class Storm:
         if kind is SetBool:
             on = self.chance.random() < (0.2 if name == 'pause' else 0.5)
             self.send(name, SetBool.Request(data=on))
+        elif name == 'request':
+            self.send(name, SetParametersAtomically.Request(parameters=self.arguments()))
         else:
             self.send(name)
+
+    def arguments(self):
+        """Return those of a request, right or wrong."""
+        asked = ParameterValue(type=4, string_value=self.chance.choice((*REQUESTS, '', 'wipe')))
+        given = [Parameter(name='request', value=asked)]
+        names = ('level', 'end', 'times', 'strains', 'rates', 'request')
+        for name in self.chance.sample(names, self.chance.randrange(4)):
+            value = ParameterValue(
+                type=self.chance.choice((0, 2, 4, 8, 8, 200)),
+                integer_value=self.chance.choice((0, 3, -5, 2**62)),
+                string_value=self.chance.choice(('left', 'both', '', 'x' * 300)),
+                double_array_value=[self.number() for _ in range(self.chance.randrange(4))],
+            )
+            given.append(Parameter(name=name, value=value))
+        return given
 
     def topic(self):
         topic = self.chance.choice(('strain', 'trajectory', 'probe', 'write_level', 'disturbance'))
