@@ -18,7 +18,6 @@ from collections.abc import Sequence
 
 import rclpy
 from gaits import GAITS
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float32MultiArray, UInt8
@@ -53,14 +52,13 @@ class GaitNode(Node):
         self._pressures = self.create_publisher(Float32MultiArray, '~/pressures', SENSOR_DATA)
         self._walk(self._remembered())
         # A callback that awaits keeps its group to itself, and the legs must go on meanwhile.
-        writing = MutuallyExclusiveCallbackGroup()
         self.create_subscription(
-            UInt8, '~/set_gait', self._on_set_gait, RELIABLE, callback_group=writing
+            UInt8, '~/set_gait', self._on_set_gait, RELIABLE, callback_group=self._memory.group
         )
         self.create_timer(PERIOD, self._on_timer)
 
     def _remembered(self) -> int:
-        """Return the gait that the element holds; nobody turns this node as yet, so wait."""
+        """Return the gait that the element holds."""
         for _ in range(PATIENCE):
             try:
                 content = self._memory.read().wait()

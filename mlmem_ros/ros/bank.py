@@ -15,7 +15,8 @@ from ..device import BLANK
 from .answers import Decoded
 from .client import MemoryClient
 from .errors import RequestError
-from .reply import Line, Reply, Steps
+from .line import Line
+from .reply import Reply, Steps
 
 
 @dataclass(frozen=True)
@@ -196,16 +197,17 @@ class MemoryBank:
         """Return the reply that is there when all are, whatever becomes of them."""
 
         def steps() -> Steps[Word | None]:
-            answers, errors = [], {}
             try:
-                for element, reply in zip(self.elements, replies, strict=True):
-                    try:
-                        answers.append((yield reply))
-                    except RequestError as error:
-                        errors[element.name] = error
+                yield replies
             finally:  # given up: the parts are, too
                 for reply in replies:
                     reply.cancel()
+            answers, errors = [], {}
+            for element, reply in zip(self.elements, replies, strict=True):
+                try:
+                    answers.append(reply.result())
+                except RequestError as error:
+                    errors[element.name] = error
             if errors:
                 raise BankFailed(errors, len(self.elements))
             return result(answers)

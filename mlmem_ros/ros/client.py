@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
-from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
@@ -27,8 +27,9 @@ from .answers import (
     parse_self_test,
 )
 from .errors import RequestRefused
+from .line import Call, Line
 from .qos import EVERY_ONE
-from .reply import Call, Line, Reply, Steps
+from .reply import Reply, Steps
 from .requests import message_of
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
@@ -38,9 +39,10 @@ class MemoryClient:
     """Writes, reads and erases the element behind a memory node.
 
     Every method returns a `Reply` at once: await it in a callback that is `async def`, or
-    `.wait()` for it where no callback runs. The client has a callback group of its own, so that
-    a callback that awaits an answer does not keep it from coming in. One client serves one
-    element; make as many on a node as there are elements, or a `MemoryBank`.
+    `.wait()` for it where nothing else has to go on in this thread. A callback that awaits keeps
+    its callback group to itself meanwhile: give it `group`, or the timers of the node's default
+    group stand still. One client serves one element; make as many on a node as there are
+    elements, or a `MemoryBank`.
 
     Every reply raises `NoAnswer` when the node or its answer does not come in time,
     `RequestRefused` when the node did not take the request and `RequestFailed` when it could
@@ -49,6 +51,7 @@ class MemoryClient:
     Attributes:
         node: The node it is built on.
         name: Full name of the memory node.
+        group: Callback group for callbacks that await; one of them runs at a time.
     """
 
     def __init__(self, node: Node, name: str = 'mlmem', *, patience: float = 10.0) -> None:
@@ -63,7 +66,8 @@ class MemoryClient:
         self.node = node
         self.name = node.resolve_service_name(name)
         self._name = name
-        self._group = ReentrantCallbackGroup()
+        self.group = MutuallyExclusiveCallbackGroup()
+        self._group = ReentrantCallbackGroup()  # of what brings answers
         self._line = Line(node, self._group, self.name, patience)
         self._clients: dict[str, Any] = {}
 

@@ -82,6 +82,7 @@ class ParameterSet:
         _declare(node, 'autostart', *AUTOSTART)
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
+        node.add_pre_set_parameters_callback(self._with_doubles)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(
             boundary.guarded('design.preset', self._follow_preset)
@@ -133,6 +134,18 @@ class ParameterSet:
         described = descriptor(limited, default)
         described.type = ParameterType.PARAMETER_INTEGER
         self._node.set_descriptor('target_level', described)
+
+    def _with_doubles(self, changed: list[Parameter]) -> list[Parameter]:
+        """Return parameters with whole numbers as doubles where doubles are meant."""
+
+        def double(one: Parameter) -> Parameter:
+            meant = self._node.has_parameter(one.name) and isinstance(
+                self._node.get_parameter(one.name).value, float
+            )
+            whole = one.type_ == Parameter.Type.INTEGER
+            return Parameter(one.name, value=float(one.value)) if meant and whole else one
+
+        return [double(one) for one in changed]
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         for parameter in changed:

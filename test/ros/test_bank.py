@@ -2,12 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Several elements as one word, over real DDS: three elements of eight levels, nine bits."""
 
+import contextlib
 import functools
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.task import Future
 from std_msgs.msg import Int16
 
 from mlmem_ros import BankFailed, MemoryBank, MemoryClient, RequestRefused, standalone
@@ -41,6 +45,35 @@ def test_a_word_is_written_and_read(bank):
     read = bank.read().wait()
     assert read.value == 0o213
     assert [said.code for said in read.answers] == ['011', '001', '010']
+
+
+def test_a_bank_on_a_node_that_nobody_turns(bank):
+    with on_a_node_of_its_own() as node:
+        assert MemoryBank.on(node, ELEMENTS).write(0o121).wait().digits == (1, 2, 1)
+
+
+def test_a_callback_awaits_a_bank(bank):
+    with on_a_node_of_its_own() as node:
+        mine, said = MemoryBank.on(node, ELEMENTS), Future()
+
+        async def write():
+            timer.cancel()
+            await mine.write(0o212)
+            said.set_result(await mine.read())
+
+        timer = node.create_timer(0.001, write)
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        executor.spin_until_future_complete(said, 30.0)
+        assert said.result().digits == (2, 1, 2)
+
+
+@contextlib.contextmanager
+def on_a_node_of_its_own():
+    context = rclpy.Context()
+    rclpy.init(args=[], context=context)
+    yield rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    rclpy.shutdown(context=context)
 
 
 def test_every_element_holds_its_digit(bank):

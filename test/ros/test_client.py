@@ -11,6 +11,7 @@ import threading
 import pytest
 import rclpy
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.task import Future
 
@@ -162,6 +163,16 @@ def test_parameters(client):
         client.parameters('design.N', 'design.nothing').wait()
 
 
+def test_a_whole_number_is_a_double_where_one_is_meant(client):
+    client.set_parameters({'time.speed': 2, 'faults.seed': 3}).wait()
+    assert client.parameters('time.speed', 'faults.seed').wait() == {
+        'time.speed': 2.0, 'faults.seed': 3,
+    }  # fmt: skip
+    with pytest.raises(RequestRefused, match='BOOL'):
+        client.set_parameters({'time.speed': True}).wait()
+    client.set_parameters({'time.speed': 1, 'faults.seed': 0}).wait()
+
+
 def test_a_node_that_nobody_turns_is_turned_while_it_waits(node):
     """As in a node's __init__, which wants to know the content before it begins."""
     client = MemoryClient(node, '/mlmem')
@@ -190,14 +201,69 @@ def test_a_callback_awaits(node, context, kind):
     assert in_a_callback(node, kind(context=context), write_and_read).level == 5
 
 
-def test_a_callback_that_waits_is_told_instead_of_hanging(node, context):
+def test_a_callback_that_waits_gets_its_answer(node, context):
+    """Though nothing else runs in its executor meanwhile, nothing that it waits for has to."""
     client = MemoryClient(node, '/mlmem')
 
     async def careless():
         return client.read().wait()
 
-    with pytest.raises(RuntimeError, match='await'):
-        in_a_callback(node, SingleThreadedExecutor(context=context), careless)
+    content = in_a_callback(node, SingleThreadedExecutor(context=context), careless)
+    assert content.attempts == 1
+
+
+def test_all_threads_of_an_executor_wait(node, context):
+    client = MemoryClient(node, '/mlmem')
+    executor = MultiThreadedExecutor(2, context=context)
+    both, told, over = threading.Barrier(2), [], Future()
+
+    def wait():
+        both.wait(SOON)  # until no thread is left that could turn the node
+        told.append(client.parameters('design.N', timeout=5.0).wait())
+        if both.wait(SOON) == 0:
+            over.set_result(None)
+
+    for _ in range(2):
+        node.create_timer(0.001, wait, MutuallyExclusiveCallbackGroup())
+    executor.add_node(node)
+    executor.spin_until_future_complete(over, SOON)
+    executor.shutdown(SOON)
+    assert told[:2] == 2 * [{'design.N': 225}]
+
+
+def test_a_node_waits_that_an_executor_has_let_go(node, context):
+    """rclpy.spin_once leaves a node with an executor that nobody spins."""
+    client = MemoryClient(node, '/mlmem')
+    executor = SingleThreadedExecutor(context=context)
+    rclpy.spin_once(node, executor=executor, timeout_sec=0.0)
+    assert node.executor is executor
+    assert client.read(timeout=5.0).wait().attempts == 1
+
+
+def test_timers_go_on_while_a_callback_of_the_group_awaits(node, context):
+    """As in the README: without the client's group the robot would stand still for a write."""
+    client = MemoryClient(node, '/mlmem')
+    executor, written, steps = SingleThreadedExecutor(context=context), Future(), []
+
+    async def set_gait():
+        begin.cancel()
+        before = len(steps)
+        await client.erase()
+        await client.write(2)
+        written.set_result(len(steps) - before)
+
+    node.create_timer(0.002, lambda: steps.append(None))
+    begin = node.create_timer(0.01, set_gait, client.group)
+    executor.add_node(node)
+    executor.spin_until_future_complete(written, SOON)
+    assert written.result() > 10
+
+
+def test_waiting_ends_with_ros(node, context):
+    reply = MemoryClient(node, '/nobody').read()
+    rclpy.shutdown(context=context)
+    with pytest.raises(NoAnswer, match='ROS was shut down during read'):
+        reply.wait()
 
 
 def test_a_reason_reaches_who_awaits(node, context):
@@ -261,8 +327,10 @@ def test_an_aborted_write_fails(client, robot):
 @pytest.mark.parametrize('message', ['', 'ok', '[]', '7', '{"procedure": "read", "level": 1}'])
 def test_an_answer_that_cannot_be_understood(context, stand_in, message):
     stand_in.answer = message
-    with pytest.raises(RequestFailed, match=r'no JSON object|lacks attempts, ticks'):
-        MemoryClient(stand_in.node, '/stand_in').read().wait()
+    reading = MemoryClient(stand_in.node, '/stand_in').read()
+    refused = pytest.raises(RequestFailed, match=r'no JSON object|lacks attempts, ticks')
+    with spinning(stand_in.node), refused:
+        reading.wait()
 
 
 def test_no_node_of_that_name(client):
