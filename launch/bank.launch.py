@@ -24,7 +24,9 @@ def generate_launch_description() -> LaunchDescription:
                 'namespace', default_value='/bank', description='namespace of the bank'
             ),
             DeclareLaunchArgument(
-                'config', default_value='case_2', description='configuration of every element'
+                'config',
+                default_value='case_2',
+                description='preset or parameter file of every element',
             ),
             DeclareLaunchArgument(
                 'record', default_value='', description='folder of a session each; empty: none'

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launch one memory element: ros2 launch mlmem_ros memory.launch.py config:=case_2.
 
-Every parameter of the node is an argument, as `--show-args` tells; an empty one leaves it to the
-file. With `managed:=true` the launch takes the node through its life cycle, instead of the node
-itself.
+`config` is a preset, or the path of a parameter file. Every parameter of the node is an argument,
+as `--show-args` tells; an empty one leaves it to the configuration. With `managed:=true` the
+launch takes the node through its life cycle, instead of the node itself.
 """
 
-from pathlib import Path
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -25,19 +24,22 @@ from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
 
 from mlmem_ros.described import Description
+from mlmem_ros.device import PRESETS
+from mlmem_ros.device.presets import DEFAULT
+from mlmem_ros.parameter_file import node_parameters
 from mlmem_ros.ros.declarations import declarations
 
-CONFIG = Path(__file__).parent.parent / 'config'
 TRUTH = {'true': True, 'false': False}
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the description: the arguments, and the node that they make."""
-    shipped = sorted(path.stem for path in CONFIG.glob('*.yaml'))
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                'config', default_value='case_2', choices=shipped, description='parameter file'
+                'config',
+                default_value=DEFAULT,
+                description=f'path of a parameter file, or a preset: {", ".join(PRESETS)}',
             ),
             DeclareLaunchArgument('name', default_value='mlmem', description='name of the node'),
             DeclareLaunchArgument('namespace', default_value='', description='its namespace'),
@@ -62,7 +64,7 @@ def argument(name: str, default: Any, description: Description) -> DeclareLaunch
         name,
         default_value=LaunchConfiguration('record') if name == 'record.path' else '',
         choices=['', *choices] if choices else None,
-        description=f'{description.text}{unit}; empty: as the file says',
+        description=f'{description.text}{unit}; empty: as the configuration says',
     )
 
 
@@ -82,7 +84,7 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         executable='memory_node',
         name=LaunchConfiguration('name').perform(context),
         namespace=LaunchConfiguration('namespace').perform(context),
-        parameters=[str(CONFIG / f'{config}.yaml'), given],
+        parameters=[node_parameters(config), given],
         output='screen',
     )
     return life_cycle(node) if managed else [node]

@@ -17,14 +17,13 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from .described import descriptions
-from .device.errors import SettingsError
-from .device.settings import Settings
-from .physics import PRESETS, Design, DesignError, preset
+from .device import PRESETS, Preset, Settings, SettingsError, preset
+from .device.presets import DEFAULT
+from .physics import Design, DesignError
 
-DEFAULT_PRESET = 'case_2'
-"""The design that a node starts from."""
-
-OF_THE_NODE = ('publish', 'record', 'state', 'target_level', 'autostart', 'use_sim_time')
+OF_THE_NODE = (
+    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'use_sim_time'
+)  # fmt: skip
 """Groups and names that the node knows and a design does not."""
 
 OF_THE_NODE_TOO = ('time.speed', 'design.check')
@@ -35,34 +34,51 @@ class ParameterFileError(ValueError):
     """A file that is not a node's parameter file: the message names what and where."""
 
 
-def load(source: str) -> tuple[Design, Settings]:
-    """Return the design and the settings of a parameter file, or of a shipped one by its name.
-
-    A preset has the settings of its file in `config`, where it is at hand, else the defaults.
+def load(source: str) -> Preset:
+    """Return the design and the settings of a parameter file, or a preset by its name.
 
     Args:
-        source: Path of a file, or the name of a shipped one: of a preset, `fast`, ...
+        source: Path of a file, or the name of a preset.
 
     Raises:
         ParameterFileError: There is no such file, or it is not a parameter file of a node.
         DesignError: The design makes no memory.
         SettingsError: Settings are out of range or contradict each other.
     """
-    path = shipped_file(source) or Path(source)
-    if source in PRESETS and path == Path(source):
-        return preset(source), Settings()
+    if source in PRESETS:
+        return preset(source)
     try:
-        text = path.read_text(encoding='utf-8')
+        text = Path(source).read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterFileError(
-            'FILE|PRESET must be a readable parameter file, the name of one that ships, or one of '
+            'FILE|PRESET must be a readable parameter file, or one of '
             f'{", ".join(PRESETS)}; got {source!r}: {error}'
         ) from error
     return parse(text, source)
 
 
-def parse(text: str, name: str = 'the file') -> tuple[Design, Settings]:
-    """Return the design and the settings that a parameter file's text gives.
+def node_parameters(config: str) -> str | dict[str, str]:
+    """Return what a launch file gives a node for a configuration: parameters, or their file.
+
+    Args:
+        config: Path of a file, or the name of a preset.
+
+    Raises:
+        ParameterFileError: It is neither.
+    """
+    if config in PRESETS:
+        return {'design.preset': config}
+    path = Path(config).expanduser().absolute()
+    if not path.is_file():
+        raise ParameterFileError(
+            f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}; '
+            f'got {config!r}'
+        )
+    return str(path)
+
+
+def parse(text: str, name: str = 'the file') -> Preset:
+    """Return the design and the settings that a parameter file's text gives, over its preset's.
 
     Args:
         text: YAML, as `/**: {ros__parameters: {design: {preset: case_2}, write: ...}}`.
@@ -72,13 +88,12 @@ def parse(text: str, name: str = 'the file') -> tuple[Design, Settings]:
         ParameterFileError, DesignError, SettingsError: As `load`.
     """
     given = dict(_flat(_parameters(text, name), name))
-    groups: dict[str, dict[str, Any]] = {'design': {}}
-    groups |= {group: {} for group in Settings().groups()}
     try:
-        chosen = preset(given.pop('design.preset', DEFAULT_PRESET))
+        chosen = preset(given.pop('design.preset', DEFAULT))
     except DesignError as error:
         raise ParameterFileError(f'{name}: design.{error}') from error
-    owners: dict[str, Any] = {'design': chosen, **Settings().groups()}
+    owners: dict[str, Any] = {'design': chosen.design, **chosen.settings.groups()}
+    groups: dict[str, dict[str, Any]] = {group: {} for group in owners}
     kinds = {
         f'{group}.{field.name}': str(field.type)
         for group, owner in owners.items()
@@ -94,11 +109,10 @@ def parse(text: str, name: str = 'the file') -> tuple[Design, Settings]:
         group, _, field_name = key.partition('.')
         groups[group][field_name] = _typed(value, kinds[key], key, name)
     try:
-        design = dataclasses.replace(chosen, **groups.pop('design'))
         parts = {
             group: dataclasses.replace(owners[group], **values) for group, values in groups.items()
         }
-        return design, Settings(**parts)
+        return Preset(parts.pop('design'), Settings(**parts))
     except DesignError as error:
         raise DesignError(f'{name}: design.*: {error}') from error
     except SettingsError as error:
@@ -108,17 +122,22 @@ def parse(text: str, name: str = 'the file') -> tuple[Design, Settings]:
 def text_of(design: Design, settings: Settings) -> str:
     """Return the parameter file of a design and settings, which `parse` reads back.
 
-    A shipped design is named; of another, what differs from the default preset is given, as is
-    of the settings what differs from their defaults.
+    It names the preset that is nearest to them, and gives what differs from that.
     """
-    name = next((name for name, known in PRESETS.items() if known == design), DEFAULT_PRESET)
-    groups = {'design': {'preset': name, **_differences(design, preset(name))}}
-    for group, default in Settings().groups().items():
-        if different := _differences(getattr(settings, group), default):
-            groups[group] = different
+    given = {'design': design, **settings.groups()}
+    candidates = {
+        name: {
+            group: _differences(given[group], values)
+            for group, values in {'design': known.design, **known.settings.groups()}.items()
+        }
+        for name, known in {DEFAULT: preset(DEFAULT), **PRESETS}.items()  # it wins a tie
+    }
+    name = min(candidates, key=lambda name: sum(map(len, candidates[name].values())))
+    differences = candidates[name]
+    groups = {'design': {'preset': name, **differences.pop('design')}, **differences}
     lines = ['/**:', '  ros__parameters:']
     for group, values in groups.items():
-        lines.append(f'    {group}:')
+        lines += [f'    {group}:'] if values else []
         lines += [f'      {key}: {_scalar(value)}' for key, value in values.items()]
     return '\n'.join(lines) + '\n'
 
@@ -137,18 +156,6 @@ def _scalar(value: Any) -> str:
         mantissa, e, exponent = text.partition('e')
         text = f'{mantissa}.0{e}{exponent}'
     return text
-
-
-def shipped_file(name: str) -> Path | None:
-    """Return the shipped parameter file of a name: in a checkout, or under this prefix."""
-    if not name.isidentifier():  # a path
-        return None
-    here = Path(__file__).resolve()
-    places = [parent / 'share' / 'mlmem_ros' / 'config' for parent in here.parents]
-    for place in (here.parents[1] / 'config', *places):
-        if (file := place / f'{name}.yaml').is_file():
-            return file
-    return None
 
 
 def _parameters(text: str, name: str) -> Mapping[str, Any]:

@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node's parameter file, read without ROS, with the node's own strictness."""
 
+import dataclasses
 import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from mlmem_ros.cli.main import main
-from mlmem_ros.device import Settings, SettingsError
-from mlmem_ros.parameter_file import ParameterFileError, load, parse, shipped_file
-from mlmem_ros.physics import CASE_I, CASE_II, PRESETS, DesignError
+from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
+from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
+from mlmem_ros.physics import CASE_II, DesignError
+from mlmem_ros.ros.declarations import groups
 
 CONFIG = Path(__file__).parent.parent / 'config'
 
@@ -43,22 +46,49 @@ def test_a_file_changes_what_it_names_and_leaves_the_rest():
     assert settings.erase == Settings().erase
 
 
-def test_the_presets_have_their_own_settings():
-    assert load('case_2') == (CASE_II, Settings())
-    design, settings = load('case_1')
-    assert design == CASE_I
-    assert settings.probe.omega_c == 1.95
+@pytest.mark.parametrize('name', PRESETS)
+def test_a_preset_is_known_by_its_name_and_its_file_says_no_more(name):
+    assert load(name) == preset(name)
+    assert load(str(CONFIG / f'{name}.yaml')) == preset(name)
+    assert parse(text_of(*preset(name))) == preset(name)
+    said = yaml.safe_load((CONFIG / f'{name}.yaml').read_text())
+    assert said == {'/**': {'ros__parameters': {'design.preset': name}}}
 
 
-def test_every_preset_that_has_a_file_is_in_it():
-    for name, design in PRESETS.items():
-        file = shipped_file(name)
-        assert file is not None
-        assert load(str(file))[0] == design
+def test_a_file_overrides_its_preset_and_leaves_the_rest_of_it():
+    design, settings = parse(wrapped('{design: {preset: bits_4, N: 216}, write: {hold: 60.0}}'))
+    assert design == dataclasses.replace(preset('bits_4').design, N=216)
+    assert settings.write.hold == 60.0
+    assert settings.write.ramp == preset('bits_4').settings.write.ramp
+    assert settings.probe_right == preset('bits_4').settings.probe_right
 
 
-def test_what_ships_is_known_by_its_name_and_a_path_is_a_path(tmp_path, monkeypatch):
-    assert load('fast') == load(str(CONFIG / 'fast.yaml'))
+def test_the_example_says_nothing_twice():
+    """Every line of it changes something."""
+    said = yaml.safe_load((CONFIG / 'example.yaml').read_text())['/**']['ros__parameters']
+    base = groups(preset(said['design'].pop('preset')))
+    assert all(
+        getattr(base[group], name) != value
+        for group, values in said.items()
+        for name, value in values.items()
+    )
+    load(str(CONFIG / 'example.yaml'))
+
+
+def test_a_launch_file_takes_a_preset_or_a_file(tmp_path, monkeypatch):
+    """As `mlmem design --output` wrote it, from where the launch was started."""
+    assert node_parameters('bits_4') == {'design.preset': 'bits_4'}
+    file = tmp_path / 'mine.yaml'
+    file.write_text(text_of(*preset('bits_4')))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('HOME', str(tmp_path))
+    for given in (str(file), 'mine.yaml', './mine.yaml', '~/mine.yaml'):
+        assert node_parameters(given) == str(file)
+    with pytest.raises(ParameterFileError, match=r"config must be .* case_1, .*; got 'case_3'"):
+        node_parameters('case_3')
+
+
+def test_a_path_is_a_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'fast.yaml').write_text(wrapped('write: {tension: 0.05}'))
     assert load('fast.yaml')[1].write.tension == 0.05
@@ -138,7 +168,7 @@ def test_a_brief_table_has_what_did_not_pass(capsys):
         (
             None,
             2,
-            'the name of one that ships, or one of case_1, case_2',
+            'FILE|PRESET must be a readable parameter file, or one of case_1, case_2',
         ),
         ('nothing', 2, 'ros__parameters'),
         (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),

@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('bag', type=Path, help='session bag, or any bag with our command topics')
     parser.add_argument('--node', default='', help='which node of the bag, if there are several')
     parser.add_argument(
-        '--preset', default='case_2', help='design for a bag that another recorder wrote'
+        '--preset', default='case_2', help='element for a bag that another recorder wrote'
     )
     parser.add_argument('--ros', metavar='NAME', help='play into the running node of this name')
     add_json(parser)
@@ -55,8 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _through_device(arguments: argparse.Namespace) -> int:
     from ..bag.replay import replay, replay_commands
     from ..bag.session_data import load
-    from ..device import new_element
-    from ..physics import preset
+    from ..device import new_element, preset
 
     session = load(arguments.bag, arguments.node)
     with _progress() as progress:

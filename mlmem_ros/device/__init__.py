@@ -22,11 +22,13 @@ from .events import Check, Event, Heard, Outcome
 from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
+from .presets import PRESETS, Preset, preset
 from .reading import BLANK, UNDECODABLE, Reading, describe_level
 from .settings import Settings
 
 __all__ = [
     'BLANK',
+    'PRESETS',
     'UNDECODABLE',
     'Abort',
     'Calibrate',
@@ -43,6 +45,7 @@ __all__ = [
     'Loop',
     'MemoryElement',
     'Outcome',
+    'Preset',
     'ProcedureFailed',
     'Read',
     'Reading',
@@ -56,4 +59,5 @@ __all__ = [
     'describe_level',
     'factory_calibration',
     'new_element',
+    'preset',
 ]

@@ -18,23 +18,29 @@ from .commands import Read
 from .element import MemoryElement
 from .errors import SettingsError
 from .events import Heard
+from .presets import Preset
 from .settings import Settings
 
 
 def new_element(
-    design: Design, settings: Settings | None = None, calibration: Calibration | None = None
+    design: Design | Preset,
+    settings: Settings | None = None,
+    calibration: Calibration | None = None,
 ) -> MemoryElement:
     """Return a blank device, calibrated.
 
     Args:
-        design: The element.
-        settings: The instrument's settings, by default those for the paper's Case II.
+        design: The element; a preset brings its settings along.
+        settings: The instrument's settings, by default the preset's, or those for Case II.
         calibration: One that is known for them; by default that of the factory.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
         DesignError: The step is beyond the stability limit.
     """
+    if isinstance(design, Preset):
+        settings = settings or design.settings
+        design = design.design
     settings = settings or Settings()
     calibration = calibration or factory_calibration(design, settings)
     return MemoryElement(design, settings, calibration)

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..described import Description, descriptions
+from ..device import PRESETS, Preset, preset
 from ..device.faults import Faults
-from ..device.settings import Settings
+from ..device.presets import DEFAULT
 from ..host.design_check import CHOICES
 from ..host.settings import FileSettings, PublishSettings, RecordSettings, StateSettings
-from ..physics import CASE_II, PRESETS, Design
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
@@ -27,8 +27,12 @@ all others only while the node is unconfigured."""
 AUTOSTART = (True, Description('configure and activate at the start'))
 
 PRESET = (
-    'case_2',
-    Description('shipped design that the others start from', choices=tuple(PRESETS)),
+    DEFAULT,
+    Description(
+        'shipped element: what design, actuator, write, erase, probe, probe_right, read and time '
+        'are where they are not given',
+        choices=tuple(PRESETS),
+    ),
 )
 
 CHECK = (
@@ -37,15 +41,20 @@ CHECK = (
 )
 
 
-def groups(design: Design = CASE_II) -> dict[str, Any]:
+OF_A_PRESET = ('design', 'actuator', 'write', 'erase', 'probe', 'probe_right', 'read', 'time')
+"""Groups that a preset that is set later gives its values; the others are the robot's own."""
+
+
+def groups(chosen: Preset | None = None) -> dict[str, Any]:
     """Return the defaults of every group by the prefix of its parameters.
 
     Args:
-        design: The defaults of `design.*`.
+        chosen: The preset; by default the one that a node starts from.
     """
+    chosen = chosen or preset(DEFAULT)
     return {
-        'design': design,
-        **Settings().groups(),
+        'design': chosen.design,
+        **chosen.settings.groups(),
         'publish': PublishSettings(),
         'record': RecordSettings(),
         'state': StateSettings(),

@@ -63,7 +63,7 @@ class MemoryNode(LifecycleNode):
             failed=self._wake,
         )
         boundary = Boundary(self, self.host.journal)
-        self._given = ParameterSet(self, self.host, boundary)
+        self._given = ParameterSet(self, self.host)
         self._inlets = Inlets(self, self.host)
         self._requests = Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)

@@ -21,14 +21,13 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..described import Description, descriptions
-from ..device import SettingsError
+from ..device import PRESETS, SettingsError, preset
 from ..device.settings import Settings
 from ..host import Host
 from ..host.files import confined
 from ..host.settings import Parameters
-from ..physics import DesignError, preset
-from .boundary import Boundary
-from .declarations import AUTOSTART, CHECK, LIVE, PRESET, groups
+from ..physics import DesignError
+from .declarations import AUTOSTART, CHECK, LIVE, OF_A_PRESET, PRESET, groups
 
 
 class ParameterError(ValueError):
@@ -48,13 +47,12 @@ CHOSEN = {'design.preset': PRESET[1], 'design.check': CHECK[1]}
 class ParameterSet:
     """Declares every parameter of the contract, guards them, and tells their values."""
 
-    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
+    def __init__(self, node: Node, host: Host) -> None:
         """Declare all parameters.
 
         Args:
             node: The node.
             host: Tells whether it is active.
-            boundary: Guards what is done after a change.
 
         Raises:
             ParameterError: One has the wrong type or is out of range, or several together make
@@ -83,10 +81,8 @@ class ParameterSet:
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_pre_set_parameters_callback(self._with_doubles)
+        node.add_pre_set_parameters_callback(self._with_preset)
         node.add_on_set_parameters_callback(self._check)
-        node.add_post_set_parameters_callback(
-            boundary.guarded('design.preset', self._follow_preset)
-        )
 
     def values(self) -> Parameters:
         """Return the present values.
@@ -180,17 +176,24 @@ class ParameterSet:
                 )
         return SetParametersResult(successful=True)
 
-    def _follow_preset(self, changed: list[Parameter]) -> None:
-        """Give the other design parameters the values of a preset that was set."""
-        for parameter in changed:
-            if parameter.name == 'design.preset':
-                design = preset(parameter.value)
-                self._node.set_parameters(
-                    [
-                        Parameter(f'design.{field.name}', value=getattr(design, field.name))
-                        for field, _ in descriptions(design)
-                    ]
-                )
+    def _with_preset(self, changed: list[Parameter]) -> list[Parameter]:
+        """Return what is to be set, with all that a preset in it brings along.
+
+        What is set beside it overrides it; all are taken together, or none.
+        """
+        given = {parameter.name: parameter.value for parameter in changed}
+        if (name := given.get('design.preset')) not in tuple(PRESETS):
+            return changed
+        chosen = groups(preset(name))
+        brought = {
+            f'{prefix}.{field.name}': getattr(chosen[prefix], field.name)
+            for prefix in OF_A_PRESET
+            for field, _ in descriptions(chosen[prefix])
+        }
+        return [
+            *changed,
+            *(Parameter(key, value=value) for key, value in brought.items() if key not in given),
+        ]
 
 
 def _warn_of_strangers(node: Node) -> None:

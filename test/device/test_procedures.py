@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -35,14 +34,14 @@ from mlmem_ros.device import (
     Write,
     factory_calibration,
     new_element,
+    preset,
     procedures,
 )
 from mlmem_ros.device.settings import ActuatorSettings, ReadSettings, WriteSettings
-from mlmem_ros.physics import CASE_I, CASE_II, Chain
+from mlmem_ros.physics import CASE_II, Chain
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 
 from . import rig
-from .test_settings import CONFIG
 
 LEVELS = pytest.mark.parametrize('level', range(8))
 
@@ -716,13 +715,7 @@ def test_nor_does_anything_that_it_calls(written, monkeypatch):
 
 
 def test_case_i_stores_its_one_level():
-    file = yaml.safe_load((CONFIG / 'case_1.yaml').read_text())['/**']['ros__parameters']
-    assert file.pop('design')['preset'] == 'case_1'
-    groups = {
-        name: dataclasses.replace(getattr(Settings(), name), **values)
-        for name, values in file.items()
-    }
-    element = new_element(CASE_I, Settings(**groups))
+    element = new_element(preset('case_1'))
     for _ in range(2):
         assert rig.succeed(element, Write(0)).code == '0'
         assert rig.wall(element) == pytest.approx(100.0, abs=1.0)

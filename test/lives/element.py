@@ -4,9 +4,8 @@
 
 import math
 from functools import cache
-from pathlib import Path
 
-from mlmem_ros.device import Faults, MemoryElement, Settings, Write, factory, snapshot
+from mlmem_ros.device import Faults, MemoryElement, Settings, Write, factory, preset, snapshot
 from mlmem_ros.host.settings import (
     FileSettings,
     Parameters,
@@ -14,7 +13,6 @@ from mlmem_ros.host.settings import (
     RecordSettings,
     StateSettings,
 )
-from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import Design
 
 DESIGN = Design(
@@ -32,7 +30,7 @@ _FASTER = {
 
 
 def _settings():
-    _, schedule = load(str(Path(__file__).parents[2] / 'config' / 'bits_1.yaml'))
+    _, schedule = preset('bits_1')
     given = schedule.as_dict()
     for group, values in _FASTER.items():
         given[group] |= values

@@ -5,7 +5,8 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, PRESETS, Wall, level_of, walls
+from mlmem_ros.device import PRESETS
+from mlmem_ros.physics import CASE_II, Wall, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
@@ -71,7 +72,7 @@ def test_ripples_within_a_phase_are_no_walls():
 
 @pytest.mark.parametrize('preset', PRESETS)
 def test_every_level_of_what_ships_is_told(preset):
-    design = PRESETS[preset]
+    design = PRESETS[preset].design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert level_of(design, resting_wall(design, level)) == level
     assert level_of(design, np.full(design.N, design.D_s1)) == -1

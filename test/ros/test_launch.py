@@ -17,6 +17,8 @@ import pytest
 from robot import Robot
 from test_signals import check_closed
 
+from mlmem_ros.device import PRESETS, preset
+from mlmem_ros.parameter_file import text_of
 from mlmem_ros.ros.declarations import declarations
 
 CHECKOUT = Path(__file__).parents[2]
@@ -136,11 +138,33 @@ def test_launch_arguments(ros2, tmp_path):
     assert {topic for topic, _, _ in check_closed(bag)} >= {'/arm/left/wall', '/arm/left/field'}
 
 
-def test_launch_refuses_a_configuration_that_is_not_shipped(ros2):
+def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
     done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'config:=case_3')
-    shipped = sorted(path.stem for path in (CHECKOUT / 'config').glob('*.yaml'))
-    assert {'case_1', 'case_2', 'bits_8'} <= set(shipped)
-    assert f'Valid options are: {shipped}' in done.stdout + done.stderr
+    words = f"config must be the path of a parameter file, or one of {', '.join(PRESETS)}"
+    assert words in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize('launch', ['memory', 'bank'])
+def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
+    file = tmp_path / 'mine.yaml'
+    file.write_text(text_of(*preset('bits_1')))
+    name = {'memory': '/mlmem', 'bank': '/bank/element_0/mlmem'}[launch]
+    arguments = [f'config:={file}', 'write.attempts:=7']
+    arguments += ['elements:=1'] if launch == 'bank' else []
+    command = ('launch', 'mlmem_ros', f'{launch}.launch.py', *arguments)
+    with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
+        robot.next('wall', within=60)
+        present = robot.parameters()
+    assert (present['design.preset'], present['read.end']) == ('bits_1', 'right')
+    assert present['write.attempts'] == 7
+
+
+def test_launch_takes_a_preset_as_a_parameter(ros2, tmp_path):
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=four', 'design.preset:=bits_4')
+    with running(tmp_path, *command, whole_group=False), Robot('/four') as robot:
+        robot.next('wall', within=60)
+        assert robot.get('design.N') == 207
+        assert robot.get('read.end') == 'right'
 
 
 def test_launch_takes_every_parameter_as_an_argument(ros2):
@@ -162,7 +186,7 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
         robot.next('wall', within=60)
         present = robot.parameters()
         assert {name: present[name] for name in given} == given
-        assert present['write.tension'] == 0.048  # from the file
+        assert present['write.tension'] == 0.048  # from the preset
 
 
 @pytest.mark.slow

@@ -3,8 +3,8 @@
 """`mlmem design`: finding and proving, by the command line."""
 
 from mlmem_ros.cli.main import main
+from mlmem_ros.device import preset
 from mlmem_ros.parameter_file import load, parse
-from mlmem_ros.physics import PRESETS
 from mlmem_ros.studies.designer.report import COLUMNS
 
 
@@ -12,7 +12,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     file = tmp_path / 'two.yaml'
     options = ['--output', str(file), '--prove', '--jobs', '1', '--folder', str(tmp_path)]
     assert main(['design', '--levels', '2', *options]) == 0
-    assert load(str(file))[0] == PRESETS['bits_1']
+    assert load(str(file)).design == preset('bits_1').design
     assert '2 of 2' in capsys.readouterr().out
     # What is done is kept: the same command has nothing left to do.
     assert main(['design', '--levels', '2', *options]) == 0
@@ -28,7 +28,7 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
 
 def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):
     assert main(['design', '--levels', '2']) == 0
-    assert parse(capsys.readouterr().out)[0] == PRESETS['bits_1']
+    assert parse(capsys.readouterr().out).design == preset('bits_1').design
 
 
 def test_what_is_wrong_is_said(capsys):

@@ -8,23 +8,21 @@ they do what their table says.
 """
 
 import dataclasses
-from pathlib import Path
 
 import pytest
 
-from mlmem_ros.device import Calibration, Settings
+from mlmem_ros.device import Calibration, Settings, preset
 from mlmem_ros.device.checks import Verdict, check
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.device.steps_up import scaled
 from mlmem_ros.device.strain_cycle import StrainCycle
 from mlmem_ros.parameter_file import load, parse, text_of
-from mlmem_ros.physics import CASE_II, PRESETS
+from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
 from mlmem_ros.studies.designer import DesignNotFound, Proof, Tally, propose
 from mlmem_ros.studies.designer.listening import CLEAR
 from mlmem_ros.studies.upward import writes
 
-CONFIG = Path(__file__).parents[2] / 'config'
 QUICK, LARGE = (1, 2, 4), (5, 6, 8)
 BITS = pytest.mark.parametrize(
     'bits', [*QUICK, *(pytest.param(bits, marks=pytest.mark.slow) for bits in LARGE)]
@@ -38,8 +36,8 @@ def duration(settings):
 @BITS
 def test_the_designer_finds_what_is_shipped(bits):
     found = propose(2**bits)
-    design, settings = load(str(CONFIG / f'bits_{bits}.yaml'))
-    assert found.design == design == PRESETS[f'bits_{bits}']
+    design, settings = preset(f'bits_{bits}')
+    assert found.design == design
     searched = {'write': settings.write, 'actuator': settings.actuator}
     assert dataclasses.replace(found.settings, **searched) == settings
     assert duration(settings) <= duration(found.settings)
@@ -69,9 +67,7 @@ def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
 
 
 def test_three_bits_are_the_papers():
-    design, settings = load(str(CONFIG / 'bits_3.yaml'))
-    assert design == CASE_II
-    assert settings == load(str(CONFIG / 'case_2.yaml'))[1]
+    assert preset('bits_3') == (CASE_II, Settings())
 
 
 @pytest.mark.parametrize('bits', QUICK)
@@ -95,7 +91,7 @@ def test_a_shipped_element_is_proven(bits):
 
 
 def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above():
-    sixteen, thirty_two = PRESETS['bits_4'], PRESETS['bits_5']
+    sixteen, thirty_two = preset('bits_4').design, preset('bits_5').design
     kinds = [run['kind'] for run in Proof(sixteen, Settings()).points()]
     assert (kinds.count('upward'), kinds.count('erase'), kinds.count('down')) == (1, 16, 120)
     runs = Proof(thirty_two, Settings()).points()

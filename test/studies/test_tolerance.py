@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mlmem_ros.cli.main import main
-from mlmem_ros.device import UNDECODABLE, Settings
+from mlmem_ros.device import UNDECODABLE, Settings, preset
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II, Scatter, preset, scattered
+from mlmem_ros.physics import CASE_II, Scatter, scattered
 from mlmem_ros.studies import campaign
 from mlmem_ros.studies.tolerance import point
 from mlmem_ros.studies.tolerance.compare import load_counted
@@ -166,7 +166,7 @@ def test_an_instrument_that_reads_from_one_end_is_tried_there_alone():
 def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
     """Levels are drawn anew for each element; one that fails more is no more often tried."""
     rate = np.linspace(0.0, 0.6, 16)
-    bits_4 = preset('bits_4')
+    bits_4 = preset('bits_4').design
 
     def false_outcomes(design, settings, by, seed, what, levels):
         lost = np.random.default_rng(seed).random(design.levels) < rate

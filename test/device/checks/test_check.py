@@ -6,13 +6,12 @@ import dataclasses
 import json
 import math
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mlmem_ros.device import MemoryElement, Settings, factory_calibration
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
 from mlmem_ros.device.checks import Verdict, check
 from mlmem_ros.device.checks.echo_range import echo_strength
 from mlmem_ros.device.checks.launch import launched
@@ -23,8 +22,6 @@ from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.held_wall import hold_walls
-
-CONFIG = Path(__file__).parents[3] / 'config'
 
 
 @pytest.fixture(scope='module')
@@ -50,7 +47,7 @@ def test_case_ii_passes_everything(case_ii):
 
 def test_case_i_passes_with_the_warning_that_its_carriers_travel_in_both_phases():
     """Its potential is six times weaker and its bands nearly the same."""
-    report = check(*load(str(CONFIG / 'case_1.yaml')))
+    report = check(*preset('case_1'))
     assert report.verdict is Verdict.WARN
     assert {finding.name for finding in report.of(Verdict.WARN)} == {
         'carrier_left', 'carrier_right',

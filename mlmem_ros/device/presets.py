@@ -1,0 +1,254 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The elements that ship, each whole: a design, and the settings of its instrument.
+
+Table I of the paper, and elements of 1 to 8 bits. What is not said here is as in `Settings`, whose
+defaults are those of Case II. Times are in time units: docs/presets.md and docs/fast_write.md tell
+how the schedules were found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..physics import CASE_I, CASE_II, Design, DesignError
+from .settings import (
+    ActuatorSettings,
+    EraseSettings,
+    ProbeSettings,
+    ReadSettings,
+    Settings,
+    TimeSettings,
+    WriteSettings,
+)
+
+
+class Preset(NamedTuple):
+    """An element with its instrument: `new_element(preset('bits_4'))`.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings.
+    """
+
+    design: Design
+    settings: Settings
+
+
+DEFAULT = 'case_2'
+"""The preset that is meant where none is named."""
+
+
+_CASE_2 = Preset(CASE_II, Settings())
+"""The paper's second element, eight levels. Of its settings
+
+- `write.compression` works from -0.021 to beyond -0.054, `write.tension` from 0.0363 to the
+  actuator's limit: compression frees the wall at even levels, tension at odd ones;
+- `erase.compression` works from -0.032 on, `erase.tension` from 0.016 to 0.036: beyond, it frees
+  the wall, too, ahead of the kink;
+- `probe` is inside the band of s2 and above that of s1, the other phase; `probe_right` inside that
+  of s1 and below that of s2, and short, so that the nearest level's echo comes after the pulse.
+"""
+
+
+def _case_1() -> Preset:
+    """Return the paper's first element: one defect, so one level, blank or written.
+
+    Its potential is six times weaker, its wall wider and its echo fainter.
+    """
+    settings = Settings(
+        write=WriteSettings(start_strain=0.03),
+        # The wall is too wide to reflect but near the band's upper edge.
+        probe=ProbeSettings(omega_c=1.95, v_th=1.7e-4),
+        # A longer pulse: the window between the lower band edges is narrow.
+        probe_right=ProbeSettings(omega_c=0.30, sigma=16.0, v_th=1e-3, window=8.0),
+    )
+    return Preset(CASE_I, settings)
+
+
+def _fast() -> Preset:
+    """Return the paper's second element written faster, with less strain: 1800 per level."""
+    settings = Settings(
+        actuator=ActuatorSettings(max_rate=1e-3),  # the steepest ramp needs 9e-4
+        # Quick ramps: the inertia of the cells helps to free the wall.
+        write=WriteSettings(
+            ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
+            settle=800.0,  # or what still rings upsets the next step
+            final_settle=1000.0, compression=-0.0227, tension=0.0122, start_strain=0.03,
+        ),
+        read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
+        time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
+    )  # fmt: skip
+    return Preset(CASE_II, settings)
+
+
+def _nine_cells(
+    *,
+    N: int,
+    write: WriteSettings,
+    erase: EraseSettings,
+    right: tuple[float, float, float],
+    patience: float,
+    rest: float,
+    tail: int = 54,
+    eta: float = 1 / 250,
+    max_rate: float = 2e-4,
+    tick: float = 20.0,
+) -> Preset:
+    """Return an element as `studies.designer` finds it: Case II's cells, nine to a level.
+
+    Args:
+        N: Number of cells.
+        write: Its cycle, by a search; `write_cycle`.
+        erase: Its cycle; `erase_cycle`.
+        right: Carrier, sigma and threshold of the probe at the right end, which alone is read.
+        patience: Longest wait for the element to be quiet.
+        rest: Wait before a pulse.
+        tail: Cells at the right end without defects.
+        eta: Damping; the gain of both probes makes up for it.
+        max_rate: Of the actuator: what the steepest ramp needs, and a little.
+        tick: Every ramp is a whole number of them.
+    """
+    omega_c, sigma, v_th = right
+    settings = Settings(
+        actuator=ActuatorSettings(max_strain=0.05, max_rate=max_rate),
+        write=write,
+        erase=erase,
+        probe=ProbeSettings(gain_decay=eta / 2),
+        probe_right=replace(
+            Settings().probe_right, omega_c=omega_c, sigma=sigma, v_th=v_th, gain_decay=eta / 2
+        ),
+        read=ReadSettings(end='right', patience=patience, rest=rest),
+        time=TimeSettings(tick=tick),
+    )
+    design = Design(
+        N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
+    )
+    return Preset(design, settings)
+
+
+def _write(
+    ramp: float,
+    hold: float,
+    ease: float,
+    release: float,
+    peaks: tuple[float, float],
+    ease_to: float = 0.03,
+) -> WriteSettings:
+    """Return a write that eases nearly all the way back: the wall is brought, not dropped."""
+    return WriteSettings(
+        ramp=ramp, hold=hold, ease=ease, ease_to=ease_to, release=release, settle=0.0,
+        final_settle=1000.0, compression=peaks[0], tension=peaks[1], start_strain=0.02,
+        launch_speed=0.002,
+    )  # fmt: skip
+
+
+def _erase(ramp: float, hold: float, settle: float, peaks: tuple[float, float]) -> EraseSettings:
+    """Return an erase that listens only once the kink is where the wall was read."""
+    return EraseSettings(
+        ramp=ramp, hold=hold, release=ramp, settle=settle, compression=peaks[0], tension=peaks[1],
+        start_strain=-0.02, launch_speed=0.002, trust_reading=True,
+    )  # fmt: skip
+
+
+PRESETS = {
+    'case_1': _case_1(),
+    'case_2': _CASE_2,
+    'bits_1': _nine_cells(
+        N=81,
+        write=_write(120.0, 60.0, 300.0, 20.0, (-0.024, 0.021), ease_to=0.06),
+        erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0112)),
+        right=(0.693, 16.0, 6.9e-4),
+        patience=6200.0,
+        rest=100.0,
+        max_rate=3e-4,
+    ),
+    'bits_2': _nine_cells(
+        N=99,
+        write=_write(140.0, 20.0, 440.0, 20.0, (-0.0219, 0.0254)),
+        erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0111)),
+        right=(0.693, 16.0, 6.8e-4),
+        patience=6200.0,
+        rest=200.0,
+        max_rate=3e-4,
+    ),
+    'bits_3': _CASE_2,
+    'bits_4': _nine_cells(
+        N=207,
+        write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
+        erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
+        right=(0.691, 16.0, 7.6e-4),
+        patience=6500.0,
+        rest=300.0,
+    ),
+    'bits_5': _nine_cells(
+        N=369,
+        tail=72,
+        write=_write(340.0, 60.0, 580.0, 20.0, (-0.0165, 0.026)),
+        erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
+        right=(0.701, 20.0, 7.2e-4),
+        patience=6800.0,
+        rest=500.0,
+    ),
+    'bits_6': _nine_cells(
+        N=666,
+        tail=81,
+        write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
+        erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
+        right=(0.705, 24.0, 7.6e-4),
+        patience=7400.0,
+        rest=800.0,
+    ),
+    'bits_8': _nine_cells(
+        N=2475,
+        tail=162,
+        eta=1 / 500,
+        write=_write(1260.0, 40.0, 1260.0, 200.0, (-0.0157, 0.0235)),
+        erase=_erase(2000.0, 400.0, 1200.0, (-0.0226, 0.0105)),
+        right=(0.705, 50.0, 9.3e-4),
+        patience=17000.0,
+        rest=3000.0,
+    ),
+    'damped_bits_3': _nine_cells(
+        N=135,
+        eta=1 / 100,
+        write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
+        erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
+        right=(0.692, 16.0, 8.6e-4),
+        patience=2700.0,
+        rest=200.0,
+        max_rate=3e-4,
+        tick=10.0,
+    ),
+    'damped_bits_4': _nine_cells(
+        N=207,
+        eta=1 / 100,
+        write=_write(190.0, 30.0, 320.0, 10.0, (-0.0165, 0.026)),
+        erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
+        right=(0.691, 16.0, 9.7e-4),
+        patience=2900.0,
+        rest=300.0,
+        max_rate=3e-4,
+        tick=10.0,
+    ),
+    'fast': _fast(),
+}
+"""By name: `bits_n` stores n bits, `damped_bits_n` in cells damped 2.5 times as much, `fast` is
+`case_2` on another schedule. Each level of an element takes as long to write as docs/presets.md
+says."""
+
+
+def preset(name: str) -> Preset:
+    """Return a shipped element.
+
+    Args:
+        name: A key of `PRESETS`.
+
+    Raises:
+        DesignError: There is no such preset.
+    """
+    try:
+        return PRESETS[name]
+    except KeyError:
+        raise DesignError(f'preset must be one of {", ".join(PRESETS)}; got {name!r}') from None
