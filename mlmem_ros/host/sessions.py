@@ -19,6 +19,7 @@ from .errors import Overdue
 from .files import confined
 from .journal import Journal
 from .recording import Recording, SessionPlan
+from .settings import RecordSettings
 from .worker import Worker
 
 T = TypeVar('T')
@@ -63,23 +64,24 @@ class Sessions:
         self._worker = Worker('mlmem-sessions', journal)
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
-        """Begin a recording before time runs, into just the path that is planned.
+        """Begin a recording before time runs, by `record.path`, else as `start`.
 
         Raises:
-            BagError: The path exists, or cannot be written.
+            BagError: It cannot be written, or the path exists and `record.add_time` is off.
             SettingsError: It leads out of `files.root`.
             Overdue: The disk does not answer.
         """
-        self._worker.done(STARTING, lambda: self._start(plan, element, None, anew=False))
+        self._worker.done(STARTING, lambda: self._start(plan, element, None))
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
-        """Begin a recording while time runs; a path that exists gets the time added.
+        """Begin a recording while time runs; a path that exists gets the time added, unless it
+        must not (`record.add_time`).
 
         Returns:
             The path of the new bag, once it holds the present state; `Refused` where a
             recording or a procedure is under way, else as `begin` raises.
         """
-        return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop, anew=True))
+        return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
 
     def stop(self, loop: Loop) -> Future[Path]:
         """End the recording while time runs.
@@ -113,16 +115,14 @@ class Sessions:
 
     # --- in the worker's thread ----------------------------------------------------------
 
-    def _start(
-        self, plan: SessionPlan, element: MemoryElement, loop: Loop | None, anew: bool
-    ) -> Path:
+    def _start(self, plan: SessionPlan, element: MemoryElement, loop: Loop | None) -> Path:
         if self.current is not None:
             raise Refused(f'busy: recording into {self.current.status.path}')
         if element.procedure:
             raise Refused(f'busy: {element.procedure} is running; a session begins idle')
         self.state = State.STARTING
         try:
-            path = _new_path(plan.settings.path, self._root(), anew)
+            path = _new_path(plan.settings, self._root())
             recording = Recording(plan, path, self._journal, self._now)
             try:
                 _between_ticks(
@@ -161,10 +161,10 @@ def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
     return function() if loop is None else loop.call(function).result()
 
 
-def _new_path(configured: str, root: str, anew: bool) -> Path:
+def _new_path(settings: RecordSettings, root: str) -> Path:
     """Return the configured path, or one with the time where it is empty, or taken."""
-    path = confined(configured or 'session', root)
-    if configured and not (anew and durable.exists(path)):
+    path = confined(settings.path or 'session', root)
+    if settings.path and not (settings.add_time and durable.exists(path)):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
     names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))

@@ -59,6 +59,9 @@ class RecordSettings(Checked):
     """Where a session is recorded."""
 
     path: str = described('', 'bag directory of a session that starts with the node; empty: none')
+    add_time: bool = described(
+        True, 'add the time to the name of a path that exists; false: such a path is refused'
+    )
     sync_interval: float = described(
         1.0,
         'time in which what was recorded shall be safe on the disk; a sync begins at half of it',

@@ -7,6 +7,7 @@ The disk is the real one, or a function that stands in for it where it shall fai
 
 import dataclasses
 import math
+import re
 import shutil
 import threading
 
@@ -189,9 +190,37 @@ def test_of_many_starts_and_stops_at_once_one_is_done(serve, record):
     assert host.sessions.state is State.IDLE
 
 
+@pytest.mark.parametrize('active', [False, True])
+def test_a_session_whose_path_exists_gets_the_time_added(serve, record, tmp_path, active):
+    """At the start of an element as while it runs; what is there stays as it is."""
+    (tmp_path / 'session').mkdir()
+    service = serve(record=RecordSettings() if active else record)
+    host = service.activate()
+    if active:
+        host.record(service.plan(record)).result(SOON)
+    path = host.record(None).result(SOON)
+    assert path.parent == tmp_path
+    assert re.fullmatch(r'session-\d{8}-\d{6}', path.name)
+    assert replay(load(path)).exact
+    assert not any((tmp_path / 'session').iterdir())
+
+
+def test_a_session_that_must_not_get_the_time_added_refuses_a_path_that_exists(
+    serve, record, tmp_path
+):
+    (tmp_path / 'session').mkdir()
+    exactly = dataclasses.replace(record, add_time=False)
+    service = serve()
+    host = service.activate()
+    with pytest.raises(BagError, match='exists already'):
+        host.record(service.plan(exactly)).result(SOON)
+    assert host.recording is None
+    assert [path.name for path in tmp_path.iterdir()] == ['session']
+
+
 def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record, tmp_path):
     (tmp_path / 'session').mkdir()
-    service = serve(record=record)
+    service = serve(record=dataclasses.replace(record, add_time=False))
     with pytest.raises(BagError, match='exists already'):
         service.activate()
     assert service.host.loop is None

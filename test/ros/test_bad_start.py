@@ -83,7 +83,7 @@ def test_an_existing_record_path(start, tmp_path):
     path = tmp_path / 'session'
     path.mkdir()
     (path / 'metadata.yaml').write_text('kept')
-    line = refusal(start(parameters={'record.path': str(path)}))
+    line = refusal(start(parameters={'record.path': str(path), 'record.add_time': False}))
     assert str(path) in line
     assert 'exists' in line
     assert [(file.name, file.read_text()) for file in path.iterdir()] == [

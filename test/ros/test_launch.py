@@ -140,7 +140,7 @@ def test_launch_arguments(ros2, tmp_path):
 
 def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
     done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', 'config:=case_3')
-    words = f"config must be the path of a parameter file, or one of {', '.join(PRESETS)}"
+    words = f'config must be the path of a parameter file, or one of {", ".join(PRESETS)}'
     assert words in done.stdout + done.stderr
 
 
