@@ -13,8 +13,13 @@ from ..physics import Design, DesignError
 if TYPE_CHECKING:  # what may be chosen is told without ROS
     from .journal import Journal
 
-CHOICES = ('refuse', 'warn', 'off')
+CHOICES = ('refuse', 'warn', 'skip')
 """What to do about a design that fails: not to configure, to say so, not to look."""
+
+SKIP = 'skip'
+
+WAS_SKIP = 'off'
+"""The word of 0.1, which YAML 1.1 reads as false; both are understood for one release."""
 
 
 def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
@@ -29,7 +34,7 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
     Raises:
         DesignError: The design fails, and the mode is 'refuse'.
     """
-    if mode == 'off':
+    if mode == SKIP:
         return
     report = check(design, settings)
     failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]

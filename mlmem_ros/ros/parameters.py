@@ -24,6 +24,7 @@ from ..described import Description, descriptions
 from ..device import PRESETS, SettingsError, preset
 from ..device.settings import Settings
 from ..host import Host
+from ..host.design_check import SKIP, WAS_SKIP
 from ..host.files import confined
 from ..host.settings import Parameters
 from ..physics import DesignError
@@ -68,6 +69,9 @@ class ParameterSet:
             chosen = preset(name)
         except DesignError as error:
             raise ParameterError(f'parameter design.{error}') from error
+        overrides = node._parameter_overrides  # rclpy has no public way to ask
+        if (check := overrides.get('design.check')) is not None:
+            overrides['design.check'] = self._modern(check)
         _declare(node, 'design.check', *CHECK)
         self._defaults = groups(chosen)
         for prefix, defaults in self._defaults.items():
@@ -81,7 +85,7 @@ class ParameterSet:
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_pre_set_parameters_callback(self._with_doubles)
-        node.add_pre_set_parameters_callback(self._with_preset)
+        node.add_pre_set_parameters_callback(self._meant)
         node.add_on_set_parameters_callback(self._check)
 
     def values(self) -> Parameters:
@@ -176,11 +180,12 @@ class ParameterSet:
                 )
         return SetParametersResult(successful=True)
 
-    def _with_preset(self, changed: list[Parameter]) -> list[Parameter]:
+    def _meant(self, changed: list[Parameter]) -> list[Parameter]:
         """Return what is to be set, with all that a preset in it brings along.
 
         What is set beside it overrides it; all are taken together, or none.
         """
+        changed = [self._modern(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
         if (name := given.get('design.preset')) not in tuple(PRESETS):
             return changed
@@ -194,6 +199,16 @@ class ParameterSet:
             *changed,
             *(Parameter(key, value=value) for key, value in brought.items() if key not in given),
         ]
+
+    def _modern(self, parameter: Parameter) -> Parameter:
+        """Return a parameter in the words of today."""
+        old = parameter.value is False or parameter.value == WAS_SKIP
+        if parameter.name != 'design.check' or not old:
+            return parameter
+        self._node.get_logger().warning(
+            f'design.check: off is called {SKIP} now (YAML reads off as false)'
+        )
+        return Parameter('design.check', value=SKIP)
 
 
 def _warn_of_strangers(node: Node) -> None:

@@ -48,7 +48,7 @@ def parameters(*, record='', state='', interval=0.0, sync_interval=0.2, hash_eve
     """Return all that a host is given."""
     return Parameters(
         design=DESIGN,
-        check='off',
+        check='skip',
         settings=SETTINGS,
         publish=PUBLISH,
         record=RecordSettings(record, sync_interval=sync_interval, hash_every=hash_every),

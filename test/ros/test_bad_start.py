@@ -99,4 +99,4 @@ def test_a_design_that_fails_its_check(start):
 
 def test_a_check_of_another_name(start):
     line = refusal(start(parameters={'design.check': 'perhaps'}))
-    assert 'design.check must be one of refuse, warn, off' in line
+    assert 'design.check must be one of refuse, warn, skip' in line

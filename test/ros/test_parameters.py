@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameters: a preset is the whole element, and what is given beside it overrides it."""
+"""A node's parameters: a preset is the whole element, what is given beside it overrides it."""
 
 from dataclasses import asdict
 from types import SimpleNamespace
@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.ros.parameters import ParameterSet
+from mlmem_ros.ros.parameters import ParameterError, ParameterSet
 
 
 @pytest.fixture(scope='module')
@@ -111,3 +111,25 @@ def test_a_node_of_sixteen_levels(start):
         assert levels.to_value == 15
         assert robot.write(0)['code'] == '0000'
         assert robot.trigger('read')['end'] == 'right'
+
+
+# --- design.check ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('word', ['skip', 'off', False])
+def test_the_check_is_skipped_in_the_word_of_0_1_too(declared, word):
+    """YAML 1.1 reads `off` as false, so the node is given that."""
+    _, given = declared({'design.check': word})
+    assert given.values().check == 'skip'
+    node, given = declared()
+    assert set_all(node, {'design.check': word}).successful
+    assert given.values().check == node.get_parameter('design.check').value == 'skip'
+
+
+@pytest.mark.parametrize('word', [True, 0, 'no'])
+def test_another_word_is_refused(declared, word):
+    with pytest.raises(ParameterError, match=r'design\.check must be'):
+        declared({'design.check': word})[1].values()
+    node, given = declared()
+    assert not set_all(node, {'design.check': word}).successful
+    assert given.values().check == 'refuse'
