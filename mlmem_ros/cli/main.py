@@ -9,6 +9,8 @@ import importlib
 import sys
 from collections.abc import Sequence
 
+from .. import __version__
+
 SUBCOMMANDS = (
     'demo',
     'write',
@@ -40,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog='mlmem', description='Write, read and study mechanical multi-level memories.'
     )
+    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
     subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     modules = {name: importlib.import_module(f'.{name}', __package__) for name in SUBCOMMANDS}
     for name, module in modules.items():

@@ -7,6 +7,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
+from .. import __version__
+
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
     """Return a command line with its plain options turned into ROS parameters.
@@ -15,7 +17,7 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
         arguments: The command line, the program first.
 
     Raises:
-        SystemExit: An option has a bad value, or help was asked for.
+        SystemExit: An option is not known or has a bad value, or help was asked for.
     """
     parser = argparse.ArgumentParser(
         'memory_node',
@@ -29,11 +31,26 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
         metavar='FACTOR',
         help='factor on real time, or "max" for as fast as it can: the parameter time.speed',
     )
-    known, rest = parser.parse_known_args(arguments[1:])
-    given = [*arguments[:1], *rest]
-    if known.speed is not None:
-        given += ['--ros-args', '-p', f'time.speed:={known.speed!r}']
-    return given
+    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
+    plain, of_ros = _parted(arguments[1:])
+    given = parser.parse_args(plain)
+    if given.speed is not None:
+        of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
+    return [*arguments[:1], *of_ros]
+
+
+def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the plain arguments, and ROS's: from each `--ros-args` to `--` or the end."""
+    plain: list[str] = []
+    of_ros: list[str] = []
+    mine = plain
+    for argument in arguments:
+        if argument == '--ros-args':
+            mine = of_ros
+        mine.append(argument)
+        if argument == '--':
+            mine = plain
+    return plain, of_ros
 
 
 def _speed(text: str) -> float:

@@ -58,7 +58,10 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
         return NOT_STARTED
     except Exception as error:
         if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
-            get_logger('mlmem').fatal(f'cannot start: {str(error).splitlines()[0]}')
+            why = str(error).splitlines()[0]
+            if type(error).__name__ == 'UnknownROSArgsError':
+                why = f'behind --ros-args there must be options of ROS alone; got {why}'
+            get_logger('mlmem').fatal(f'cannot start: {why}')
             return NOT_STARTED
         raise
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms

@@ -69,6 +69,12 @@ def test_a_missing_parameter_file(start, tmp_path):
     assert str(file) in refusal(start(file=file))
 
 
+def test_an_option_that_ros_does_not_know(start):
+    assert "options of ROS alone; got ['--bogus']" in refusal(
+        start(options=['--ros-args', '--bogus'])
+    )
+
+
 def test_an_unwritable_record_path(start, tmp_path):
     """Below a file, as a test that runs as root can write everywhere else."""
     file = tmp_path / 'file'

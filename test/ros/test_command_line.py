@@ -5,6 +5,8 @@
 import pytest
 from robot import Robot, values
 
+from mlmem_ros import __version__
+from mlmem_ros.cli.main import main as mlmem
 from mlmem_ros.ros.command_line import ros_arguments
 
 
@@ -21,6 +23,32 @@ def test_the_options_of_ros_pass():
     arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
     assert ros_arguments(arguments) == arguments
     assert ros_arguments(['node']) == ['node']
+
+
+@pytest.mark.parametrize(
+    'given',
+    [['--bogus'], ['bogus'], ['--spee', '2'], ['--bogus', '--ros-args', '--', '--speed', '2']],
+    ids=str,
+)
+def test_what_is_no_option_is_refused(given, capsys):
+    with pytest.raises(SystemExit) as refused:
+        ros_arguments(['node', *given])
+    assert refused.value.code == 2
+    assert f'unrecognized arguments: {given[0]}' in capsys.readouterr().err
+
+
+def test_plain_options_go_behind_those_of_ros_too():
+    given = ['node', '--ros-args', '-r', '__ns:=/leg', '--', '--speed', '2']
+    expected = [*given[:5], '--ros-args', '-p', 'time.speed:=2.0']
+    assert ros_arguments(given) == expected
+
+
+@pytest.mark.parametrize('of', [mlmem, lambda given: ros_arguments(['node', *given])])
+def test_the_version_is_told(of, capsys):
+    with pytest.raises(SystemExit) as told:
+        of(['--version'])
+    assert told.value.code == 0
+    assert capsys.readouterr().out == f'mlmem_ros {__version__}\n'
 
 
 @pytest.mark.parametrize('factor', ['nan', 'inf', '-1', '0', '1e7', 'fast'])
