@@ -21,16 +21,16 @@ from std_msgs.msg import (
     MultiArrayLayout,
 )
 
-from ..device import MemoryElement, Outcome, Reading
+from ..device import UNDECODABLE, MemoryElement, Outcome, Reading
 from ..device.echo import Echo
 from ..physics import walls
 from ..physics.energy import actuator_force
 from ..physics.potential import Array
 
 
-def level(reading: Reading) -> Int16:
-    """Return the decoded level: 0 ... p - 1, -1 blank, -2 undecodable."""
-    return Int16(data=reading.level)
+def level(reading: Reading | None) -> Int16:
+    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or not known."""
+    return Int16(data=UNDECODABLE if reading is None else reading.level)
 
 
 def answer(outcome: Outcome, **asked: Any) -> str:

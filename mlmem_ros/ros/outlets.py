@@ -57,6 +57,8 @@ class Outlets:
         }
         self._contour = Contour(element, settings)
         self._markers = ChainMarkers(element, settings)
+        if element.reading is not None:  # it was restored
+            self.publish('~/level', messages.level(element.reading))
 
     def close(self) -> None:
         """Publish no more."""
@@ -109,7 +111,6 @@ class Outlets:
     def _publish_heard(self, heard: Heard) -> None:
         if self._watched('~/echo'):
             self.publish('~/echo', messages.echo(heard.echo))
-        self.publish('~/level', messages.level(heard.reading))
         distance = messages.distance(
             heard.reading, self._element, self._stamp(), self._settings.frame_id
         )
@@ -117,6 +118,7 @@ class Outlets:
 
     def _publish_outcome(self, outcome: Outcome) -> None:
         self.publish('~/outcome', messages.status(outcome, self._node.get_fully_qualified_name()))
+        self.publish('~/level', messages.level(self._element.reading))
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()
