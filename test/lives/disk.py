@@ -32,6 +32,7 @@ class Disk:
             is any of them now and then, and short writes.
         open_files: What the process holds open, by descriptor.
         troubled_at: When a call was in trouble last.
+        crash_in: Calls until the process is killed within one, or None.
         held_up: Tasks whose call hangs.
     """
 
@@ -44,6 +45,7 @@ class Disk:
         self.calls = 0
         self.trouble = ''
         self.troubled_at = 0.0
+        self.crash_in = None
         self.open_files = {}
         self._root = Directory()
         self._scheduler = scheduler
@@ -62,7 +64,7 @@ class Disk:
     def kill(self):
         """The process dies: its files are closed, what the system shows stays."""
         self.open_files.clear()
-        self.trouble = ''
+        self.trouble, self.crash_in = '', None
         self.held_up.clear()
 
     def cut_power(self):
@@ -194,10 +196,14 @@ class Disk:
         """Hand over, be held up, fail; return how many bytes are taken."""
         scheduler = self._scheduler
         task = scheduler.current
-        if task is None:
+        if task is None or task.outside:  # the experimenter, whom nothing befalls
             return size
         if task.ended:
             raise Killed
+        if self.crash_in is not None:
+            self.crash_in -= 1
+            if not self.crash_in:
+                self.crash_in, scheduler.crash_at = None, scheduler.handovers
         scheduler.handover((name, str(path)))
         self.calls += 1
         trouble = self.trouble

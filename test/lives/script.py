@@ -184,7 +184,8 @@ def _steps(chance):
             return [trouble, *_steps(chance), *([heal] if ends else [])]
         case 'crash':
             kind = chance.choice(('kill', 'power'))
-            crash = Step(after, 'crash', (kind, chance.choice((1, 20, 100, 400))))
+            counted, most = chance.choice((('hand-overs', 400), ('calls', 16)))
+            crash = Step(after, 'crash', (kind, counted, chance.randint(1, most)))
             return [crash, Step(0.0, 'configure'), Step(0.0, 'activate')]
         case 'break':  # the material stops being finite, in one tick or from now on
             fails = Step(after, 'break', chance.choice(('once', 'for good')))

@@ -102,8 +102,11 @@ class Life:
             self.scheduler.note(str(step))
             match step.what:
                 case 'crash':
-                    self._dies_by, handovers = step.given
-                    self.scheduler.crash_at = self.scheduler.handovers + handovers
+                    self._dies_by, counted, number = step.given
+                    if counted == 'calls':
+                        self.disk.crash_in = number
+                    else:
+                        self.scheduler.crash_at = self.scheduler.handovers + number
                 case 'trouble':
                     self.disk.trouble = step.given
                 case 'heal':
@@ -118,7 +121,7 @@ class Life:
                     self._process.post(step)
         self.scheduler.sleep(0.5)
         self._go_on_after_crash()
-        self.scheduler.crash_at = None
+        self.scheduler.crash_at = self.disk.crash_in = None
         self._end()
         self.oracles.died('power')
 
