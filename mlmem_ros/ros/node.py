@@ -18,6 +18,7 @@ from .compiling import telling_compilation
 from .diagnostics import Diagnostics
 from .fault_parameters import FaultParameters
 from .inlets import Inlets
+from .namesakes import Namesakes
 from .outlets import Outlets
 from .parameters import ParameterError, ParameterSet
 from .recorded import session_plan
@@ -69,6 +70,7 @@ class MemoryNode(LifecycleNode):
         self._diagnostics = Diagnostics(self, self.host, boundary)
         self._faults = FaultParameters(self, self.host, boundary)
         self._speedometer = Speedometer(self, self.host, boundary)
+        self._namesakes = Namesakes(self, self.host.journal, boundary)
         self._outlets: Outlets | None = None
         self._starting = False
         self._awaits_clock = True
