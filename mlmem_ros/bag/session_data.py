@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..clipped import clipped
 from ..device import Command, Refused, Settings
-from ..device.settings import ScaleSettings
+from ..device.units import Units
 from ..physics import Design
 from .command_topics import COMMAND_TOPICS, Make
 from .errors import BagError
@@ -123,14 +123,14 @@ def _is_read(values: Mapping[str, str]) -> bool:
 
 
 def load(
-    path: str | PathLike[str] | BagReader, node: str = '', scale: ScaleSettings | None = None
+    path: str | PathLike[str] | BagReader, node: str = '', units: Units | None = None
 ) -> SessionData:
     """Read what a bag tells of a memory node.
 
     Args:
         path: The bag, or a reader that opened it.
         node: Full name of the node; by default the only one in the bag.
-        scale: What the units of a bag without a header are in SI; by default the device's.
+        units: What the units of a bag without a header are in SI; by default Case II's.
 
     Raises:
         BagError: The bag cannot be read, tells of no node or of several, or a message is not
@@ -139,7 +139,7 @@ def load(
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
     session = SessionData(node, reader.span[0] if reader.span else 0, None)
-    collector = _Collector(session, scale or ScaleSettings())
+    collector = _Collector(session, units or Units())
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
     for message in reader.messages(handlers):
         seconds = (message.log_time - session.start) / 1e9
@@ -159,9 +159,9 @@ Handler = Callable[[float, Any], None]
 class _Collector:
     """Sorts messages into a `SessionData`."""
 
-    def __init__(self, session: SessionData, scale: ScaleSettings) -> None:
+    def __init__(self, session: SessionData, units: Units) -> None:
         self._session = session
-        self._scale = scale
+        self._units = units
         self._untold = False  # whether the level of the last echo may yet come
         self._dropped = 0
 
@@ -239,9 +239,9 @@ class _Collector:
     def _command(self, make: Make) -> Handler:
         def take(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
-            scale = self._session.settings.scale if header else self._scale
+            units = Units(header.design, header.settings.scale) if header else self._units
             try:
-                self._session.commands.append((seconds, make(message, scale)))
+                self._session.commands.append((seconds, make(message, units)))
             except Refused as refusal:  # by the node, too
                 self._session.refused.append((seconds, str(refusal)))
 

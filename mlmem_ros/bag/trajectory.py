@@ -10,14 +10,16 @@ from ..device import FollowTrajectory, Refused
 from ..device.profile import MOST_POINTS
 
 
-def command_of(message: Any) -> FollowTrajectory:
+def command_of(message: Any, elongation: float) -> FollowTrajectory:
     """Return the command; whether it can be followed is for the device to judge.
 
-    Positions are strains, velocities their rates. Stamp, accelerations and efforts are not looked
+    Positions are displacements of the substrate's end in m, as `~/joint_states` tells them, and
+    velocities m/s. Stamp, accelerations and efforts are not looked
     at: a trajectory begins when it is taken.
 
     Args:
         message: A trajectory as rclpy or as `rosbags` gives it.
+        elongation: Displacement of the end for a strain of 1, in m.
 
     Raises:
         Refused: A point has not one position, or not as many velocities, one or none, as the
@@ -39,7 +41,7 @@ def command_of(message: Any) -> FollowTrajectory:
         tuple(
             point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points
         ),
-        tuple(float(point.positions[0]) for point in points),
-        tuple(float(rate) for point in points for rate in point.velocities),
+        tuple(float(point.positions[0]) / elongation for point in points),
+        tuple(float(rate) / elongation for point in points for rate in point.velocities),
         ', '.join(message.joint_names),
     )

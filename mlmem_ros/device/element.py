@@ -49,6 +49,7 @@ from .reading import Reading, combine, decode, phase_of
 from .sensor_faults import sensed
 from .settings import Settings, TimeSettings
 from .transducer import ENDS, Transducer
+from .units import Units
 
 MOST_WORK = 10**8
 """Cell steps of a tick, those of at least a thousand cells: a quarter of a second or so."""
@@ -132,6 +133,11 @@ class MemoryElement:
     def procedure(self) -> str:
         """Name of the running procedure, empty when there is none."""
         return self._running.name if self._running else ''
+
+    @property
+    def units(self) -> Units:
+        """What its units are in SI."""
+        return Units(self.design, self.settings.scale)
 
     @property
     def resting(self) -> bool:

@@ -226,6 +226,9 @@ class ScaleSettings(Checked):
 
     time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
     length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
+    stiffness: float = described(
+        1e6, 'k_r: of the spring between two cells', unit='N/m', low=1e-12, high=1e15
+    )
 
     @property
     def acceleration(self) -> float:

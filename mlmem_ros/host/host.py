@@ -30,7 +30,7 @@ from ..device import (
 from ..device.commands import Procedures
 from ..device.loop import Stamped
 from ..device.pacing import Pacer
-from ..device.settings import ScaleSettings
+from ..device.units import Units
 from ..physics import StateError
 from .design_check import check_design
 from .errors import REFUSALS
@@ -236,9 +236,9 @@ class Host:
         """
         return self._counted(lambda loop: self._kept(loop, command))
 
-    def submit_scaled(self, make: Callable[[ScaleSettings], Command]) -> Future[Outcome | None]:
-        """Hand in a command made of SI values, which the device's scale turns into its own."""
-        return self._counted(lambda loop: self._kept(loop, make(loop.element.settings.scale)))
+    def submit_scaled(self, make: Callable[[Units], Command]) -> Future[Outcome | None]:
+        """Hand in a command made of SI values, which the device's units turn into its own."""
+        return self._counted(lambda loop: self._kept(loop, make(loop.element.units)))
 
     def step(self) -> Future[int]:
         """Run one tick while paused; see `Loop.single_tick`."""

@@ -50,7 +50,7 @@ class Inlets:
             with journal.guarded(topic):
                 if (recording := self._host.recording) is not None:
                     recording.put(name, cdr)
-                answer = self._host.submit_scaled(lambda scale: make(message, scale))
+                answer = self._host.submit_scaled(lambda units: make(message, units))
                 answer.add_done_callback(told)
 
         def told(answer: Future[Any]) -> None:

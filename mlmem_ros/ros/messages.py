@@ -138,16 +138,15 @@ def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: st
 
 
 def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
-    """Return the substrate's end and the transducer cell v_1: metres, m/s; effort in k_r cells."""
-    length, time = element.settings.scale.length, element.settings.scale.time
-    chain = element.chain
+    """Return the substrate's end and the transducer cell v_1: m, m/s and N."""
+    units, chain = element.units, element.chain
     message = JointState(
         name=['substrate', 'transducer'],
-        position=array.array('d', (chain.V_N * length, float(chain.v[0]) * length)),
+        position=array.array('d', (chain.V_N * units.length, float(chain.v[0]) * units.length)),
         velocity=array.array(
-            'd', (element.substrate_speed * length / time, chain.velocity[0] * length / time)
+            'd', (element.substrate_speed * units.speed, chain.velocity[0] * units.speed)
         ),
-        effort=array.array('d', (actuator_force(chain), 0.0)),
+        effort=array.array('d', (actuator_force(chain) * units.force, 0.0)),
     )
     message.header.stamp = stamp
     message.header.frame_id = frame_id

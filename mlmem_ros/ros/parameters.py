@@ -84,8 +84,7 @@ class ParameterSet:
         _declare(node, 'autostart', *AUTOSTART)
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
-        node.add_pre_set_parameters_callback(self._with_doubles)
-        node.add_pre_set_parameters_callback(self._meant)
+        node.add_pre_set_parameters_callback(self._meant)  # of two, rclpy would take both answers
         node.add_on_set_parameters_callback(self._check)
 
     def values(self) -> Parameters:
@@ -135,18 +134,6 @@ class ParameterSet:
         described.type = ParameterType.PARAMETER_INTEGER
         self._node.set_descriptor('target_level', described)
 
-    def _with_doubles(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return parameters with whole numbers as doubles where doubles are meant."""
-
-        def double(one: Parameter) -> Parameter:
-            meant = self._node.has_parameter(one.name) and isinstance(
-                self._node.get_parameter(one.name).value, float
-            )
-            whole = one.type_ == Parameter.Type.INTEGER
-            return Parameter(one.name, value=float(one.value)) if meant and whole else one
-
-        return [double(one) for one in changed]
-
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
         for parameter in changed:
             if parameter.name == 'use_sim_time' and self._host.loop is not None:
@@ -185,7 +172,7 @@ class ParameterSet:
 
         What is set beside it overrides it; all are taken together, or none.
         """
-        changed = [self._modern(parameter) for parameter in changed]
+        changed = [self._modern(self._double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
         if (name := given.get('design.preset')) not in tuple(PRESETS):
             return changed
@@ -199,6 +186,14 @@ class ParameterSet:
             *changed,
             *(Parameter(key, value=value) for key, value in brought.items() if key not in given),
         ]
+
+    def _double(self, parameter: Parameter) -> Parameter:
+        """Return a parameter with a whole number as a double where a double is meant."""
+        known = self._node.has_parameter(parameter.name)
+        meant = known and isinstance(self._node.get_parameter(parameter.name).value, float)
+        if meant and parameter.type_ == Parameter.Type.INTEGER:
+            return Parameter(parameter.name, value=float(parameter.value))
+        return parameter
 
     def _modern(self, parameter: Parameter) -> Parameter:
         """Return a parameter in the words of today."""

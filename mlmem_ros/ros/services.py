@@ -26,7 +26,7 @@ from ..device import (
     SelfTest,
     Write,
 )
-from ..device.settings import ScaleSettings
+from ..device.units import Units
 from ..host import REFUSALS, Host
 from . import messages
 from .qos import EVERY_ONE
@@ -83,7 +83,7 @@ class Services:
         """Do what a request asks for; return whether it succeeded, and its answer."""
         asked: dict[str, Any] = {}
 
-        def made(_: ScaleSettings) -> Command:
+        def made(_: Units) -> Command:
             command = make()
             if isinstance(command, Write):
                 asked['asked'] = command.level

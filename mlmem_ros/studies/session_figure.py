@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from ..bag.replay import element_of
 from ..bag.session_data import SessionData
 from ..device.echo import threshold
+from ..device.units import Units
 
 PHASES = 'RdBu'
 """Colours of the configuration: the paper's red for s1 and blue for s2."""
@@ -83,7 +84,7 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
 
 
 def _draw_strain(axes: Any, session: SessionData) -> None:
-    length = session.settings.scale.length * session.design.end_displacement(1.0)
+    length = Units(session.design, session.settings.scale).elongation
     strain = np.array(session.end_displacement) / length
     axes.plot(session.strain_time, 1e3 * strain, color='k', lw=0.9)
     axes.axhline(0.0, color='grey', lw=0.4)

@@ -53,10 +53,10 @@ OUT = {
     'level': (Int16, LATCHED),
     'outcome': (DiagnosticStatus, LATCHED),
     'echo': (Float32MultiArray, RELIABLE),
-    'range': (Range, SENSOR),
-    'joint_states': (JointState, SENSOR),
-    'field': (Float32MultiArray, SENSOR),
-    'wall': (Float64MultiArray, SENSOR),
+    'range': (Range, RELIABLE),
+    'joint_states': (JointState, RELIABLE),
+    'field': (Float32MultiArray, RELIABLE),
+    'wall': (Float64MultiArray, RELIABLE),
     '/diagnostics': (DiagnosticArray, RELIABLE),
 }
 SERVICES = {
@@ -72,6 +72,8 @@ SERVICES = {
     'step': Trigger,
 }
 BLANK, UNDECODABLE = -1, -2
+ELONGATION = 2.25
+"""Metres of the end for a strain of 1: 225 cells of 1 cm."""
 
 
 class Answer(dict):
@@ -174,10 +176,15 @@ class Robot:
         self.send_message(topic, message)
 
     def follow(self, *points, joint='substrate'):
-        """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s)."""
+        """Publish a trajectory of points (milliseconds, strain) or (milliseconds, strain, 1/s).
+
+        On the wire they are metres of the end and m/s.
+        """
         message = JointTrajectory(joint_names=[joint])
         for milliseconds, strain, *rate in points:
-            point = JointTrajectoryPoint(positions=[strain], velocities=rate)
+            point = JointTrajectoryPoint(
+                positions=[strain * ELONGATION], velocities=[each * ELONGATION for each in rate]
+            )
             point.time_from_start.sec, left = divmod(milliseconds, 1000)
             point.time_from_start.nanosec = 10**6 * left
             message.points.append(point)

@@ -20,6 +20,7 @@ from mlmem_ros.cli.main import main
 from mlmem_ros.device import BLANK, UNDECODABLE, new_element
 from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.device.units import Units
 from mlmem_ros.physics import CASE_II
 
 DATA = Path(__file__).parent.parent / 'data'
@@ -102,7 +103,7 @@ def test_the_imu_of_a_robots_bag_shakes_the_base(tmp_path):
     (refusal,) = report.refused
     assert 'acceleration must be a finite number' in refusal
     assert element.base.state.acceleration == pytest.approx(-1e-4)
-    slower = load(tmp_path / 'bag', scale=ScaleSettings(time=1e-3))
+    slower = load(tmp_path / 'bag', units=Units(scale=ScaleSettings(time=1e-3)))
     assert slower.commands[0][1].acceleration == pytest.approx(1e-2)
 
 
@@ -118,7 +119,13 @@ def test_a_trajectory_by_hand_is_replayed(tmp_path):
         ),
         'joint_names': ['substrate'],
         'points': [
-            point(np.array([strain]), none, none, none, duration(0, 10**6 * milliseconds))
+            point(
+                np.array([strain * Units().elongation]),
+                none,
+                none,
+                none,
+                duration(0, 10**6 * milliseconds),
+            )
             for milliseconds, strain in ((20, 0.02), (60, -0.01))
         ],
     }
