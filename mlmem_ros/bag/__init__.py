@@ -1,16 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags as rosbag2 writes them: recorded safely, read tolerantly. It knows no ROS graph."""
+"""Bags as rosbag2 writes them: recorded safely, read tolerantly. It knows no ROS graph.
 
-from .contents import Loss, Message
-from .definitions import Codec, Definition, codec_of, jazzy
-from .errors import BagError
-from .metadata import BagMetadata, FileInfo, TopicInfo
-from .qos import LATCHED, RELIABLE, SENSOR_DATA, QosProfile
-from .reader import BagReader
-from .recorder import DROPPED_KEY, Recorder, RecorderStatus
-from .repair import RepairReport, repair
-from .writer import BagWriter
+A part is imported when it is first used: only what reads or writes needs `mcap` and `rosbags`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .contents import Loss, Message
+    from .definitions import Codec, Definition, codec_of, jazzy
+    from .errors import BagError
+    from .metadata import BagMetadata, FileInfo, TopicInfo
+    from .qos import LATCHED, RELIABLE, SENSOR_DATA, QosProfile
+    from .reader import BagReader
+    from .recorder import DROPPED_KEY, Recorder, RecorderStatus
+    from .repairing import RepairReport, repair
+    from .writer import BagWriter
 
 __all__ = [
     'DROPPED_KEY',
@@ -35,3 +44,23 @@ __all__ = [
     'jazzy',
     'repair',
 ]
+
+_HOMES = {
+    'contents': ('Loss', 'Message'),
+    'definitions': ('Codec', 'Definition', 'codec_of', 'jazzy'),
+    'errors': ('BagError',),
+    'metadata': ('BagMetadata', 'FileInfo', 'TopicInfo'),
+    'qos': ('LATCHED', 'RELIABLE', 'SENSOR_DATA', 'QosProfile'),
+    'reader': ('BagReader',),
+    'recorder': ('DROPPED_KEY', 'Recorder', 'RecorderStatus'),
+    'repairing': ('RepairReport', 'repair'),
+    'writer': ('BagWriter',),
+}
+"""Modules, and the names that are at home there."""
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f'.{module}', __name__), name)
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -14,19 +14,22 @@ from enum import Enum
 from importlib import metadata
 from pathlib import Path
 
+from ..packages import advice
+
 PYTHONS = ((3, 10), (3, 14))
 """Oldest and newest Python that we are tested with."""
 
 LIBRARIES = {
-    'numpy': 'python3-numpy',
-    'numba': 'python3-numba',
-    'mcap': 'mcap',
-    'rosbags': 'rosbags',
-    'yaml': 'python3-yaml',
-    'rich': 'python3-rich',
-    'matplotlib': 'python3-matplotlib',
+    'numpy': '',
+    'numba': '',
+    'yaml': '',
+    'mcap': 'recording and replay',
+    'rosbags': 'recording and replay',
+    'rich': 'most commands',
+    'matplotlib': 'pictures',
+    'scipy': 'figures and tolerance',
 }
-"""Python packages, and the name to install them by."""
+"""Python packages, and what alone needs them; without the others no node starts."""
 
 INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
 """ROS packages whose messages the node and its client use."""
@@ -101,7 +104,9 @@ def check_library(name: str) -> Finding:
     try:
         module = importlib.import_module(name)
     except Exception as error:  # a broken installation may raise anything
-        return Finding(name, Verdict.FAIL, str(error), f'install {LIBRARIES.get(name, name)}')
+        use = LIBRARIES.get(name)
+        seen = f'{error}: no {use}' if use else str(error)
+        return Finding(name, Verdict.WARN if use else Verdict.FAIL, seen, advice(name))
     return Finding(name, Verdict.PASS, getattr(module, '__version__', '') or _version(name))
 
 
@@ -111,7 +116,7 @@ def check_compile_cache() -> Finding:
     try:
         from ..physics import noh_bathe_kernel
     except ImportError as error:
-        return Finding(what, Verdict.FAIL, str(error), 'install python3-numba')
+        return Finding(what, Verdict.FAIL, str(error), advice('numba'))
     compiled = [each for each in vars(noh_bathe_kernel).values() if hasattr(each, 'stats')]
     paths = [each.stats.cache_path for each in compiled if each.stats.cache_path]
     folder = Path(paths[0]) if paths else None

@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _repair(console: Console, source: Path, destination: Path) -> int:
     from rich.text import Text
 
-    from ..bag.repair import repair
+    from ..bag.repairing import repair
 
     report = repair(source, destination)
     for loss in report.losses:

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 
 from .. import __version__
+from ..packages import missing
 
 SUBCOMMANDS = (
     'demo',
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status: int = modules[parsed.command].run(parsed)
     except ModuleNotFoundError as error:
-        print(f'mlmem {parsed.command}: {_missing(error)}', file=sys.stderr)
+        print(f'mlmem {parsed.command}: {missing(error)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f'mlmem {parsed.command}: interrupted', file=sys.stderr)
@@ -64,15 +65,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
     """Keeps the line breaks of a description and shows the defaults."""
-
-
-def _missing(error: ModuleNotFoundError) -> str:
-    if (error.name or '').startswith(('rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces')):
-        return (
-            'this needs ROS 2: source /opt/ros/jazzy/setup.bash, or install the wheels '
-            'ros-jazzy-rclpy, ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
-        )
-    return f'the Python package {error.name} is missing; install it with pip'
 
 
 if __name__ == '__main__':

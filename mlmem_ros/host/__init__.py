@@ -9,7 +9,7 @@ for a disk that hangs.
 from .errors import REFUSALS, Overdue
 from .host import Host
 from .journal import Journal, Log
-from .recording import Recording, SessionPlan
+from .session_plan import SessionPlan
 from .sessions import State
 
 __all__ = [
@@ -18,7 +18,6 @@ __all__ = [
     'Journal',
     'Log',
     'Overdue',
-    'Recording',
     'SessionPlan',
     'State',
 ]

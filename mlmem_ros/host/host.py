@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .. import threads
 from ..device import (
@@ -35,11 +35,14 @@ from ..physics import StateError
 from .design_check import check_design
 from .errors import REFUSALS
 from .journal import Journal, Log
-from .recording import Recording, SessionPlan
+from .session_plan import SessionPlan
 from .sessions import Sessions
 from .settings import Parameters
 from .store import Store
 from .worker import Worker
+
+if TYPE_CHECKING:
+    from .recording import Recording
 
 T = TypeVar('T')
 

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..bag import session
 from ..bag.definitions import jazzy
@@ -18,26 +16,9 @@ from ..bag.writer import BagWriter
 from ..device import MemoryElement
 from ..device.loop import Stamped
 from .journal import Journal
-from .settings import RecordSettings
+from .session_plan import SessionPlan
 
 LATCHED = QosProfile(reliability='reliable', durability='transient_local')
-
-
-@dataclass(frozen=True)
-class SessionPlan:
-    """What a session shall hold.
-
-    Attributes:
-        node: Full name of the node.
-        settings: Where, and how carefully.
-        topics: Name, type and QoS of everything that is published and received.
-        parameters: The node's parameters, for the record.
-    """
-
-    node: str
-    settings: RecordSettings
-    topics: Sequence[tuple[str, str, QosProfile]] = ()
-    parameters: Mapping[str, Any] | None = None
 
 
 class Recording:

@@ -10,17 +10,21 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from enum import Enum
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .. import durable, threads
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused
+from ..packages import missing
 from .errors import Overdue
 from .files import confined
 from .journal import Journal
-from .recording import Recording, SessionPlan
+from .session_plan import SessionPlan
 from .settings import RecordSettings
 from .worker import Worker
+
+if TYPE_CHECKING:
+    from .recording import Recording
 
 T = TypeVar('T')
 
@@ -123,7 +127,7 @@ class Sessions:
         self.state = State.STARTING
         try:
             path = _new_path(plan.settings, self._root())
-            recording = Recording(plan, path, self._journal, self._now)
+            recording = _recording(plan, path, self._journal, self._now)
             try:
                 _between_ticks(
                     loop,
@@ -154,6 +158,15 @@ class Sessions:
     def _end(self, recording: Recording, element: MemoryElement) -> None:
         self.current = None
         recording.end(element)
+
+
+def _recording(*given: Any) -> Recording:
+    """Make a recording; only that needs the packages which write bags."""
+    try:
+        from . import recording
+    except ModuleNotFoundError as error:
+        raise BagError(f'Cannot record: {missing(error)}') from error
+    return recording.Recording(*given)
 
 
 def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -16,12 +16,15 @@ from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
 from visualization_msgs.msg import MarkerArray
 
 from ..device import Event, Heard, MemoryElement, Outcome
-from ..host import Host, Recording
+from ..host import Host
 from ..host.settings import PublishSettings
 from . import messages
 from .image import Contour
 from .markers import ChainMarkers
 from .qos import LATCHED, RELIABLE, STREAM
+
+if TYPE_CHECKING:
+    from ..host.recording import Recording
 
 Topic = tuple[str, type[Any], QoSProfile]
 

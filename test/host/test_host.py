@@ -18,7 +18,7 @@ from mlmem_ros.bag.replay import replay
 from mlmem_ros.bag.session_data import load
 from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot, state_file
 from mlmem_ros.host import Overdue, State
-from mlmem_ros.host import sessions as sessions_module
+from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import RecordSettings, StateSettings
 from mlmem_ros.physics import StateError
@@ -230,7 +230,7 @@ def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record,
 def test_a_disk_that_hangs_while_a_recording_begins_holds_nobody_up(
     serve, record, monkeypatch, hung
 ):
-    made = sessions_module.Recording
+    made = recording_module.Recording
 
     def slow(*given):
         hung.wait()
@@ -238,7 +238,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_holds_nobody_up(
 
     service = serve()
     host = service.activate()
-    monkeypatch.setattr(sessions_module, 'Recording', slow)
+    monkeypatch.setattr(recording_module, 'Recording', slow)
     begun = host.record(service.plan(record))
     while not begun.done():
         host.tend()

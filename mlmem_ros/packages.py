@@ -1,0 +1,54 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Packages that some uses need and others do not: how to come by one that is missing."""
+
+from __future__ import annotations
+
+DEBIAN = {
+    'numpy': 'python3-numpy',
+    'numba': 'python3-numba',
+    'yaml': 'python3-yaml',
+    'rich': 'python3-rich',
+    'matplotlib': 'python3-matplotlib',
+    'scipy': 'python3-scipy',
+    'PIL': 'python3-pil',
+}
+"""Python packages that Debian and Ubuntu have, by the name that is imported."""
+
+PYPI = {'yaml': 'pyyaml', 'PIL': 'pillow'}
+"""Names to install by, where they are not those that are imported."""
+
+ROS = (
+    'rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces', 'sensor_msgs', 'diagnostic_msgs',
+    'lifecycle_msgs', 'trajectory_msgs', 'visualization_msgs', 'geometry_msgs',
+    'builtin_interfaces',
+)  # fmt: skip
+"""Packages of ROS 2 that the node or its client use."""
+
+
+def advice(name: str) -> str:
+    """Return what to do where a package is missing, in one line.
+
+    Args:
+        name: As it is imported.
+    """
+    if name in ROS:
+        return (
+            'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
+            'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
+        )
+    pypi = PYPI.get(name, name)
+    if name in DEBIAN:
+        return f'sudo apt install {DEBIAN[name]}, or in a virtual environment pip install {pypi}'
+    return (
+        f'python3 -m pip install {pypi} (where that is refused as externally managed: with '
+        '--break-system-packages, or in a virtual environment)'
+    )
+
+
+def missing(error: ModuleNotFoundError) -> str:
+    """Return which package an import did not find, and what to do, in one line."""
+    name = (error.name or '').partition('.')[0]
+    if name in ROS:
+        return f'this needs ROS 2: {advice(name)}'
+    return f'the Python package {name} is missing: {advice(name)}'

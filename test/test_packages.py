@@ -1,0 +1,87 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What only some uses need is imported by them alone; where it is missing they say what to do."""
+
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+
+from mlmem_ros import packages
+from mlmem_ros.cli.main import main
+
+HIDDEN = """
+import sys
+sys.modules.update(dict.fromkeys('mcap rosbags lz4 zstandard scipy matplotlib rich PIL'.split()))
+"""
+
+
+def python(code, *arguments):
+    """Run code where nothing can be found that a node does not need."""
+    command = [sys.executable, '-c', HIDDEN + code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_an_element_is_hosted_without_what_writes_bags():
+    """It cannot record, and is refused with what to install; bags are known by name."""
+    done = python("""
+from types import SimpleNamespace
+import pytest
+from mlmem_ros.bag import BagError, QosProfile
+from mlmem_ros.host import Host, SessionPlan
+from mlmem_ros.host.settings import RecordSettings
+sessions = Host(SimpleNamespace(), lambda: 0).sessions
+with pytest.raises(BagError, match='Cannot record: the Python package (mcap|rosbags) is missing: '
+                   'python3 -m pip install (mcap|rosbags) ') as refused:
+    sessions.begin(SessionPlan('/mlmem', RecordSettings('nowhere')), SimpleNamespace(procedure=''))
+assert '\\n' not in str(refused.value)
+""")
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_node_is_made_of_nothing_more_than_its_host():
+    pytest.importorskip('rclpy')
+    done = python('import mlmem_ros.ros.run, mlmem_ros.ros.main')
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_command_says_what_it_misses():
+    done = python(
+        'import mlmem_ros.cli.main as cli; sys.exit(cli.main(sys.argv[1:]))', 'inspect', 'bag'
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith('mlmem inspect: the Python package ')
+    assert 'install' in done.stderr
+    assert done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize(
+    ('name', 'words'),
+    [
+        ('std_msgs.msg', ['ROS 2', '/opt/ros/jazzy/setup.bash', 'ros-jazzy-rclpy']),
+        ('mcap.writer', ['package mcap', 'pip install mcap', '--break-system-packages']),
+        ('yaml', ['apt install python3-yaml', 'pip install pyyaml']),
+        ('distributed', ['pip install distributed']),
+    ],
+)
+def test_advice_fits_the_package(name, words):
+    said = packages.missing(ModuleNotFoundError('no such thing', name=name))
+    assert all(word in said for word in words)
+    assert '\n' not in said
+
+
+def test_all_of_the_bag_package_is_found_in_its_modules():
+    from mlmem_ros import bag
+
+    for _ in range(2):  # importing a module must hide no name that is in it
+        for name in bag.__all__:
+            assert type(getattr(bag, name)) is not ModuleType, name
+    with pytest.raises(AttributeError, match='nothing'):
+        bag.nothing  # noqa: B018
+
+
+def test_the_command_itself_needs_none():
+    with pytest.raises(SystemExit) as told:
+        main(['--help'])
+    assert told.value.code == 0
