@@ -5,14 +5,18 @@
 from __future__ import annotations
 
 import sys
-
-from rich.console import Console
+from typing import TYPE_CHECKING
 
 from ..clipped import printable
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def plain_console() -> Console:
     """Return a console that takes every text as it is; styles are given beside it."""
+    from rich.console import Console
+
     return Console(markup=False, emoji=False, highlight=False)
 
 

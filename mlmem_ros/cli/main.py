@@ -17,7 +17,10 @@ SUBCOMMANDS = (
     'write',
     'read',
     'erase',
+    'calibrate',
     'self_test',
+    'abort',
+    'record',
     'watch',
     'design',
     'figures',
@@ -45,7 +48,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
     subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
-    modules = {name: importlib.import_module(f'.{name}', __package__) for name in SUBCOMMANDS}
+    given = sys.argv[1:] if arguments is None else arguments
+    # The modules of the other ones take a while, too.
+    names = given[:1] if given and given[0] in SUBCOMMANDS else SUBCOMMANDS
+    modules = {name: importlib.import_module(f'.{name}', __package__) for name in names}
     for name, module in modules.items():
         subparser = subparsers.add_parser(
             name, help=module.SUMMARY, description=module.__doc__, formatter_class=_Formatter

@@ -18,4 +18,4 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the request; return the exit status."""
-    return request.run(arguments, lambda client: client.read())
+    return request.run(arguments, lambda client: client.read(), request.describe)

@@ -1,18 +1,24 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What `write`, `read` and `erase` share: one request to a running node, one line of answer."""
+"""What the commands share that make one request to a running node and print its answer."""
 
 from __future__ import annotations
 
 import argparse
-import sys
+import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ..contract import describe_level
+from .console import complain
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
-    from ..ros.answers import Decoded
+    from ..ros.answers import Answer, Decoded
     from ..ros.client import MemoryClient
     from ..ros.reply import Reply
+
+SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,31 +27,54 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--wait', type=float, default=5.0, metavar='S', help='how long to wait for the node'
     )
+    add_json(parser)
 
 
-def run(arguments: argparse.Namespace, request: Callable[[MemoryClient], Reply[Decoded]]) -> int:
+def run(
+    arguments: argparse.Namespace,
+    request: Callable[[MemoryClient], Reply[SomeAnswer]],
+    describe: Callable[[SomeAnswer], str],
+    succeeded: Callable[[SomeAnswer], bool] = lambda answer: True,
+) -> int:
     """Make a request and print its answer.
+
+    Args:
+        arguments: Those of `add_arguments`.
+        request: Makes it.
+        describe: Says what was answered, for a person.
+        succeeded: Tells whether an answer is a success.
 
     Returns:
         Exit status: 0 when it succeeded, 1 when it did not or no node answers.
     """
-    from ..ros.errors import RequestError
+    from ..ros.errors import RequestError, RequestFailed
     from ..ros.standalone import standalone
 
-    with standalone(arguments.node) as client:
-        try:
+    try:
+        with standalone(arguments.node) as client:
             client.ready(arguments.wait).wait()
-            print(describe(request(client).wait()))
-        except (RequestError, ValueError) as error:
-            print(f'mlmem {arguments.command}: {error}', file=sys.stderr)
-            return 1
-    return 0
+            answer = request(client).wait()
+    except (RequestError, ValueError) as error:
+        if arguments.json and isinstance(error, RequestFailed):
+            print_json(error.answer)
+        complain(arguments.command, error)
+        return 1
+    if arguments.json:
+        print_json(as_dict(answer))
+    else:
+        print(describe(answer))
+    return 0 if succeeded(answer) else 1
+
+
+def as_dict(answer: Answer) -> dict[str, Any]:
+    """Return an answer as plain values: what it was understood as, and all that the node said."""
+    fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
+    said = fields.pop('details')
+    return {**fields, 'measured': said} if 'checks' in fields else {**said, **fields}
 
 
 def describe(answer: Decoded) -> str:
-    """Return an answer as one line."""
-    from ..device import describe_level
-
+    """Return a decoded content as one line."""
     text = describe_level(answer.level)
     if answer.code:
         text += f' (code {answer.code})'

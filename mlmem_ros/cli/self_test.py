@@ -9,9 +9,12 @@ twenty times as long as a write. Exit status 0 means that every check passed.
 from __future__ import annotations
 
 import argparse
-import sys
+from typing import TYPE_CHECKING
 
 from . import request
+
+if TYPE_CHECKING:
+    from ..ros.answers import SelfTested
 
 SUMMARY = 'have the element behind a running node test every level, and restore its content'
 
@@ -23,17 +26,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the request, print a line for every check; return the exit status."""
-    from ..ros.errors import RequestError
-    from ..ros.standalone import standalone
+    return request.run(
+        arguments, lambda client: client.self_test(), describe, lambda tested: tested.passed
+    )
 
-    with standalone(arguments.node) as client:
-        try:
-            client.ready(arguments.wait).wait()
-            tested = client.self_test().wait()
-        except RequestError as error:
-            print(f'mlmem self_test: {error}', file=sys.stderr)
-            return 1
+
+def describe(tested: SelfTested) -> str:
+    """Return what every check found, a line each."""
     width = max(map(len, tested.checks))
-    for name, found in tested.checks.items():
-        print(f'{"FAILED" if name in tested.failed else "ok":6}  {name:{width}}  {found}')
-    return 0 if tested.passed else 1
+    return '\n'.join(
+        f'{"FAILED" if name in tested.failed else "ok":6}  {name:{width}}  {found}'
+        for name, found in tested.checks.items()
+    )

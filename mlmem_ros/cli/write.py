@@ -19,4 +19,4 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make the request; return the exit status."""
-    return request.run(arguments, lambda client: client.write(arguments.level))
+    return request.run(arguments, lambda client: client.write(arguments.level), request.describe)

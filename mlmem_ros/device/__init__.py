@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory element as an instrument. It knows the material and no ROS."""
 
+from ..contract import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable
 from .commands import (
     Abort,
@@ -23,7 +24,7 @@ from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset
-from .reading import BLANK, UNDECODABLE, Reading, describe_level
+from .reading import Reading
 from .settings import Settings
 
 __all__ = [

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clipped import clipped
+from ..contract import JOINT
 from .errors import Refused, SettingsError
 from .faults import Faults
 
@@ -19,10 +20,6 @@ class SetStrain:
     """Move the strain to a set-point by hand."""
 
     strain: float
-
-
-JOINT = 'substrate'
-"""The one joint of an element, as `~/joint_states` names it."""
 
 
 @dataclass(frozen=True)

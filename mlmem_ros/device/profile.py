@@ -12,8 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from ..clipped import clipped
+from ..contract import JOINT
 from ..physics.potential import Array
-from .commands import JOINT, FollowTrajectory
+from .commands import FollowTrajectory
 from .errors import Refused
 from .settings import ActuatorSettings
 

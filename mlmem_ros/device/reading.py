@@ -7,16 +7,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from ..contract import BLANK as BLANK
+from ..contract import UNDECODABLE as UNDECODABLE
+from ..contract import describe_level as describe_level
 from ..physics import Design
 from .calibration import Calibration
 from .echo import Echo
 from .settings import ReadSettings
-
-BLANK = -1
-"""Level of an element with no wall."""
-
-UNDECODABLE = -2
-"""Level of an answer that would be a guess."""
 
 REST_TOLERANCE = 0.25
 """Largest departure of a rest displacement from a ground state, as a share of their distance."""
@@ -217,13 +214,6 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
             f'{seen:.1f} of {length:g} in all',
         )
     return replace(both, level_margin=min(both.level_margin, fit), walls=1)
-
-
-def describe_level(level: int) -> str:
-    """Return a level as a person says it."""
-    if level >= 0:
-        return f'level {level}'
-    return 'blank' if level == BLANK else 'undecodable'
 
 
 def _active(echo: Echo, level: int, clear: bool) -> Reading:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from ..device import BLANK
+from ..contract import BLANK
 from .errors import RequestFailed, RequestRefused
 
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')

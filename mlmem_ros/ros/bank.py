@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from ..device import BLANK
+from ..contract import BLANK
 from .answers import Decoded
 from .client import MemoryClient
 from .errors import RequestError

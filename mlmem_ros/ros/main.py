@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -29,8 +30,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
+    from .announcing import announce_often
     from .command_line import ros_arguments
 
+    announce_often(os.environ)
     given = ros_arguments(sys.argv if arguments is None else arguments)
     from .run import run  # a second or two, in which a signal must not raise
 

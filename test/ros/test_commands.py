@@ -1,20 +1,24 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem write`, `read`, `erase` and `self_test` as a person runs them in a shell."""
+"""The commands of one request to a node, as a person runs them in a shell."""
 
+import json
 import re
 import signal
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from robot import BLANK, Robot
 
 from mlmem_ros.bag.session_data import load
+from mlmem_ros.cli.main import main
 from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
+from mlmem_ros.ros.announcing import announce_often
 from mlmem_ros.ros.play import play
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
@@ -77,6 +81,78 @@ def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
     assert 'content' not in '\n'.join(played.hints)
     session.lost = ['a chunk']
     assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
+
+
+@pytest.fixture
+def inside(capsys):
+    """Run a command in this process, which saves a start: status, output, complaint."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        return main(list(arguments)), *capsys.readouterr()
+
+    return run
+
+
+def test_calibrate_keeps_the_content(memory, robot, inside):
+    assert robot.write(1).success
+    status, told, complaint = inside('calibrate')
+    assert (status, complaint) == (0, '')
+    assert told.startswith('level 1 (code 001), echo delay ')
+
+
+def test_abort_stops_a_write(memory, robot, inside):
+    writing = robot.send('write')
+    status, told, complaint = inside('abort')
+    assert (status, complaint) == (0, '')
+    assert told.startswith('stopped; the strain is at zero after ')
+    assert robot.answer(writing) is not None
+
+
+def test_record_begins_and_ends_a_session(memory, inside, tmp_path):
+    bag = tmp_path / 'session'
+    assert inside('record', str(bag)) == (0, f'recording into {bag}\n', '')
+    status, told, _ = inside('record', '--stop', '--json')
+    assert (status, json.loads(told)) == (0, {'recording': False, 'path': str(bag)})
+    assert load(bag).hashes
+    status, told, complaint = inside('record', '--stop', '--json')
+    assert status == 1
+    assert 'nothing is being recorded' in json.loads(told)['error']
+    assert 'nothing is being recorded' in complaint
+
+
+def test_an_answer_as_json(memory, robot, inside):
+    assert robot.trigger('erase').success
+    answer = json.loads(inside('read', '--json')[1])
+    assert (answer['level'], answer['end'], answer['procedure']) == (BLANK, 'right', 'read')
+    assert 0.0 < answer['confidence'] <= 1.0
+
+
+def test_a_client_loads_neither_the_material_nor_the_compiler():
+    """What `mlmem read` takes of its own is what it imports, and until it finds the node."""
+    program = (
+        'import sys, mlmem_ros.cli.main as cli, mlmem_ros.ros.standalone\n'
+        'try:\n    cli.main(["read", "--help"])\n'
+        'except SystemExit:\n    pass\n'
+        'print(*(name for name in ("numba", "scipy", "rich", "mlmem_ros.device") '
+        'if name in sys.modules), file=sys.stderr)'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert done.stderr == '\n'
+
+
+def test_a_node_announces_itself_often_unless_it_was_told_otherwise(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    environment = {}
+    announce_often(environment)
+    profile = ElementTree.parse(environment['FASTRTPS_DEFAULT_PROFILES_FILE'])
+    (period,) = profile.iterfind('.//{*}leaseAnnouncement/{*}nanosec')
+    assert float(period.text) < 0.5e9
+    given = {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
+    announce_often(given)
+    assert given == {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
 
 
 def test_self_test(memory):
