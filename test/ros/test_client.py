@@ -249,7 +249,6 @@ def test_timers_go_on_while_a_callback_of_the_group_awaits(node, context):
         begin.cancel()
         before = len(steps)
         await client.erase()
-        await client.write(2)
         written.set_result(len(steps) - before)
 
     node.create_timer(0.002, lambda: steps.append(None))
@@ -369,6 +368,49 @@ def test_the_package_needs_no_ros_until_its_client_is_used():
         'else: raise SystemExit("rclpy was there")\n'
     )
     subprocess.run([sys.executable, '-c', code], check=True, timeout=60)
+
+
+# Several clients
+
+
+def test_of_two_writes_at_once_one_is_done_whole_and_the_other_changes_nothing(
+    memory, client, robot
+):
+    """As requests that set a parameter first and pull the trigger then did not."""
+    client.erase().wait()
+    kept = robot.get('target_level')
+    with standalone(memory.element) as other:
+        other.ready().wait()
+        replies = {1: client.write(1), 2: other.write(2)}
+        written, refused = {}, {}
+        for level, reply in replies.items():
+            try:
+                written[level] = reply.wait()
+            except RequestRefused as busy:
+                refused[level] = busy
+    ((level, content),) = written.items()
+    ((other_level, busy),) = refused.items()
+    assert busy.answer == {
+        'error': 'busy: write is running; abort it or wait', 'asked': other_level,
+    }  # fmt: skip
+    assert content.level == client.read().wait().level == level
+    assert robot.get('target_level') == kept
+
+
+def test_an_answer_names_the_level_that_was_asked_for(robot):
+    robot.set(target_level=3)
+    assert robot.trigger('write')['asked'] == 3
+    refused = robot.answer(robot.ask('write', level=9))
+    assert (refused.success, refused['asked']) == (False, 9)
+
+
+def test_an_end_is_probed_for_this_once(client):
+    assert client.read(end='right').wait().end == 'right'
+    assert client.read(end='both').wait().details['walls'] == 1
+    assert client.read().wait().end == 'left'
+    with pytest.raises(RequestRefused, match="end must be left, right or both; got 'top'"):
+        client.read(end='top').wait()
+    assert client.parameters('read.end').wait() == {'read.end': 'left'}
 
 
 # Strain by hand, and sessions
