@@ -201,13 +201,18 @@ class BagWriter:
         self._last_sync = threads.monotonic()
         self.unsynced = False
 
+    @property
+    def since_sync(self) -> float:
+        """Seconds since the last sync has ended."""
+        return threads.monotonic() - self._last_sync
+
     def sync_if_due(self) -> None:
         """Sync when the sync interval has passed; `write` does it by itself.
 
         Raises:
             BagError: As for `sync`.
         """
-        if threads.monotonic() - self._last_sync >= self.sync_interval:
+        if self.since_sync >= self.sync_interval:
             self.sync()
 
     def close(self) -> None:

@@ -32,7 +32,8 @@ class LoopStatistics:
     busy: float = 0.0
 
     def count(self, lateness: float, busy: float) -> None:
-        """Take the times of one tick."""
+        """Take the times of one tick; a clock that jumped back within it tells nothing."""
+        busy = max(0.0, busy)
         self.ticks += 1
         weight = max(LATENESS_MEMORY, 1.0 / self.ticks)
         deviation = lateness - self.lateness_mean

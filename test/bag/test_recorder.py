@@ -110,6 +110,24 @@ def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypat
     assert recorder.status.longest_wait == 5.1
 
 
+def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, monkeypatch):
+    """All of it has waited for too long when the disk goes on; one sync is as good as many."""
+    clock, syncs = SimpleNamespace(now=0.0), []
+    monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
+    recorder = make(sync_interval=1.0)
+    released = hold(recorder, monkeypatch)
+    for number in range(200):
+        assert recorder.put('/level', level(1), number)
+    clock.now = 100.0
+    sync = recorder._writer.sync
+    monkeypatch.setattr(recorder._writer, 'sync', lambda: syncs.append(clock.now) or sync())
+    released.set()
+    wait_for(lambda: recorder.status.messages >= 200)
+    clock.now = 101.0
+    wait_for(lambda: recorder._oldest is None)
+    assert syncs == [100.0, 101.0]
+
+
 def test_a_disk_that_hangs_is_told_by_the_wait(make, monkeypatch):
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)

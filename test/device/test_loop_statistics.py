@@ -32,3 +32,9 @@ def test_what_is_long_past_is_forgotten():
 
 def test_a_loop_that_never_ran_has_no_lateness():
     assert LoopStatistics().lateness_deviation == 0.0
+
+
+def test_a_clock_that_jumps_back_within_a_tick_tells_nothing():
+    statistics = LoopStatistics()
+    statistics.count(0.0, -4.5)
+    assert statistics.busy == 0.0
