@@ -11,7 +11,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
-from std_msgs.msg import Empty, Float64, UInt8
+from std_msgs.msg import Float64
 
 from ..bag.replay import element_of
 from ..bag.replay_report import agreeing, ending
@@ -202,8 +202,6 @@ def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], N
     node, name = client.node, client.name
     publishers: dict[type[Any], Any] = {
         SetStrain: node.create_publisher(Float64, f'{name}/strain', RELIABLE),
-        Read: node.create_publisher(Empty, f'{name}/probe', RELIABLE),
-        Write: node.create_publisher(UInt8, f'{name}/write_level', RELIABLE),
         Disturb: node.create_publisher(Imu, f'{name}/disturbance', RELIABLE),
     }
     requests: dict[type[Any], Callable[[], Any]] = {
@@ -217,26 +215,27 @@ def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], N
         f'a subscriber of the topics of {name}',
     )
 
+    def unheeded(reply: Reply[Any]) -> None:
+        reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
+
     def send(command: Command) -> None:
         match command:
             case SetStrain(strain):
                 publishers[SetStrain].publish(Float64(data=strain))
             case FollowTrajectory():
-                reply = client.follow(command.times, command.strains, command.rates)
-                reply.add_done_callback(Reply.exception)
-            case Read():
-                publishers[Read].publish(Empty())
+                unheeded(client.follow(command.times, command.strains, command.rates))
+            case Read(end):
+                unheeded(client.read(end=end))
             case Write(level):
-                publishers[Write].publish(UInt8(data=level))
+                unheeded(client.write(level))
             case Disturb(acceleration):
                 message = Imu()
                 message.linear_acceleration.x = acceleration * scale.acceleration
                 publishers[Disturb].publish(message)
             case SetFaults(faults):
                 values = {f'faults.{name}': value for name, value in asdict(faults).items()}
-                client.set_parameters(values).add_done_callback(Reply.exception)
+                unheeded(client.set_parameters(values))
             case _:
-                reply = requests[type(command)]()
-                reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
+                unheeded(requests[type(command)]())
 
     return send

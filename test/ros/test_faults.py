@@ -122,9 +122,13 @@ def test_faults_and_disturbances_are_played_into_a_node(robot):
         (0.1, Disturb(1e-7)),
         (0.2, SetFaults(Faults())),
         (0.3, Read()),
+        (0.4, Read('right')),
     ]
+    robot.received('outcome')
     session = SessionData(robot.element, 0, None, commands=told)
-    assert play(session, robot.element, lambda done, total: None).heard == ['read 1']
+    heard = play(session, robot.element, lambda done, total: None).heard
+    assert heard == ['read 1', 'read 1']
+    robot.latest('outcome', lambda status: values(status)['end'] == 'right')
     assert robot.get('faults.sensor_noise') == 0.0
 
 
