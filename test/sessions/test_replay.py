@@ -57,6 +57,16 @@ def test_commands_of_another_recorder_are_applied_at_their_stamps(tmp_path):
     assert probed == round(1.5 / 2e-3)  # ticks of 20 time units, 2 ms
 
 
+def test_a_preset_replays_what_its_own_settings_wrote(tmp_path, capsys):
+    """Two levels, read from the right: Case II's settings cannot calibrate them."""
+    bag = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE[:1])
+    main(['replay', str(bag), '--preset', 'bits_1'])
+    told = capsys.readouterr()
+    assert ', 1 commands, 1 procedures' in told.out
+    assert 'refused' not in told.out
+    assert told.err == ''
+
+
 def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
     early = [WRITE_LEVEL_1_THEN_PROBE[0], (0.1, *WRITE_LEVEL_1_THEN_PROBE[1][1:])]
     report = replay_commands(new_element(CASE_II), load(foreign_bag(tmp_path / 'bag', early)))
