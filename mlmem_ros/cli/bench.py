@@ -12,6 +12,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from .output import add_json, print_json
+
 SUMMARY = 'measure kernel, ensembles and recorder beside their peers'
 
 
@@ -28,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--output', type=Path, default=Path('benchmarks'), help='folder of the results'
     )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -35,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.bench import registry
     from .console import plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     try:
         selected = registry.select(arguments.names)
     except KeyError as error:
@@ -59,6 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
             console.print(f'{name:10} {registry.load(name).TITLE}', highlight=False)
         return 0
     arguments.output.mkdir(parents=True, exist_ok=True)
+    results = []
     for name in selected:
         benchmark = registry.load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
@@ -67,4 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
             console.print(comparison.table())
             files = ', '.join(str(file) for file in comparison.save(arguments.output))
             console.print(f'{files}\n', highlight=False)
+            results.append(comparison.as_dict())
+    if arguments.json:
+        print_json({'comparisons': results})
     return 0

@@ -11,13 +11,48 @@ from ..clipped import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
 
-def plain_console() -> Console:
-    """Return a console that takes every text as it is; styles are given beside it."""
+def plain_console(aside: bool = False) -> Console:
+    """Return a console that takes every text as it is; styles are given beside it.
+
+    Args:
+        aside: Whether it writes to the standard error stream, because the result itself goes to
+            the standard output as JSON.
+    """
     from rich.console import Console
 
-    return Console(markup=False, emoji=False, highlight=False)
+    return Console(markup=False, emoji=False, highlight=False, stderr=aside)
+
+
+def plain_table(title: str, *headings: str) -> Table:
+    """Return a table that fits a terminal of 80 columns: cells give way, no word of a heading.
+
+    Args:
+        title: What it shows.
+        headings: Of the columns; one that begins with > is aligned to the right.
+    """
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=title or None,
+        title_justify='left',
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        pad_edge=False,
+        show_edge=False,
+    )
+    for heading in headings:
+        text = heading.removeprefix('>')
+        table.add_column(
+            text,
+            justify='left' if text == heading else 'right',
+            min_width=max(map(len, text.split()), default=0),
+            overflow='fold',
+        )
+    return table
 
 
 def complain(command: str, error: object) -> None:

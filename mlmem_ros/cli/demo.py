@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .output import add_json, print_json
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -50,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--output', type=Path, default=Path('sessions'), help='folder of session and picture'
     )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -59,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.session_figure import draw
     from .console import plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
     session = folder / 'session'
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -74,6 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
     _print_table(console, rows)
     picture = draw(load(session), folder / 'session.png')
     console.print(f'session  {session}\npicture  {picture}')
+    if arguments.json:
+        print_json({'levels': rows, 'session': session, 'picture': picture})
     return 0 if all(row.answer.level == row.asked for row in rows) else 1
 
 
@@ -145,15 +150,15 @@ def _expected_cycles() -> list[int]:
 
 
 def _print_table(console: Console, rows: list[Row]) -> None:
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(title='written through ROS 2 and read back by echo')
-    for heading in (
-        'asked', 'decoded', 'code', 'echo delay', 'threshold margin', 'confidence', 'true wall',
-        'duration',
-    ):  # fmt: skip
-        table.add_column(heading, justify='right')
+    from .console import plain_table
+
+    table = plain_table(
+        'written through ROS 2 and read back by echo',
+        '>asked', '>decoded', '>code', '>echo delay', '>threshold margin', '>confidence',
+        '>true wall', '>duration',
+    )  # fmt: skip
     for row in rows:
         answer, right = row.answer, row.answer.level == row.asked
         table.add_row(

@@ -18,12 +18,12 @@ file that cannot be read.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import proving
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,10 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--output', type=Path, metavar='FILE.yaml', help='parameter file to write')
     parser.add_argument('--prove', action='store_true', help='simulate what was found')
     _add_proof(parser)
+    add_json(parser)
     tasks = parser.add_subparsers(dest='task', metavar='TASK')
     check = tasks.add_parser('check', help='judge a design', description=__doc__)
     check.add_argument('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset')
-    check.add_argument('--json', action='store_true', help='print one JSON object')
+    add_json(check)
     check.add_argument(
         '--brief', action='store_true', help='leave out what passed and where the paper says it'
     )
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     prove.add_argument('--markdown', type=Path, metavar='FILE', help='write the table there, too')
     _add_proof(prove)
+    add_json(prove)
 
 
 def _add_proof(parser: argparse.ArgumentParser) -> None:
@@ -98,13 +100,14 @@ def run(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> int:
     from ..device.checks import Verdict, check
     from ..parameter_file import load
+    from .console import plain_console
 
     report = check(*load(arguments.source))
     if arguments.json:
         findings = [finding.as_dict() for finding in report.findings]
-        print(json.dumps({'verdict': report.verdict.value, 'findings': findings}))
+        print_json({'verdict': report.verdict.value, 'findings': findings})
     else:
-        _print_report(arguments.source, report, arguments.brief)
+        _print_report(plain_console(), arguments.source, report, arguments.brief)
     return 1 if report.verdict is Verdict.FAIL else 0
 
 
@@ -115,18 +118,29 @@ def _find(arguments: argparse.Namespace) -> int:
 
     if arguments.levels is None:
         raise DesignNotFound('give --levels P to find a design, or one of check and prove')
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     found = propose(arguments.levels)
     made_by = f'# {arguments.levels} levels, by `mlmem design --levels {arguments.levels}`.\n'
     text = made_by + text_of(found.design, found.settings)
+    if arguments.json and not arguments.prove:
+        print_json(
+            {
+                'design': found.design,
+                'settings': found.settings,
+                'verdict': found.report.verdict.value,
+                'file': arguments.output,
+            }
+        )
     if arguments.output is None:
-        print(text, end='')  # and nothing more, so that it can be piped
+        print(
+            text, end='', file=sys.stderr if arguments.json else sys.stdout
+        )  # and nothing more, so that it can be piped
     else:
         arguments.output.write_text(text, encoding='utf-8')
         console.print(f'written: {arguments.output}', highlight=False)
         for cells, reason in found.reasons.items():
             console.print(f'not {cells} cells per level: {reason}', highlight=False)
-        _print_report(f'{arguments.levels} levels', found.report, brief=True)
+        _print_report(console, f'{arguments.levels} levels', found.report, brief=True)
     if not arguments.prove:
         return 0
     name = f'levels_{arguments.levels}'
@@ -138,7 +152,7 @@ def _prove(arguments: argparse.Namespace) -> int:
     from .console import plain_console
 
     designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
-    return _show(plain_console(), designs, arguments, arguments.markdown)
+    return _show(plain_console(aside=arguments.json), designs, arguments, arguments.markdown)
 
 
 def _show(
@@ -159,20 +173,21 @@ def _show(
         for error in tally.errors:
             console.print(f'{name}: {error}', style='red')
     proving.print_table(console, rows)
+    if arguments.json:
+        proofs = [dict(zip(report.COLUMNS, row, strict=True)) for row in rows]
+        print_json({'passed': passed, 'proofs': proofs})
     if markdown is not None:
         markdown.write_text(report.markdown(rows), encoding='utf-8')
     return 0 if passed else 1
 
 
-def _print_report(source: str, report: Report, brief: bool) -> None:
+def _print_report(console: Console, source: str, report: Report, brief: bool) -> None:
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
     from ..device.checks import Verdict
-    from .console import plain_console
 
-    console = plain_console()
     table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
     table.add_column('')
     table.add_column('quantity', no_wrap=True)

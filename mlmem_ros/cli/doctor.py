@@ -13,6 +13,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .output import add_json, print_json
+
 if TYPE_CHECKING:
     from .checkup import Finding
 
@@ -31,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--records', type=Path, default=Path('sessions'), help='where sessions are recorded'
     )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -38,14 +41,17 @@ def run(arguments: argparse.Namespace) -> int:
     from .. import __version__
     from .checkup import Verdict, examine
 
-    print(f'mlmem_ros {__version__}')
+    stream = sys.stderr if arguments.json else sys.stdout
+    print(f'mlmem_ros {__version__}', file=stream)
     findings = []
     for finding in examine(arguments.node, arguments.wait, arguments.records):
-        print(line(finding, colour=sys.stdout.isatty()), flush=True)
+        print(line(finding, colour=stream.isatty()), flush=True, file=stream)
         findings.append(finding)
     verdicts = [finding.verdict for finding in findings]
     failed, warned = verdicts.count(Verdict.FAIL), verdicts.count(Verdict.WARN)
-    print(f'{len(findings)} checks: {failed} failed, {warned} with a warning')
+    print(f'{len(findings)} checks: {failed} failed, {warned} with a warning', file=stream)
+    if arguments.json:
+        print_json({'version': __version__, 'findings': findings})
     return 1 if failed else 0
 
 

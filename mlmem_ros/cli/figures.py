@@ -15,6 +15,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .output import add_json, print_json
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -35,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
     parser.add_argument('--list', action='store_true', help='list the figures and end')
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -46,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.study import Quality
     from .console import plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     if arguments.list:
         for study in STUDIES:
             console.print(f'{study.name:<10}{study.title}', highlight=False)
@@ -72,11 +75,14 @@ def run(arguments: argparse.Namespace) -> int:
     for item in sorted(done, key=lambda item: [study.name for study in studies].index(item.name)):
         files = '  '.join(str(file) for file in item.files if file.suffix != '.npz')
         console.print(f'{item.name:<10}{files}', highlight=False, soft_wrap=True)
-    _print_findings(console, studies, arguments.output)
+    findings = _print_findings(console, studies, arguments.output)
     if len(studies) == len(STUDIES):
         page = write_report(arguments.output, quality)
         console.print(f'page      {page}', highlight=False, soft_wrap=True)
     console.print(f'{len(done)} in {time.monotonic() - began:.0f} s', highlight=False)
+    if arguments.json:
+        files = {item.name: item.files for item in done}
+        print_json({'figures': files, 'claims': findings})
     return 0
 
 
@@ -111,23 +117,30 @@ def _draw(
     return done
 
 
-def _print_findings(console: Console, studies: list[Study], output: Path) -> None:
-    """Print the verdict on every claim for which these studies have all the data."""
-    from rich.table import Table
+def _print_findings(console: Console, studies: list[Study], output: Path) -> list[dict[str, str]]:
+    """Print and return the verdict on every claim for which these studies have all the data."""
     from rich.text import Text
 
     from ..studies.claims import CLAIMS, Verdict
     from ..studies.report import load_all
+    from .console import plain_table
 
     data = load_all(output, studies)
     colors = {Verdict.HOLDS: 'green', Verdict.IN_PART: 'yellow', Verdict.FAILS: 'red'}
-    table = Table(title="the paper's claims", show_lines=False)
-    for heading in ('verdict', 'the paper says', 'we find'):
-        table.add_column(heading)
+    table = plain_table("the paper's claims", 'verdict', 'the paper says', 'we find')
+    findings = []
     for claim in CLAIMS:
         if all(name in data for name in claim.needs):
             finding = claim.find(data)
             text = Text(finding.verdict.value, colors[finding.verdict])
             table.add_row(text, claim.sentence, finding.numbers)
+            findings.append(
+                {
+                    'verdict': finding.verdict.value,
+                    'paper': claim.sentence,
+                    'finding': finding.numbers,
+                }
+            )
     if table.row_count:
         console.print(table)
+    return findings

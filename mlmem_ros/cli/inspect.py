@@ -9,10 +9,12 @@ waveform. Exit status 0: whole and in agreement; 1: something is lost or differs
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..clipped import printable
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--repair', type=Path, metavar='NEW', help='write a whole bag of all that can be read'
     )
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,20 +43,24 @@ def run(arguments: argparse.Namespace) -> int:
     from ..bag.reader import BagReader
     from .console import complain, plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     try:
         if arguments.repair:
-            return _repair(console, arguments.bag, arguments.repair)
-        reader = BagReader(arguments.bag)
-        _list_contents(console, reader)
-        agree = _inspect_session(console, reader, arguments)
+            found, whole = _repair(console, arguments.bag, arguments.repair), True
+        else:
+            reader = BagReader(arguments.bag)
+            found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
+            whole = found['agree'] and not found['lost']
     except BagError as error:
         complain('inspect', error)
         return 2
-    return 0 if agree and not reader.losses else 1
+    if arguments.json:
+        print_json(found)
+    return 0 if whole else 1
 
 
-def _repair(console: Console, source: Path, destination: Path) -> int:
+def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
+    """Repair a bag; return what was saved and what was not."""
     from rich.text import Text
 
     from ..bag.repairing import repair
@@ -62,18 +69,25 @@ def _repair(console: Console, source: Path, destination: Path) -> int:
     for loss in report.losses:
         console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
     console.print(f'{report.messages} messages saved in {report.destination}')
-    return 0
+    return {
+        'saved': report.messages,
+        'bag': report.destination,
+        'lost': [str(loss) for loss in report.losses],
+    }
 
 
-def _list_contents(console: Console, reader: BagReader) -> None:
+def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
+    """Print and return what any bag holds."""
     from rich.text import Text
+
+    from .console import plain_table
 
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
     console.print(
         f'{printable(str(reader.path))}: {reader.message_count} messages, {duration:.2f} s'
     )
-    table = _table('topics', 'topic', 'type', '>messages')
+    table = plain_table('topics', 'topic', 'type', '>messages')
     for name, info in sorted(reader.topics.items()):
         _add(table, name, info.type, str(info.message_count))
     console.print(table)
@@ -86,10 +100,24 @@ def _list_contents(console: Console, reader: BagReader) -> None:
             'as it is, rosbags and other readers that need a summary refuse this bag; '
             'mlmem inspect BAG --repair NEW writes one that they open'
         )
+    return {
+        'bag': reader.path,
+        'seconds': duration,
+        'topics': {
+            name: {'type': info.type, 'messages': info.message_count}
+            for name, info in sorted(reader.topics.items())
+        },
+        'custom_data': reader.custom_data,
+        'lost': [str(loss) for loss in reader.losses],
+    }
 
 
-def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Namespace) -> bool:
+def _inspect_session(
+    console: Console, reader: BagReader, arguments: argparse.Namespace
+) -> dict[str, Any]:
+    """Print and return what a bag tells of one node."""
     from ..bag.session_data import load
+    from ..device.commands import as_dict
 
     session = load(reader, arguments.node)
     if session.header is None:
@@ -102,25 +130,37 @@ def _inspect_session(console: Console, reader: BagReader, arguments: argparse.Na
         )
     _list_commands(console, session)
     _list_procedures(console, session)
-    agree = _list_echoes(console, session)
+    echoes = _list_echoes(console, session)
+    picture = None
     if arguments.plot:
         from ..studies.session_figure import draw
 
-        console.print(f'picture  {draw(session, arguments.plot)}')
-    return agree
+        picture = draw(session, arguments.plot)
+        console.print(f'picture  {picture}')
+    return {
+        'node': session.node,
+        'versions': session.header.versions if session.header else None,
+        'commands': [{'tick': tick, **as_dict(given)} for tick, given in session.stamped]
+        or [{'time': time, **as_dict(given)} for time, given in session.commands],
+        'procedures': [{'time': time, **values} for time, values in session.outcomes],
+        'echoes': echoes,
+        'agree': all(echo['agrees'] for echo in echoes),
+        'picture': picture,
+    }
 
 
 def _list_commands(console: Console, session: SessionData) -> None:
     from ..device import Disturb
+    from .console import plain_table
 
     if session.stamped:
-        table = _table('commands', '>tick', 'command')
+        table = plain_table('commands', '>tick', 'command')
         for tick, command in session.stamped:
             if not isinstance(command, Disturb):
                 _add(table, str(tick), _said(command))
         console.print(table)
     elif session.commands:
-        table = _table('command messages', '>time', 'command')
+        table = plain_table('command messages', '>time', 'command')
         for seconds, command in session.commands:
             if not isinstance(command, Disturb):
                 _add(table, f'{seconds:.3f} s', _said(command))
@@ -144,7 +184,9 @@ def _said(command: Command) -> str:
 def _list_procedures(console: Console, session: SessionData) -> None:
     if not session.outcomes:
         return
-    table = _table(
+    from .console import plain_table
+
+    table = plain_table(
         'procedures',
         '>time', 'procedure', '>level', 'code', '>delay', '>margins', '>tries', '>ticks', 'error',
     )  # fmt: skip
@@ -172,25 +214,26 @@ def _rounded(text: str) -> str:
         return text
 
 
-def _list_echoes(console: Console, session: SessionData) -> bool:
+def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
+    """Print and return what every echo says, decoded again."""
     if session.header is None or not session.echoes:
-        return True
+        return []
     from rich.text import Text
 
     from ..bag.redecode import redecode
     from ..bag.replay import element_of
+    from .console import plain_table
 
     settings, calibration = session.settings, element_of(session).calibration
-    table = _table(
+    table = plain_table(
         'echoes, decoded again from their waveforms',
         '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',
         '>confidence',
     )  # fmt: skip
-    agree = True
+    found = []
     for echo in session.echoes:
         again = redecode(echo, settings, calibration)
         right = again.agrees(echo.level)
-        agree = agree and right
         table.add_row(
             f'{echo.time:.3f} s',
             again.end,
@@ -201,25 +244,23 @@ def _list_echoes(console: Console, session: SessionData) -> bool:
             f'{again.threshold_margin:.2f}',
             f'{again.confidence:.2f}',
         )
+        found.append(
+            {
+                'time': echo.time,
+                'recorded': echo.level,
+                **dataclasses.asdict(again),
+                'confidence': again.confidence,
+                'agrees': right,
+            }
+        )
     console.print(table)
-    return agree
+    return found
 
 
 def _level(level: int | None) -> str:
     from ..device import describe_level
 
     return 'no echo' if level is None else describe_level(level)
-
-
-def _table(title: str, *headings: str) -> Any:
-    from rich.table import Table
-
-    table = Table(title=title, title_justify='left')
-    for heading in headings:
-        table.add_column(
-            heading.removeprefix('>'), justify='right' if heading.startswith('>') else 'left'
-        )
-    return table
 
 
 def _add(table: Any, *cells: str) -> None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
     campaigns.add_arguments(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.margins import Shmoo, coarsened, make_axis
     from .console import plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     try:
         design, settings = load(arguments.design)
         settings = coarsened(settings, arguments.tick)
@@ -73,13 +75,13 @@ def run(arguments: argparse.Namespace) -> int:
         )
         shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed)
         if arguments.point is not None:
-            return _run_point(console, shmoo, arguments.point)
+            return _run_point(console, shmoo, arguments.point, arguments.json)
         folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
         ledger = folder / 'ledger.jsonl'
         rows = campaigns.evaluated(
             console, shmoo.campaign(), ledger, arguments.jobs, arguments.cluster
         )
-        _report(console, shmoo, rows, folder, arguments.format)
+        _report(console, shmoo, rows, folder, arguments)
     except ValueError as error:
         print(f'mlmem margins: {error}', file=sys.stderr)
         return 2
@@ -89,7 +91,9 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _report(console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, kind: str) -> None:
+def _report(
+    console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
+) -> None:
     """Save table, margins and map, and print what they say."""
     from ..durable import write_atomically
     from ..studies.campaign import save_table
@@ -97,13 +101,15 @@ def _report(console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, kind:
     from ..studies.style import save_figure, styled
 
     margins = measure(shmoo, rows)
-    files = [save_table(rows, folder / 'points', kind), folder / 'margins.json']
+    files = [save_table(rows, folder / 'points', arguments.format), folder / 'margins.json']
     write_atomically(files[-1], json.dumps(margins.as_dict(), indent=2) + '\n')
     with styled():
         files += save_figure(draw(shmoo, rows, margins), folder / 'map')
     for line in _words(margins):
         console.print(line, highlight=False, soft_wrap=True)
     console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    if arguments.json:
+        print_json({**margins.as_dict(), 'files': files})
 
 
 def _words(margins: Margins) -> list[str]:
@@ -127,12 +133,11 @@ def _words(margins: Margins) -> list[str]:
     return lines
 
 
-def _run_point(console: Console, shmoo: Shmoo, point: int) -> int:
+def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int:
     """Run one point of the table alone and print its steps."""
-    from rich.table import Table
-
     from ..device import SettingsError
     from ..studies.margins import rerun
+    from .console import plain_table
 
     study = shmoo.campaign()
     study.check_point(point)
@@ -144,10 +149,10 @@ def _run_point(console: Console, shmoo: Shmoo, point: int) -> int:
     except SettingsError as error:
         console.print(f'no device can be made: {error}', highlight=False)
         return 0
-    table = Table()
-    for heading in ('asked', 'decoded', 'delay', 'level margin', 'threshold margin', 'true wall'):
-        table.add_column(heading, justify='right')
-    table.add_column('outcome')
+    table = plain_table(
+        '', '>asked', '>decoded', '>delay', '>level margin', '>threshold margin', '>true wall',
+        'outcome',
+    )  # fmt: skip
     for step in trial.steps:
         reading = step.outcome.reading
         heard = ['', '', '', ''] if reading is None else [
@@ -158,4 +163,15 @@ def _run_point(console: Console, shmoo: Shmoo, point: int) -> int:
         table.add_row(str(step.asked), *heard, f'{step.wall:.2f}', words)
     console.print(table)
     console.print('passes' if trial.passed else f'fails at level {trial.reached}')
+    if as_json:
+        steps = [
+            {
+                'asked': step.asked,
+                'wall': step.wall,
+                'failure': step.failure,
+                **step.outcome.as_dict(),
+            }
+            for step in trial.steps
+        ]
+        print_json({'point': point, 'passed': trial.passed, 'steps': steps})
     return 0

@@ -9,6 +9,7 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
+from enum import Enum
 from typing import Any
 
 
@@ -32,6 +33,8 @@ def print_json(result: Any) -> None:
 def _plain(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        value = value.value
     if hasattr(value, 'tolist'):  # of numpy
         value = value.tolist()
     if isinstance(value, Mapping):

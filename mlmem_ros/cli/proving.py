@@ -41,11 +41,10 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
 
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
     """Print what was proven, one design a column."""
-    from rich.table import Table
-
     from ..studies.designer.report import COLUMNS
+    from .console import plain_table
 
-    table = Table('', *(row[0] for row in rows))
+    table = plain_table('', '', *(row[0] for row in rows))
     for heading, *cells in zip(COLUMNS[1:], *(row[1:] for row in rows), strict=True):
         table.add_row(heading, *cells)
     console.print(table)

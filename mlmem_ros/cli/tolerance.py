@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
+from .output import add_json, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -61,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='draw the curves of these studies over each other, and count nothing',
     )  # fmt: skip
     campaigns.add_arguments(parser)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -71,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.tolerance.trial import KINDS
     from .console import plain_console
 
-    console = plain_console()
+    console = plain_console(aside=arguments.json)
     try:
         if arguments.compare:
             return _compare(console, arguments)
@@ -80,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.amounts, arguments.most, arguments.screen, arguments.levels, arguments.seed,
         )  # fmt: skip
         if arguments.point is not None:
-            return _run_point(console, study, arguments.point)
+            return _run_point(console, study, arguments.point, arguments.json)
         rows = campaigns.evaluated(
             console, study.campaign(), arguments.output / 'ledger.jsonl', arguments.jobs,
             arguments.cluster, what='batches', rows_of=study.count,
@@ -99,15 +101,13 @@ def _report(
     console: Console, study: Tolerance, rows: list[Row], arguments: argparse.Namespace
 ) -> None:
     """Save table and figure, and print where one in a thousand fails."""
-    from rich.table import Table
-
     from ..studies.campaign import save_table
     from ..studies.style import save_figure, styled
     from ..studies.tolerance.draw import WORDS, draw
+    from .console import plain_table
 
-    table = Table(title='scatter at which one in a thousand fails')
-    for heading in ('scatter of', *(WORDS[tried] for tried in study.tried)):
-        table.add_column(heading)
+    headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
+    table = plain_table('scatter at which one in a thousand fails', *headings)
     for kind in study.kinds:
         table.add_row(kind, *(study.in_words(rows, kind, tried) for tried in study.tried))
     console.print(table)
@@ -115,6 +115,18 @@ def _report(
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
     console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    if arguments.json:
+        rare = {
+            kind: {
+                tried: {
+                    'amount': study.rare(rows, kind, tried),
+                    'text': study.in_words(rows, kind, tried),
+                }
+                for tried in study.tried
+            }
+            for kind in study.kinds
+        }
+        print_json({'one_in_a_thousand': rare, 'files': files})
 
 
 def _compare(console: Console, arguments: argparse.Namespace) -> int:
@@ -133,25 +145,32 @@ def _compare(console: Console, arguments: argparse.Namespace) -> int:
     with styled():
         files = [path, *save_figure(draw(found), arguments.output / 'comparison')]
     console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    if arguments.json:
+        print_json({'table': cells, 'files': files})
     return 0
 
 
-def _run_point(console: Console, study: Tolerance, point: int) -> int:
+def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) -> int:
     """Make the elements of one batch again and print what each did."""
-    from rich.table import Table
-
     from ..studies.tolerance.point import elements
     from ..studies.tolerance.trial import STEP
+    from .console import plain_table
 
     plan = study.campaign()
     plan.check_point(point)
     values = plan.points[point]
-    table = Table(title=f'batch {point}: {values["kind"]} scatters by {values["scatter"]:g}')
-    table.add_column('seed of the element')
-    table.add_column('step from:to' if values['tried'] == STEP else 'level:read as')
+    table = plain_table(
+        f'batch {point}: {values["kind"]} scatters by {values["scatter"]:g}',
+        'seed of the element',
+        'step from:to' if values['tried'] == STEP else 'level:read as',
+    )
+    made = []
     for one in elements(plan.common, values, plan.seed_of(point)):
         simulated = one.counts > 0.0
-        found = zip(one.levels[simulated], one.found[simulated], strict=True)
+        found = list(zip(one.levels[simulated], one.found[simulated], strict=True))
         table.add_row(str(one.seed), '  '.join(f'{level}:{now}' for level, now in found))
+        made.append({'seed': one.seed, 'found': [[int(n) for n in pair] for pair in found]})
     console.print(table)
+    if as_json:
+        print_json({'point': point, **values, 'elements': made})
     return 0

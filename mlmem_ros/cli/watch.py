@@ -12,6 +12,8 @@ import argparse
 import sys
 import time
 
+from .output import add_json, print_json
+
 SUMMARY = 'show the element behind a running node in the terminal'
 
 FIRST_REPORT = 3.0
@@ -26,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument('--rate', type=float, default=10.0, help='pictures per second')
     parser.add_argument('--once', action='store_true', help='print one picture and leave')
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -41,6 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
     if not 0.1 <= arguments.rate <= 60.0:
         print(f'mlmem watch: rate must be from 0.1 to 60; got {arguments.rate:g}', file=sys.stderr)
         return 2
+    if arguments.json and not arguments.once:
+        print('mlmem watch: --json must be given with --once', file=sys.stderr)
+        return 2
     console = plain_console()
     try:
         with standalone(arguments.node) as client:
@@ -48,7 +54,10 @@ def run(arguments: argparse.Namespace) -> int:
             monitor = Monitor(client, client.parameters(*WANTED).wait())
             if arguments.once:
                 wait_until(lambda: monitor.view.health, 'a health report', FIRST_REPORT)
-                console.print(dashboard(monitor.view, console.width))
+                if arguments.json:
+                    print_json(monitor.view)
+                else:
+                    console.print(dashboard(monitor.view, console.width))
                 return 0
             with Live(console=console, auto_refresh=False) as live:
                 while True:
