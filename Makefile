@@ -12,18 +12,18 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo figures lint lives mutation setup soak test test-slow
+.PHONY: bench clean coverage demo figures lint lives mutation setup setup-test soak test test-slow
 
 demo: setup
 	$(VENV)/mlmem demo
 
-figures: setup
+figures: setup-test
 	$(VENV)/mlmem figures
 
-bench: setup
+bench: setup-test
 	$(VENV)/mlmem bench
 
-test: setup lint
+test: lint
 	$(VENV)/coverage erase
 	$(VENV)/coverage run -m $(PYTEST) $(MEASURED)
 	$(VENV)/python -m $(PYTEST) $(MEASURED:%=--ignore=%)
@@ -38,30 +38,33 @@ test: setup lint
 coverage:
 	$(VENV)/coverage report
 
-test-slow: setup
+test-slow: setup-test
+	$(VENV)/pip install --quiet --editable '.[cluster]'
 	$(VENV)/python -m pytest -m slow
 
-soak: setup
+soak: setup-test
 	$(VENV)/python tools/soak.py --minutes $(MINUTES)
 
 # A sample of the mutants of device and bag, a quarter of an hour; make mutation SEED=2: another.
-mutation: setup
+mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)
 
 # Simulated lives, a night of them: make lives SEEDS=1000000
-lives: setup
+lives: setup-test
 	$(VENV)/python tools/lives.py --count $(SEEDS)
 
-lint: setup
+lint: setup-test
 	$(VENV)/ruff check
 	$(VENV)/ruff format --check
 	$(VENV)/mypy
 
-setup:
+setup: STAGE = demo
+setup-test: STAGE = test
+setup setup-test:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 to 3.14 (sudo apt install python3 python3-venv), or name one: make PYTHON=/path/to/python demo" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "$(PYTHON) is too old for the ROS 2 wheels, which need Python 3.10 to 3.14; name another one: make PYTHON=python3.12 demo. On a robot use ROS 2 Jazzy from apt and colcon instead: see README.md." >&2; exit 1; }
-	@$(PYTHON) tools/bootstrap.py
+	@$(PYTHON) tools/bootstrap.py $(STAGE)
 
 clean:
 	rm -rf .venv build *.egg-info sessions reproduction benchmarks mutants .coverage*

@@ -28,7 +28,6 @@ EXTRAS = {
         'scipy>=1.11',
         'mpmath>=1.3',
         'distributed>=2023.5',
-        'pyarrow>=14',
     ],
     'mutation': ['mutmut>=3.8'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
@@ -45,6 +44,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/hook', ['resource/path.dsv']),  # colcon.pkg: the commands are on PATH
         (f'share/{PACKAGE}/config', glob('config/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],

@@ -56,6 +56,49 @@ def test_another_interpreter(bootstrap, monkeypatch):
     assert 'pypy' in bootstrap.missing_prerequisite()
 
 
+@pytest.fixture
+def commands(bootstrap, monkeypatch, tmp_path):
+    """Set up in an empty folder, with the commands noted down and not run."""
+    given = []
+
+    def run(command):
+        given.append(command)
+        (tmp_path / '.venv').mkdir(exist_ok=True)
+        return True
+
+    monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
+    monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: '')
+    monkeypatch.setattr(bootstrap, 'run', run)
+    return given
+
+
+def test_each_command_installs_what_it_needs(bootstrap, commands, capsys):
+    """The tests add to what the demonstration has, which adds nothing to theirs."""
+    assert bootstrap.main('demo') == 0
+    making, installing = commands
+    assert 'venv' in making
+    assert installing[-1].endswith('[ros,bag,plot,cli]')
+    assert '650 MB' in capsys.readouterr().out
+    commands.clear()
+    assert bootstrap.main('demo') == 0
+    assert not commands
+    assert bootstrap.main('test') == 0
+    (installing,) = commands
+    assert {'test', 'lint'} <= set(installing[-1].partition('[')[2].rstrip(']').split(','))
+    commands.clear()
+    assert bootstrap.main('test') == bootstrap.main('demo') == 0
+    assert not commands
+
+
+def test_another_setup_is_made_anew(bootstrap, commands):
+    assert bootstrap.main('test') == 0
+    stamp = bootstrap.VENV / 'mlmem_ros.stamp'
+    stamp.write_text(stamp.read_text().replace(' ', 'x ', 1))
+    commands.clear()
+    assert bootstrap.main('demo') == 0
+    assert len(commands) == 2
+
+
 def test_a_failed_check_names_the_road_for_robots(bootstrap, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
     monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: 'something is missing')

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Make `.venv` in the checkout with ROS 2 Jazzy from wheels and this package; repeatable.
 
+python3 tools/bootstrap.py demo|test
+
 Runs on a bare Python and needs nothing but its standard library.
 """
 
@@ -15,7 +17,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / '.venv'
-EXTRAS = 'ros,bag,plot,cli,studies,test,lint'
+STAGES = {
+    'demo': ('ros,bag,plot,cli', '650 MB in all'),
+    'test': ('ros,bag,plot,cli,studies,test,lint', '950 MB in all'),
+}
+"""Extras that a command needs, and what `du -sh .venv` says then; each has all before it."""
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
@@ -23,31 +29,40 @@ ROBOT_ROAD = (
 )
 
 
-def main() -> int:
-    """Set up the environment where it is missing or out of date; return the exit status."""
+def main(stage: str = 'demo') -> int:
+    """Set up the environment where it is missing or out of date; return the exit status.
+
+    Args:
+        stage: What it is for, one of `STAGES`.
+    """
     stamp = VENV / 'mlmem_ros.stamp'
     wanted = hashlib.sha256((ROOT / 'setup.py').read_bytes() + sys.version.encode()).hexdigest()
-    if stamp.exists() and stamp.read_text() == wanted:
+    there, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
+    current = there == wanted
+    if current and list(STAGES).index(stage) <= list(STAGES).index(reached):
         return 0
     if problem := missing_prerequisite():
         print(f'{problem}\n\n{ROBOT_ROAD}', file=sys.stderr)
         return 1
     python = str(VENV / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
+    extras, size = STAGES[stage]
     steps = [
-        ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]),
         (
-            'installing ROS 2 Jazzy and this package: 700 MB, a minute or two',
-            [*install, '--editable', f'{ROOT}[{EXTRAS}]'],
+            f'installing what "make {stage}" needs: {size}, a minute or two',
+            [*install, '--editable', f'{ROOT}[{extras}]'],
         ),
     ]
+    if not current:
+        steps.insert(0, ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]))
     for number, (text, command) in enumerate(steps, 1):
         print(f'[{number}/{len(steps)}] {text}', flush=True)
         if not run(command):
-            shutil.rmtree(VENV, ignore_errors=True)
+            if not current:
+                shutil.rmtree(VENV, ignore_errors=True)
             print(f'\nsetting up failed while {text}.\n{ROBOT_ROAD}', file=sys.stderr)
             return 1
-    stamp.write_text(wanted)
+    stamp.write_text(f'{wanted} {stage}')
     return 0
 
 
@@ -103,4 +118,4 @@ def missing_prerequisite() -> str:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))

@@ -259,7 +259,7 @@ def test_colcon_build(tmp_path):
     """What lands where, from a copy of the checkout."""
     if shutil.which('colcon') is None:
         pytest.skip('colcon is not installed')
-    parts = [CHECKOUT / name for name in ('package.xml', 'setup.py', 'setup.cfg')]
+    parts = [CHECKOUT / name for name in ('package.xml', 'setup.py', 'setup.cfg', 'colcon.pkg')]
     package = tmp_path / 'src' / 'mlmem_ros'
     package.mkdir(parents=True)
     for part in parts:
@@ -275,6 +275,10 @@ def test_colcon_build(tmp_path):
     prefix = tmp_path / 'install' / 'mlmem_ros'
     for executable in ('memory_node', 'mlmem'):
         assert os.access(prefix / 'lib' / 'mlmem_ros' / executable, os.X_OK)
+    found = run('bash', '-c', f'. {tmp_path}/install/setup.bash && command -v mlmem memory_node')
+    assert found.stdout.split() == [
+        str(prefix / 'lib' / 'mlmem_ros' / name) for name in ('mlmem', 'memory_node')
+    ]
     share = prefix / 'share'
     assert (share / 'ament_index/resource_index/packages/mlmem_ros').exists()
     assert (share / 'mlmem_ros/package.xml').exists()

@@ -205,6 +205,7 @@ def test_csv_reads_back(tmp_path):
     assert back == rows
 
 
+@pytest.mark.slow
 def test_parquet_reads_back(tmp_path):
     parquet = pytest.importorskip('pyarrow.parquet')
     rows = table(squares(), tmp_path / 'ledger.jsonl')
