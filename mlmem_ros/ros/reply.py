@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 
 from .errors import NoAnswer
@@ -142,6 +143,9 @@ class Reply(Future, Generic[T]):
             self._busy = True
             try:
                 end = work()
+            except InvalidHandle:
+                gone = NoAnswer(f'{self._line.peer}: the node was destroyed during {self._what}')
+                end = partial(self.set_exception, gone)
             finally:
                 self._busy = False
             if end is not None:

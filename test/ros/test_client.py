@@ -187,6 +187,13 @@ def test_a_thread_waits_while_another_one_spins(node):
         assert client.read().wait().level == 4
 
 
+def test_waiting_ends_with_its_node(node):
+    reply = MemoryClient(node, '/nobody').read()
+    node.destroy_node()
+    with pytest.raises(NoAnswer, match='destroyed during read'):
+        reply.wait()
+
+
 # Awaiting
 
 
