@@ -68,6 +68,8 @@ def test_as_fast_as_it_can_and_how_fast_that_is(start):
         robot.next('/diagnostics')  # the first may hold the start
         (loop,) = (s for s in robot.next('/diagnostics').status if s.name.endswith('loop'))
         assert robot.get('time.speed') == 0.0
+        assert robot.write(0).success  # requests that end a rest, which has no pace either
+        assert robot.trigger('read')['level'] == 0
     told = {key: float(values(loop)[key]) for key in ('rate', 'real_time_factor')}
     assert told['real_time_factor'] == pytest.approx(0.002 * told['rate'], rel=1e-4)
     assert told['real_time_factor'] > 1.5  # 20 on an idle machine
