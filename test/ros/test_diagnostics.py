@@ -220,14 +220,19 @@ def test_the_gravest_of_a_recording_is_told(recording, level, text):
 
 
 def test_a_loop_tells_why_it_stopped_or_what_it_lost():
-    statistics = LoopStatistics(ticks=10, overruns=2)
+    statistics, told = LoopStatistics(ticks=10, overruns=2), []
+    journal = SimpleNamespace(caught=0, warning=told.append)
     loop = SimpleNamespace(
         statistics=statistics, tick_seconds=0.002, failure=None, paused=False,
         element=SimpleNamespace(procedure=''),
     )  # fmt: skip
-    component = LoopComponent(SimpleNamespace(refused=0, journal=SimpleNamespace(caught=0)))
+    component = LoopComponent(SimpleNamespace(refused=0, journal=journal))
     assert component.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
     assert component.health(loop) == Health(OK, 'running', ANY)
+    for statistics.overruns in (3, 4, 5, 8):
+        component.health(loop)
+    skipped = [int(line.split()[0]) for line in told]
+    assert skipped == [2, 4, 8]  # a line in the log each time it has doubled
     loop.paused = True
     assert component.health(loop).text == 'paused'
     loop.failure = RuntimeError('the chain stopped being finite')

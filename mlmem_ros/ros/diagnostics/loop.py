@@ -20,6 +20,7 @@ class LoopComponent(Component):
     def __init__(self, host: Host) -> None:
         self._host = host
         self._last = (time.monotonic(), 0.0, 0.0)
+        self._told = 0
 
     def health(self, loop: Loop) -> Health:
         """Return how the loop keeps time; all times in seconds."""
@@ -41,7 +42,9 @@ class LoopComponent(Component):
             return Health(ERROR, str(loop.failure), values)
         if lost > 0:
             text = f'{statistics.overruns} ticks of time were skipped'
-            self._host.journal.warning(f'{text}: the machine is too slow for this pace', 'time')
+            if statistics.overruns >= 2 * self._told:  # each time it has doubled, not every second
+                self._told = statistics.overruns
+                self._host.journal.warning(f'{text}: the machine is too slow for this pace')
             return Health(WARN, text, values)
         return Health(OK, 'paused' if loop.paused else 'running', values)
 
