@@ -50,6 +50,7 @@ class LoopComponent(Component):
 
     def rest(self) -> Health:
         """Count on: an inactive node refuses all that is asked of it."""
+        self._told = 0
         return Health(OK, 'inactive', {'refused': self._host.refused})
 
     def _since_last(self, statistics: LoopStatistics) -> tuple[float, int]:
