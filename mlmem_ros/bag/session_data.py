@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -102,19 +102,26 @@ class SessionData:
             )
         return self.header
 
-    def reads(self, end: str = 'left') -> list[tuple[RecordedEcho, dict[str, str]]]:
-        """Return the echo that every successful read from an end stopped with, and its outcome."""
+    def reads(
+        self, end: str = 'left', procedures: Collection[str] = ('read',)
+    ) -> list[tuple[RecordedEcho, dict[str, str]]]:
+        """Return the echo with which every success of procedures ended, and its outcome.
+
+        Args:
+            end: The end that was probed.
+            procedures: Their names; a write ends with the echo that verifies it.
+        """
         found = []
         for time, values in self.outcomes:
-            if values.get('procedure') == 'read' and values.get('end') == end:
+            if values.get('procedure') in procedures and values.get('end') == end:
                 before = [echo for echo in self.echoes if echo.time <= time]
-                if before and _is_read(values):
+                if before and _is_decoded(values):
                     found.append((before[-1], values))
         return found
 
 
-def _is_read(values: Mapping[str, str]) -> bool:
-    """Return whether an outcome is of a read that told a level and its delay."""
+def _is_decoded(values: Mapping[str, str]) -> bool:
+    """Return whether an outcome is a success that told a level and its delay."""
     try:
         int(values['level'])
         return 'error' not in values and math.isfinite(float(values['delay']))

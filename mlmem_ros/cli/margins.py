@@ -124,11 +124,10 @@ def _words(margins: Margins) -> list[str]:
             ends.append(f'{value:.4g}{change}{", the end of the map" if is_open else ""}')
         lines.append(f'{axis.name} {axis.operating:g}: passes from {ends[0]} to {ends[1]}')
     if margins.nearest is not None:
-        near, names = margins.nearest, [reach.axis.name for reach in margins.reaches]
-        where = ', '.join(f'{name} {near[name]:.4g}' for name in names)
+        near = margins.nearest
         lines.append(
-            f'nearest failure: {where} (point {near["point"]}), {margins.distance:.1%} away: '
-            f'{near["failure"]} at level {near["reached"]}'
+            f'nearest failure: {margins.nearest_failure}: {near["failure"]} at level '
+            f'{near["reached"]} (point {near["point"]})'
         )
     return lines
 

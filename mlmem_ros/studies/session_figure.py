@@ -23,10 +23,6 @@ PHASES = 'RdBu'
 def draw(session: SessionData, path: str | PathLike[str]) -> Path:
     """Draw a session and save it.
 
-    Above, as Fig. 4a, the x-t contour of the configuration over the strain schedule; at the
-    right, as Figs. 3b and 4b, the echo of every level that was read from the left with its
-    threshold, and the delays by level.
-
     Args:
         session: What was recorded.
         path: File to write; its ending tells the format.
@@ -34,26 +30,43 @@ def draw(session: SessionData, path: str | PathLike[str]) -> Path:
     Returns:
         The path.
     """
+    path = Path(path)
+    figure_of(session).savefig(path, dpi=130)
+    return path
+
+
+def figure_of(session: SessionData) -> Figure:
+    """Return the picture of a session.
+
+    Above, as Fig. 4a, the x-t contour of the configuration over the strain schedule; at the
+    right, as Figs. 3b and 4b, the last echo of every level that was read, or verified after a
+    write, with its threshold, and the delays by level.
+
+    Args:
+        session: What was recorded.
+    """
     figure = Figure(figsize=(14.0, 7.5), layout='constrained')
     left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
     field_axes, strain_axes = left.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     _draw_field(left, field_axes, session)
     _draw_strain(strain_axes, session)
-    reads = _last_read_of_each_level(session)
+    end = 'right' if session.settings.read.end == 'right' else 'left'
+    reads = _last_echo_of_each_level(session, end)
     rows = max(1, len(reads))
     grid = right.add_gridspec(rows + 3, 1)
-    _draw_echoes(right, grid, session, reads)
+    _draw_echoes(right, grid, session, end, reads)
     _draw_delays(right.add_subplot(grid[rows:, 0]), session, reads)
     figure.suptitle(
         f'{session.node}: {session.design.levels} levels, {session.design.N} cells', fontsize=11
     )
-    path = Path(path)
-    figure.savefig(path, dpi=130)
-    return path
+    return figure
 
 
-def _last_read_of_each_level(session: SessionData) -> dict[int, tuple[Any, dict[str, str]]]:
-    reads = {int(values['level']): (echo, values) for echo, values in session.reads('left')}
+def _last_echo_of_each_level(
+    session: SessionData, end: str
+) -> dict[int, tuple[Any, dict[str, str]]]:
+    heard = session.reads(end, ('read', 'write'))
+    reads = {int(values['level']): (echo, values) for echo, values in heard}
     return {level: reads[level] for level in sorted(reads) if level >= 0}
 
 
@@ -81,6 +94,7 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
     axes.set_title('(a) configuration: blue active, red inactive', loc='left', fontsize=10)
     bar = figure.colorbar(mesh, ax=axes, pad=0.06, ticks=[design.D_s1, 0.0, design.D_s2])
     bar.ax.set_yticklabels([r'$\Delta_{s1}$', '0', r'$\Delta_{s2}$'])
+    bar.ax.set_title(r'$\Delta_j$', fontsize=10)
 
 
 def _draw_strain(axes: Any, session: SessionData) -> None:
@@ -93,27 +107,35 @@ def _draw_strain(axes: Any, session: SessionData) -> None:
 
 
 def _draw_echoes(
-    figure: Any, grid: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
+    figure: Any,
+    grid: Any,
+    session: SessionData,
+    end: str,
+    reads: dict[int, tuple[Any, dict[str, str]]],
 ) -> None:
-    probe = session.settings.probe
-    end = max((echo.t[-1] for echo, _ in reads.values()), default=1.0)
+    settings = session.settings
+    probe = settings.probe if end == 'left' else settings.probe_right
+    latest = max((echo.t[-1] for echo, _ in reads.values()), default=1.0)
+    title = rf'(b) last echo of each level at the {end} end, in cells: $v_m$ grey, $v_c$ blue'
+    if not reads:
+        axes = figure.add_subplot(grid[0, 0])
+        axes.set_title(f'(b) no echo from the {end} end told a level', loc='left', fontsize=10)
+        axes.set_axis_off()
     for row, (level, (echo, values)) in enumerate(reads.items()):
         axes = figure.add_subplot(grid[row, 0])
         axes.semilogy(echo.t, np.maximum(echo.v_m, 1e-9), color='0.8', lw=0.4)
         axes.semilogy(echo.t, np.maximum(echo.v_c, 1e-9), color='tab:blue', lw=1.0)
         axes.semilogy(echo.t, threshold(probe, echo.t), color='tab:red', lw=0.7, ls='--')
         axes.axvline(float(values['delay']), color='k', lw=0.8)
-        axes.set_xlim(0.0, end)
+        axes.set_xlim(0.0, latest)
         axes.set_ylim(3e-6, 2e-2)
         axes.set_ylabel(session.design.code(level), rotation=0, ha='right', va='center')
         axes.tick_params(labelbottom=row == len(reads) - 1, labelsize=7)
         axes.set_yticks([1e-5, 1e-3])
         if row == 0:
-            axes.set_title(
-                r'(b) echoes: $v_m$ grey, $v_c$ blue, threshold dashed, delay black',
-                loc='left',
-                fontsize=10,
-            )
+            axes.set_title(title, loc='left', fontsize=10)
+        if row == len(reads) - 1:
+            axes.set_xlabel('time since the pulse in time units (dashed: threshold, black: delay)')
 
 
 def _draw_delays(

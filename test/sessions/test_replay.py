@@ -22,6 +22,7 @@ from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.units import Units
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.studies.session_figure import figure_of
 
 DATA = Path(__file__).parent.parent / 'data'
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -226,6 +227,27 @@ def test_inspect_plots_without_ros(tmp_path):
     picture = tmp_path / 'session.png'
     assert main(['inspect', str(DATA / 'life'), '--plot', str(picture)]) == 0
     assert picture.read_bytes().startswith(b'\x89PNG')
+
+
+def test_the_picture_of_one_write_shows_its_verifying_echo():
+    session = load(DATA / 'life')
+    session.outcomes = session.outcomes[:1]
+    ((echo, written),) = session.reads('left', ('read', 'write'))
+    assert session.reads('left') == []
+    panels = {axes.get_title(loc='left')[:3]: axes for axes in figure_of(session).get_axes()}
+    (shown,) = [line for line in panels['(b)'].lines if len(line.get_xdata()) == len(echo.t)][1:2]
+    assert shown.get_ydata() == pytest.approx(np.maximum(echo.v_c, 1e-9))
+    measured = panels['(c)'].lines[1]
+    assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
+    assert 'left end' in panels['(b)'].get_title(loc='left')
+    assert r'$\Delta_j$' in [axes.get_title() for axes in figure_of(session).get_axes()]
+
+
+def test_the_picture_of_a_session_without_an_echo_says_so():
+    session = load(DATA / 'life')
+    session.outcomes = []
+    titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
+    assert '(b) no echo from the left end told a level' in titles
 
 
 def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):

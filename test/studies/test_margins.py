@@ -3,6 +3,7 @@
 """Trials, the heat around them, and the maps that are made of them."""
 
 import dataclasses
+import itertools
 import json
 import math
 import signal
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.cli.main import main
+from mlmem_ros.cli.margins import _words
 from mlmem_ros.device import Outcome, Settings, SettingsError
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.parameter_file import load
@@ -258,6 +260,24 @@ def test_a_map_without_a_failure_has_no_distance_and_noise_none_either():
     assert hot.distance is None  # no relative change of nothing
     assert hot.reaches[1].low_open
     assert hot.reaches[1].high < 1e-9
+
+
+def test_the_title_says_the_nearest_failure_that_the_text_says():
+    x, y = make_axis('write.hold', SETTINGS), make_axis('write.settle', SETTINGS)
+    shmoo = Shmoo(CASE_II, SETTINGS, x, y, size=41)
+    rows = invented(shmoo, lambda x, y: x / 600.0 + y / 1500.0 > 1.5)
+    for row, (settle, hold) in zip(
+        rows, itertools.product(shmoo.y_values, shmoo.x_values), strict=True
+    ):
+        row.update({x.name: hold, y.name: settle, 'reached': 8 * row['passed'], 'failure': 'wall'})
+    margins = measure(shmoo, rows)
+    (text,) = [line for line in _words(margins) if 'nearest' in line]
+    with styled():
+        title = draw(shmoo, rows, margins).axes[0].get_title(loc='left')
+    share, failure = title.splitlines()
+    assert failure.startswith('nearest failure: write.hold')
+    assert text.startswith(failure)
+    assert share.split()[0] == _words(margins)[0].split()[0]
 
 
 def test_the_picture_is_the_same_for_the_same_table(rows, tmp_path):

@@ -3,6 +3,7 @@
 """Tolerance: elements that chance has made, the forecast, and the study."""
 
 import dataclasses
+import itertools
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from mlmem_ros.device import UNDECODABLE, Settings, preset
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Scatter, scattered
 from mlmem_ros.studies import campaign
+from mlmem_ros.studies.style import axes_grid, new_figure, styled
 from mlmem_ros.studies.tolerance import point
 from mlmem_ros.studies.tolerance.compare import load_counted
+from mlmem_ros.studies.tolerance.draw import dress
 from mlmem_ros.studies.tolerance.estimate import ENOUGH, RARE, Fragility
 from mlmem_ros.studies.tolerance.forecast import Forecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
@@ -240,3 +243,26 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     assert main(['tolerance', '--kinds', 'moisture']) == 2
     assert main(['tolerance', '--compare', str(tmp_path / 'nowhere')]) == 1
     assert 'moisture' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('low', 'high'),
+    [(1e-4, 3e-2), (3e-4, 9e-4), (2e-2, 0.13), (1e-7, 1e-2), (1.2e-6, 9e-6), (6e-5, 6.1e-4)],
+)
+def test_names_below_an_axis_do_not_overlap(low, high):
+    """As wide as a panel of the figure is; with at least two names, or nothing can be read off."""
+    with styled():
+        figure = new_figure(2.7, 2.6)
+        axes = axes_grid(figure)[0, 0]
+        axes.plot([low, high], [1e-3, 1.0])
+        dress(axes, 'vibration')
+        figure.draw_without_rendering()
+    low, high = axes.get_xlim()
+    boxes = [
+        tick.label1.get_window_extent()
+        for tick in axes.xaxis.get_major_ticks()
+        if low <= tick.get_loc() <= high
+    ]
+    assert len(boxes) >= 2
+    for left, right in itertools.pairwise(boxes):
+        assert left.x1 + 2.0 < right.x0

@@ -55,6 +55,15 @@ class Margins:
     distance: float | None
     nearest: Row | None
 
+    @property
+    def nearest_failure(self) -> str:
+        """Where the nearest failure is, and how far away, in words; empty without one."""
+        if self.nearest is None or self.distance is None or not self.passed:
+            return ''
+        near = self.nearest
+        where = ', '.join(f'{r.axis.name} {near[r.axis.name]:.4g}' for r in self.reaches)
+        return f'{where}, {self.distance:.1%} away'
+
     def as_dict(self) -> dict[str, Any]:
         """Return the margins for a file."""
         return {

@@ -60,7 +60,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Figure:
         xlabel=_label(shmoo.x), ylabel=_label(shmoo.y),
         xlim=(x_edges[0], x_edges[-1]), ylim=(y_edges[0], y_edges[-1]),
     )  # fmt: skip
-    axes.set_title(f'{margins.share:.0%} of {len(rows)} points pass{_distance(margins)}')
+    axes.set_title(f'{margins.share:.1%} of {len(rows)} points pass\n{_failure(margins)}')
     figure.legend(loc='outside lower left', ncols=2)
     return figure
 
@@ -110,12 +110,12 @@ def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
     )  # fmt: skip
 
 
-def _distance(margins: Margins) -> str:
+def _failure(margins: Margins) -> str:
     if not margins.passed:
-        return '; the operating point fails'
-    if margins.distance is None:
-        return '; no failure on the map'
-    return f'; nearest failure {margins.distance:.0%} away'
+        return 'the operating point itself fails'
+    if not margins.nearest_failure:
+        return 'no failure on the map'
+    return f'nearest failure: {margins.nearest_failure}'
 
 
 def _label(axis: Axis) -> str:

@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from ..campaign import Row
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
@@ -35,8 +36,11 @@ SHOWN = 0.1
 UNSEEN = 1e-2
 """Upper end of the interval below which a count without a failure is shown."""
 
-WIDE = 60.0
-"""Greatest over least scatter from which decades alone are named."""
+TICKS = ((1.0, 2.0, 3.0, 4.0, 6.0, 8.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))
+"""Multiples of powers of ten that may be named on an axis, from fine to coarse."""
+
+MOST_TICKS = 4
+"""Names that fit below a panel."""
 
 RANGE = (2e-4, 1.3)
 """Rates that are shown."""
@@ -68,10 +72,20 @@ def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
 def dress(axes: Any, kind: str) -> None:
     """Give axes on which rates were drawn over the scatter of a kind their scales and names."""
     axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
-    low, high = axes.get_xlim()
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < WIDE * low else (1.0,)))
-    axes.xaxis.set_major_formatter('{x:.0e}')
+    axes.xaxis.set_major_locator(FixedLocator(_named(*axes.get_xlim())))
+    axes.xaxis.set_major_formatter(lambda x, _: f'{x:.0e}'.replace('e-0', 'e-'))
     axes.xaxis.set_minor_locator(NullLocator())
+
+
+def _named(low: float, high: float) -> list[float]:
+    """Return the amounts that are named on an axis: as many as fit, on both sides of a decade."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    for subs in TICKS:
+        found = [sub * 10.0**decade for decade in decades for sub in subs]
+        found = [amount for amount in found if low <= amount <= high]
+        if len(found) <= MOST_TICKS:
+            return found
+    return found[:: math.ceil(len(found) / MOST_TICKS)]
 
 
 def draw_curve(
