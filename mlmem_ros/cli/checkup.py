@@ -216,7 +216,8 @@ def check_node(name: str, wait: float) -> Finding:
     try:
         with standalone(name) as client:
             client.ready(wait).wait()
-            values = client.parameters('design.preset', 'design.N').wait()
+            values = client.parameters('design.preset', 'design.N', 'use_sim_time').wait()
+            timeless = values['use_sim_time'] and not client.node.count_publishers('/clock')
     except RequestError:
         return Finding(
             what,
@@ -227,6 +228,10 @@ def check_node(name: str, wait: float) -> Finding:
     except Exception as error:  # rclpy could not start at all
         return Finding(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
     seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
+    if timeless:
+        seen = 'answers, and waits for a /clock that nobody publishes'
+        advice = 'start what publishes /clock, or the node with use_sim_time: false'
+        return Finding(what, Verdict.WARN, seen, advice)
     return Finding(what, Verdict.PASS, seen)
 
 

@@ -55,6 +55,9 @@ class Inlets:
 
         def told(answer: Future[Any]) -> None:
             if (refusal := answer.exception()) is not None:
-                journal.refused(topic, refusal)
+                element = self._host.element
+                scaled = kind is JointTrajectory and element is not None
+                unit = f' (a strain of 1 is {element.units.elongation:g} m)' if scaled else ''
+                journal.refused(topic, f'{refusal}{unit}')
 
         return listen

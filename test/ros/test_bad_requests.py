@@ -22,7 +22,9 @@ def written(robot):
 
 
 def warnings(output):
-    return [line for line in output.splitlines() if line.startswith('[WARN]')]
+    """Return what was refused; a loaded machine may lose ticks, and say so."""
+    lines = output.splitlines()
+    return [line for line in lines if line.startswith('[WARN]') and 'refused' in line]
 
 
 class Unchanged:

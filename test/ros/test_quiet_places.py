@@ -4,6 +4,8 @@
 
 from robot import OUT, RELIABLE, Robot
 
+from mlmem_ros.cli.checkup import Verdict, check_node
+
 
 def test_a_plain_subscriber_hears_every_stream(robot):
     """`create_subscription(..., 10)` is reliable, and hears nothing of who offers best effort."""
@@ -26,6 +28,8 @@ def test_time_that_stands_still_is_told(start):
     node = start(parameters={'use_sim_time': True}, name='frozen')
     with Robot('/frozen', 'frozen_robot') as robot:
         robot.wait(lambda: 'no /clock has come yet' in node.output, 'the warning')
+        found = check_node('/frozen', 10.0)
+        assert (found.verdict, found.seen[-28:]) == (Verdict.WARN, '/clock that nobody publishes')
         inactive = robot.next('/diagnostics', lambda array: array.status[0].hardware_id)
         assert inactive.status[0].hardware_id == '/frozen'
 
