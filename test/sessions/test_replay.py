@@ -62,10 +62,9 @@ def test_a_preset_replays_what_its_own_settings_wrote(tmp_path, capsys):
     """Two levels, read from the right: Case II's settings cannot calibrate them."""
     bag = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE[:1])
     main(['replay', str(bag), '--preset', 'bits_1'])
-    told = capsys.readouterr()
-    assert ', 1 commands, 1 procedures' in told.out
-    assert 'refused' not in told.out
-    assert told.err == ''
+    told = capsys.readouterr().out
+    assert 'here write 1' in told
+    assert 'refused' not in told
 
 
 def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
