@@ -11,6 +11,7 @@ import numpy as np
 
 from ..physics.portable import exponential
 from ..physics.potential import Array
+from .carrier import carried, half_period
 from .settings import ProbeSettings
 
 
@@ -67,11 +68,14 @@ class Echo:
         end: The end that was probed, 'left' or 'right'.
         probe: The pulse and the detector's settings.
         t: Times since the pulse began, shape (n,).
-        v_m: Displacement magnitude |v - rest|, shape (n,).
+        v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, that of the
+            carrier alone.
         v_c: v_m averaged over a centred window of width T, shape (n,).
         delay: Time of the first crossing of the threshold, or None where nothing came back.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
-        floor: What noise alone may make of v_c, as measured before the pulse.
+        floor: What noise and vibration alone may make of v_c, as measured before the pulse.
+        shaken: Whether the base shook.
+        spoiled: Whether it began to only after the pulse, when all was listened to.
     """
 
     end: str
@@ -82,6 +86,8 @@ class Echo:
     delay: float | None
     threshold_margin: float
     floor: float = 0.0
+    shaken: bool = False
+    spoiled: bool = False
 
     @property
     def early(self) -> bool:
@@ -112,7 +118,12 @@ class EchoDetector:
     """
 
     def __init__(
-        self, probe: ProbeSettings, dt: float, floor: float = 0.0, least: float = FAINTEST
+        self,
+        probe: ProbeSettings,
+        dt: float,
+        floor: float = 0.0,
+        least: float = FAINTEST,
+        shaken: bool = False,
     ) -> None:
         """Wait for the samples of a pulse that begins now.
 
@@ -121,6 +132,7 @@ class EchoDetector:
             dt: Sampling interval; the first sample is at dt.
             floor: What noise alone may make of v_c: it raises the threshold.
             least: What rounding alone may make of it: the threshold does not fall below.
+            shaken: Whether to listen to the carrier alone.
         """
         self._floor = floor
         self._least = least
@@ -129,6 +141,8 @@ class EchoDetector:
         self.threshold_margin = 0.0
         self._dt = dt
         self._half = max(1, round(0.5 * window(probe) / dt))
+        self._lag = half_period(probe, dt) if shaken else 0
+        self._past = np.zeros(0)
         self._v_m = np.zeros(0)
         self._sums = np.zeros(1)
         self._v_c = np.zeros(0)
@@ -138,8 +152,18 @@ class EchoDetector:
         """Time up to which v_c is known."""
         return len(self._v_c) * self._dt
 
+    @property
+    def loudest(self) -> float:
+        """Greatest v_c so far, 0 before there is any."""
+        return float(self._v_c.max(initial=0.0))
+
     def feed(self, v: Array) -> None:
         """Take displacements from rest, shape (m,), and look for a crossing."""
+        if self._lag:
+            before = self._past if len(self._past) else np.repeat(v[:1], 2 * self._lag)
+            v = np.concatenate((before, v))
+            self._past = v[-4 * self._lag :]
+            v = carried(v, self._lag)
         self._v_m = np.concatenate((self._v_m, np.abs(v)))
         self._sums = np.concatenate((self._sums, self._sums[-1] + np.cumsum(np.abs(v))))
         first, last = len(self._v_c), len(self._v_m) - self._half
@@ -161,8 +185,13 @@ class EchoDetector:
         if self.delay is None and (ratio > 1.0).any():
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])
 
-    def echo(self, end: str) -> Echo:
-        """Return all that was heard, up to the time where v_c is known."""
+    def echo(self, end: str, spoiled: bool = False) -> Echo:
+        """Return all that was heard, up to the time where v_c is known.
+
+        Args:
+            end: The end that was listened to.
+            spoiled: Whether the base began to shake after the pulse.
+        """
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
         return Echo(
@@ -174,4 +203,6 @@ class EchoDetector:
             self.delay,
             self.threshold_margin,
             self._floor,
+            self._lag > 0 or spoiled,
+            spoiled,
         )

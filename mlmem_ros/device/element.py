@@ -45,7 +45,7 @@ from .faults import HEALTHY, Faults, worn
 from .linkage import Linkage
 from .memory_statistics import MemoryStatistics
 from .procedures import Procedure, Result
-from .reading import Reading, combine, decode, phase_of
+from .reading import Reading, combine, confirmed, decode, phase_of
 from .sensor_faults import sensed
 from .settings import Settings, TimeSettings
 from .transducer import ENDS, Transducer
@@ -236,18 +236,26 @@ class MemoryElement:
         """Hold the content for unknown from now on: the wall may be about to move."""
         self.reading = None
 
-    def hear(self, echo: Echo, left: Reading | None = None) -> Reading:
+    def hear(
+        self, echo: Echo, left: Reading | None = None, said: list[int] | None = None
+    ) -> Reading:
         """Decode an echo, remember the reading and tell it.
 
         Args:
             echo: What came back.
             left: What the left end has said just before, to be combined with an echo at the
                 right end.
+            said: The levels that the pulses before have said, to which this one's is added: while
+                the base shakes, two have to say the same.
         """
         phases = self.phase('left'), self.phase('right')
         reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
         if left is not None:
             reading = combine(self.design, self.settings.read, left, reading)
+        if said is not None:
+            said.append(reading.level)
+            if echo.shaken:
+                reading = confirmed(reading, said)
         self.reading = reading
         self._events.append(Heard(echo, reading))
         return reading

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ..contract import BLANK as BLANK
@@ -119,10 +120,13 @@ def decode(
         return _undecodable(echo, f'the {echo.end} end is not read from (read.end is right)')
     if echo.end == 'right' and phases[1] == 1:
         return _undecodable(echo, 'the right end is active: the wall has left the element')
+    if echo.spoiled:
+        return _undecodable(echo, f'the base began to shake while the {echo.end} end listened')
+    what = 'shaking' if echo.shaken else 'noise'
     if echo.delay is None and echo.raised > 1.0:
         return _undecodable(
             echo,
-            f'no echo stands out of the noise at the {echo.end} end, which alone may make v_c '
+            f'no echo stands out of the {what} at the {echo.end} end, which alone may make v_c '
             f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times',
         )
     if echo.delay is None:
@@ -130,7 +134,7 @@ def decode(
     if echo.raised > MOST_RAISED:
         return _undecodable(
             echo,
-            f'the noise at the {echo.end} end hides when the echo began: it raises the '
+            f'the {what} at the {echo.end} end hides when the echo began: it raises the '
             f'threshold {echo.raised:.2g} times, and {MOST_RAISED:g} times is the most that '
             'leaves a delay its level',
         )
@@ -144,9 +148,12 @@ def decode(
             f'something is heard at the {echo.end} end when listening begins, at '
             f'{echo.delay:.2f}, and no level is so near',
         )
+    least = settings.min_margin
+    if echo.shaken:
+        least = max(least, settings.shaken_margin)
     if phases[1] == 1:
-        return _active(echo, level, margin >= settings.min_margin)
-    if margin < settings.min_margin:
+        return _active(echo, level, margin >= least)
+    if margin < least:
         return _undecodable(
             echo, f'the delay {echo.delay:.2f} lies between levels (margin {margin:.2f})'
         )
@@ -216,6 +223,19 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
     return replace(both, level_margin=min(both.level_margin, fit), walls=1)
 
 
+def confirmed(reading: Reading, said: Sequence[int]) -> Reading:
+    """Return a reading of a shaken element if two pulses say the same, else an undecodable one.
+
+    Args:
+        reading: What the last pulse says.
+        said: The levels that all pulses have said, this one the last.
+    """
+    if reading.level == UNDECODABLE or reading.level in said[:-1]:
+        return reading
+    heard = ', '.join(map(describe_level, said))
+    return _refused(reading, f'while the base shakes two pulses must say the same: {heard}')
+
+
 def _active(echo: Echo, level: int, clear: bool) -> Reading:
     """Return what is heard from the left of an element that is active at both ends."""
     reason = 'the right end is active: the wall has left the element'
@@ -241,9 +261,9 @@ def _undecodable(echo: Echo, reason: str, walls: int | None = None) -> Reading:
     )
 
 
-def _refused(both: Reading, reason: str, walls: int | None = None) -> Reading:
+def _refused(reading: Reading, reason: str, walls: int | None = None) -> Reading:
     return replace(
-        both,
+        reading,
         level=UNDECODABLE,
         code='',
         level_margin=0.0,

@@ -174,6 +174,15 @@ class ReadSettings(Checked):
         low=0.0,
         high=0.99,
     )
+    shaken_margin: float = described(
+        0.5, 'least level margin while the base shakes', low=0.0, high=0.99
+    )
+    attempts: int = described(
+        4,
+        'bound on the pulses from an end while the base shakes, until two say the same',
+        low=2,
+        high=100,
+    )
     noise_factor: float = described(
         1.5, 'least threshold of v_c, over what the measured noise gives', low=1.1, high=100.0
     )

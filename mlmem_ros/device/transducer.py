@@ -11,6 +11,7 @@ import numpy as np
 from ..physics import Chain, Drive, Specimen, substep_times
 from ..physics.dispersion import band
 from ..physics.potential import Array
+from .carrier import carried, half_period
 from .echo import FAINTEST, EchoDetector
 from .errors import SettingsError
 from .pulse import BoundaryMotion, Move, Pulse
@@ -101,6 +102,11 @@ class Transducer:
         samples = self.recent[ENDS.index(end)]
         return float(np.abs(samples - samples.mean()).mean())
 
+    def carrier_unrest(self, end: str) -> float:
+        """Return the mean size of what passes for the carrier of an end in the recent samples."""
+        lag = half_period(self.probes[end], self._chain.dt)
+        return float(np.abs(carried(self.recent[ENDS.index(end)], lag)).mean())
+
     def noise(self, end: str) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
@@ -113,19 +119,24 @@ class Transducer:
 
     # --- driving -------------------------------------------------------------------------
 
-    def fire(self, end: str, floor: float = 0.0) -> EchoDetector:
+    def fire(self, end: str, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
         """Fire the probe pulse of an end, about its rest, and listen to what comes back.
 
         Args:
             end: 'left' or 'right'.
             floor: What noise alone may make of v_c, in cells.
+            shaken: Whether to listen to the carrier alone, for the base shakes.
         """
-        probe = self.probes[end]
+        detector = self.listen(end, floor, shaken)
+        self._hold(end, Pulse(self._rest, self.probes[end]))
+        return detector
+
+    def listen(self, end: str, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
+        """Listen as after a pulse (see `fire`), though none is fired."""
         self._rest = self.rest(end)
         self._listening_end = end
         least = FAINTEST * max(1.0, abs(self._rest))  # rounding goes with what is rounded
-        self.detector = EchoDetector(probe, self._chain.dt, floor, least)
-        self._hold(end, Pulse(self._rest, probe))
+        self.detector = EchoDetector(self.probes[end], self._chain.dt, floor, least, shaken)
         return self.detector
 
     def move(self, end: str, target: float, speed: float) -> None:

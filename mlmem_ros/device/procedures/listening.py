@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import TYPE_CHECKING
 
 from ...physics import Design
 from ...physics.dispersion import group_velocity
+from ..echo import Echo, window
 from ..errors import ProcedureFailed
 from ..reading import UNDECODABLE, Reading
 from ..settings import ProbeSettings
@@ -29,12 +31,22 @@ NOISE_SHARE = 1.25
 NEGLIGIBLE = 0.01
 """Noise that does not matter, as a share of the threshold."""
 
+SETTLING = 1500.0
+"""How long a shaken element, which never rests, is waited for: a wave lives for some 500."""
+
+HUM = 300.0
+"""How long the hum of a shaken element is listened to; but not less than `HUM_WINDOWS`."""
+
+HUM_WINDOWS = 4.0
+"""Least time of that in windows of the average."""
+
 
 def quiet(element: MemoryElement) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
 
     Both, because a wave that still runs to and fro at one end is on its way to the other. The
-    noise of a sensor never falls silent, and is not waited for: it raises the threshold.
+    noise of a sensor never falls silent, and is not waited for: it raises the threshold. Nor
+    does an element that is shaken: what passes for a carrier there is waited for a while.
 
     Raises:
         ProcedureFailed: They did not become quiet within `read.patience`.
@@ -43,15 +55,19 @@ def quiet(element: MemoryElement) -> Procedure[None]:
         yield
     transducer, share = element.transducer, element.settings.read.quiet
     limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
-    patience = math.ceil(element.settings.read.patience / element.tick)
-    while loud := [end for end, limit in limits.items() if _restless(element, end, limit)]:
-        if patience == 0:
+    patience, settling = (
+        math.ceil(time / element.tick) for time in (element.settings.read.patience, SETTLING)
+    )
+    for waited in itertools.count():
+        loud = [end for end, limit in limits.items() if _restless(element, end, limit)]
+        if not loud or (waited >= settling and not element.base.still):
+            return
+        if waited == patience:
             raise ProcedureFailed(
                 f'the {loud[0]} end does not come to rest: it moves by '
                 f'{transducer.unrest(loud[0]):.2g} and at most {limits[loud[0]]:.2g} lets an '
                 'echo be heard'
             )
-        patience -= 1
         yield
 
 
@@ -66,10 +82,27 @@ def noise_floor(element: MemoryElement, end: str) -> float:
     return element.settings.read.noise_factor * transducer.unrest(end)
 
 
+def hum(element: MemoryElement, end: str) -> Procedure[float]:
+    """Listen to a shaken element without a pulse, and return what that may make of v_c.
+
+    As long as is listened to is waited before, for what is left of other waves to die away.
+    """
+    time = max(HUM, HUM_WINDOWS * window(element.transducer.probes[end]))
+    yield from wait(element, time)
+    detector = element.transducer.listen(end, shaken=True)
+    yield from wait(element, time)
+    element.transducer.release()
+    return element.settings.read.noise_factor * detector.loudest
+
+
 def _restless(element: MemoryElement, end: str, limit: float) -> bool:
-    """Return whether an end moves more than a limit, and more than its sensor's noise."""
-    unrest = element.transducer.unrest(end)
-    return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
+    """Return whether an end moves more than a limit, and more than its sensor's noise.
+
+    On a base that shakes it sways slowly, and what counts is how it moves about that.
+    """
+    transducer = element.transducer
+    unrest = transducer.unrest(end) if element.base.still else transducer.carrier_unrest(end)
+    return unrest > limit and unrest > NOISE_SHARE * transducer.noise(end)
 
 
 def listening_time(design: Design, probe: ProbeSettings, end: str) -> float:
@@ -80,7 +113,7 @@ def listening_time(design: Design, probe: ProbeSettings, end: str) -> float:
 
 
 def probe(element: MemoryElement, end: str) -> Procedure[Reading]:
-    """Fire one pulse, listen, decode, and tell what was heard."""
+    """Probe from an end: fire a pulse, listen, decode, and tell what was heard."""
     return (yield from _listen(element, end))
 
 
@@ -91,16 +124,39 @@ def probe_both(element: MemoryElement) -> Procedure[Reading]:
 
 
 def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
+    """Fire a pulse and tell what was heard; while the base shakes, until two say the same."""
+    said: list[int] = []
+    while True:
+        echo = yield from _answer(element, end)
+        reading = element.hear(echo, left, said)
+        understood = reading.level != UNDECODABLE or reading.walls is not None
+        if understood or not echo.shaken or len(said) >= element.settings.read.attempts:
+            return reading
+        element.forget()  # until it is confirmed
+
+
+def _answer(element: MemoryElement, end: str) -> Procedure[Echo]:
+    """Fire one pulse and return what comes back.
+
+    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
+    begins to shake afterwards spoils the answer.
+    """
     yield from quiet(element)
     yield from wait(element, element.settings.read.rest)
-    detector = element.transducer.fire(end, noise_floor(element, end))
-    last = listening_time(element.design, element.transducer.probes[end], end)
+    shaken, spoiled = not element.base.still, False
+    floor = (yield from hum(element, end)) if shaken else noise_floor(element, end)
+    detector = element.transducer.fire(end, floor, shaken)
+    longest = listening_time(element.design, element.transducer.probes[end], end)
+    last = longest
     while detector.time < last:
         yield
-        if detector.delay is not None:
+        spoiled |= not (shaken or element.base.still)
+        if spoiled:  # or the true echo were heard only after the next pulse
+            last = longest
+        elif detector.delay is not None:
             last = min(last, detector.delay + ECHO_TAIL)
     element.transducer.release()
-    return element.hear(detector.echo(end), left)
+    return detector.echo(end, spoiled)
 
 
 def look(element: MemoryElement) -> Procedure[Reading]:
