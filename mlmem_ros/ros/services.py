@@ -31,7 +31,7 @@ from ..host import REFUSALS, Host
 from . import messages
 from .qos import EVERY_ONE
 from .recorded import session_plan
-from .requests import command_of
+from .requested import command_of
 
 
 class Services:

@@ -103,7 +103,7 @@ def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
     report = replay(survived)
     assert report.levels_agree
     assert report.difference is None
-    assert not report.passed  # its end is missing, which is told
+    assert not report.whole  # its end is missing, which is told
     assert any('was not closed' in line for line in report.lost)
 
 

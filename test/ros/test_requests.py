@@ -7,7 +7,8 @@ from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
 from mlmem_ros.device import Abort, Erase, FollowTrajectory, Read, Refused, Write
-from mlmem_ros.ros.requests import REQUESTS, command_of, message_of
+from mlmem_ros.ros.requested import COMMANDS, command_of
+from mlmem_ros.ros.requests import REQUESTS, message_of
 
 
 def parameters(**values):
@@ -34,7 +35,7 @@ def test_a_request_comes_out_as_the_command_it_went_in_as(name, arguments, comma
 
 
 def test_every_argument_is_one_of_its_command():
-    for kind, types in REQUESTS.values():
+    for kind, types in ((COMMANDS[name], types) for name, types in REQUESTS.items()):
         assert set(types) <= set(kind.__dataclass_fields__)
 
 

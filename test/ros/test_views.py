@@ -216,7 +216,7 @@ def test_the_node_publishes_views(robot):
     assert {marker.ns for marker in heard['markers'][-1].markers} >= {'cells', 'levels', 'wall'}
     for topic in heard:
         (info,) = robot.node.get_publishers_info_by_topic(robot.name(topic))
-        assert info.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+        assert info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
         assert info.qos_profile.durability == DurabilityPolicy.VOLATILE
 
 
