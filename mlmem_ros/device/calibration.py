@@ -48,6 +48,11 @@ class DelayTable:
                 f'got {[round(delay, 2) for delay in self.delays]}'
             )
 
+    @property
+    def longest(self) -> float:
+        """The delay of the farthest echo."""
+        return max(self.delays if self.blank is None else (*self.delays, self.blank))
+
     def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
         """Return the entry next to a delay, and how clear the choice is.
 

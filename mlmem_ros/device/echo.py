@@ -152,10 +152,15 @@ class EchoDetector:
         """Time up to which v_c is known."""
         return len(self._v_c) * self._dt
 
-    @property
-    def loudest(self) -> float:
-        """Greatest v_c so far, 0 before there is any."""
-        return float(self._v_c.max(initial=0.0))
+    def loudest(self, duration: float, ago: float = 0.0) -> float:
+        """Return the greatest v_c of a time, 0 where nothing was heard.
+
+        Args:
+            duration: How long that is.
+            ago: How long ago it has ended.
+        """
+        n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
+        return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
     def feed(self, v: Array) -> None:
         """Take displacements from rest, shape (m,), and look for a crossing."""

@@ -11,7 +11,6 @@ import numpy as np
 from ..physics import Chain, Drive, Specimen, substep_times
 from ..physics.dispersion import band
 from ..physics.potential import Array
-from .carrier import carried, half_period
 from .echo import FAINTEST, EchoDetector
 from .errors import SettingsError
 from .pulse import BoundaryMotion, Move, Pulse
@@ -101,11 +100,6 @@ class Transducer:
         """Return the mean departure of an end from its rest over the recent samples."""
         samples = self.recent[ENDS.index(end)]
         return float(np.abs(samples - samples.mean()).mean())
-
-    def carrier_unrest(self, end: str) -> float:
-        """Return the mean size of what passes for the carrier of an end in the recent samples."""
-        lag = half_period(self.probes[end], self._chain.dt)
-        return float(np.abs(carried(self.recent[ENDS.index(end)], lag)).mean())
 
     def noise(self, end: str) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.

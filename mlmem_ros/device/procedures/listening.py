@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ...physics import Design
 from ...physics.dispersion import group_velocity
-from ..echo import Echo, window
+from ..echo import Echo, threshold
 from ..errors import ProcedureFailed
 from ..reading import UNDECODABLE, Reading
 from ..settings import ProbeSettings
@@ -31,14 +32,11 @@ NOISE_SHARE = 1.25
 NEGLIGIBLE = 0.01
 """Noise that does not matter, as a share of the threshold."""
 
-SETTLING = 1500.0
-"""How long a shaken element, which never rests, is waited for: a wave lives for some 500."""
+FAINT = 0.3
+"""Hum that hardly matters, as a share of the threshold at the last echo: it raises it by 4 %."""
 
-HUM = 300.0
-"""How long the hum of a shaken element is listened to; but not less than `HUM_WINDOWS`."""
-
-HUM_WINDOWS = 4.0
-"""Least time of that in windows of the average."""
+FALLING = 0.7
+"""Hum over that of before up to which it is told by waves that die away."""
 
 
 def quiet(element: MemoryElement) -> Procedure[None]:
@@ -46,7 +44,7 @@ def quiet(element: MemoryElement) -> Procedure[None]:
 
     Both, because a wave that still runs to and fro at one end is on its way to the other. The
     noise of a sensor never falls silent, and is not waited for: it raises the threshold. Nor
-    does an element that is shaken: what passes for a carrier there is waited for a while.
+    does an element that is shaken, which hums (see `hum`).
 
     Raises:
         ProcedureFailed: They did not become quiet within `read.patience`.
@@ -55,19 +53,17 @@ def quiet(element: MemoryElement) -> Procedure[None]:
         yield
     transducer, share = element.transducer, element.settings.read.quiet
     limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
-    patience, settling = (
-        math.ceil(time / element.tick) for time in (element.settings.read.patience, SETTLING)
-    )
-    for waited in itertools.count():
-        loud = [end for end, limit in limits.items() if _restless(element, end, limit)]
-        if not loud or (waited >= settling and not element.base.still):
-            return
-        if waited == patience:
+    patience = math.ceil(element.settings.read.patience / element.tick)
+    while element.base.still and (
+        loud := [end for end, limit in limits.items() if _restless(element, end, limit)]
+    ):
+        if patience == 0:
             raise ProcedureFailed(
                 f'the {loud[0]} end does not come to rest: it moves by '
                 f'{transducer.unrest(loud[0]):.2g} and at most {limits[loud[0]]:.2g} lets an '
                 'echo be heard'
             )
+        patience -= 1
         yield
 
 
@@ -85,24 +81,28 @@ def noise_floor(element: MemoryElement, end: str) -> float:
 def hum(element: MemoryElement, end: str) -> Procedure[float]:
     """Listen to a shaken element without a pulse, and return what that may make of v_c.
 
-    As long as is listened to is waited before, for what is left of other waves to die away.
+    As long as the longest echo takes, so that waves that are under way come by; and on while it
+    falls silent, for those die away.
     """
-    time = max(HUM, HUM_WINDOWS * window(element.transducer.probes[end]))
-    yield from wait(element, time)
+    calibration, factor = element.calibration, element.settings.read.noise_factor
+    last = calibration.table(end if end in calibration.ends else 'right').longest
+    faint = FAINT * float(threshold(element.transducer.probes[end], np.array(last)))
     detector = element.transducer.listen(end, shaken=True)
-    yield from wait(element, time)
+    while True:
+        yield
+        loud, before = (factor * detector.loudest(last, ago) for ago in (0.0, last))
+        if detector.time >= last and loud <= faint:
+            break
+        if detector.time >= 2.0 * last and loud > FALLING * before:
+            break
     element.transducer.release()
-    return element.settings.read.noise_factor * detector.loudest
+    return loud
 
 
 def _restless(element: MemoryElement, end: str, limit: float) -> bool:
-    """Return whether an end moves more than a limit, and more than its sensor's noise.
-
-    On a base that shakes it sways slowly, and what counts is how it moves about that.
-    """
-    transducer = element.transducer
-    unrest = transducer.unrest(end) if element.base.still else transducer.carrier_unrest(end)
-    return unrest > limit and unrest > NOISE_SHARE * transducer.noise(end)
+    """Return whether an end moves more than a limit, and more than its sensor's noise."""
+    unrest = element.transducer.unrest(end)
+    return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
 
 
 def listening_time(design: Design, probe: ProbeSettings, end: str) -> float:

@@ -74,9 +74,9 @@ def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
         return Check(name, False, str(failure))
     floor = noise_floor(element, end)
     table, probe = element.calibration.table(end), element.transducer.probes[end]
-    last = max(table.delays if table.blank is None else (*table.delays, table.blank))
-    needed = float(threshold(probe, np.array(last)))
-    raised = float(threshold(probe, np.array(last), floor)) / needed
+    last = np.array(table.longest)
+    needed = float(threshold(probe, last))
+    raised = float(threshold(probe, last, floor)) / needed
     heard = f'noise raises the threshold {raised:.3g} times, and up to {MOST_RAISED:g} is borne'
     values = {'floor': floor, 'threshold': needed, 'raised': raised}
     return Check(name, raised <= MOST_RAISED, heard, values)

@@ -1,0 +1,214 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads of an element whose base shakes or whose sensors are noisy: right, undecodable, wrong."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..device import Disturb, Faults, MemoryElement, Outcome, Read, SetFaults, Settings
+from ..physics import Design, level_of
+from ..physics.equilibrium import resting_wall
+from .tolerance.estimate import Rate
+from .trial import blank_element
+
+G = 9.81
+"""Standard gravity in m/s^2, in which accelerations are told here."""
+
+IMU_RATE = 200.0
+"""Messages of an IMU in a second, but for sines, which are told tick by tick."""
+
+STEPS_PER_SECOND = 2.0
+HARMONICS = 8
+SLAM_EVERY = 0.3
+
+SPECTRA = ('white', 'walk', 'slams', 'sine', 'noise')
+
+BINS = 10
+"""Of the confidence, from 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """What is done to an element that is read.
+
+    Attributes:
+        spectrum: 'white' (every message drawn anew, within the amplitude), 'walk' (two footfalls
+            in a second, with harmonics, and impacts of 20 to 90 Hz that ring for 30 ms), 'slams'
+            (next to nothing, and now and then 5 ms out of nothing), 'sine', or 'noise' (white, of
+            both sensors).
+        amplitude: In g; of noise the standard deviation in cells.
+        frequency: Of a sine, in Hz.
+    """
+
+    spectrum: str
+    amplitude: float
+    frequency: float = 0.0
+
+    def __str__(self) -> str:
+        """Return what a table calls it."""
+        if self.spectrum == 'noise':
+            return f'sensor noise, {self.amplitude:g} cells'
+        name = f'sine, {self.frequency:g} Hz' if self.spectrum == 'sine' else self.spectrum
+        return f'{name}, {self.amplitude:g} g'
+
+    def course(self, seed: int, tick: float) -> Iterator[float]:
+        """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
+        random = np.random.Generator(np.random.PCG64(seed))
+        each = {'white': _white, 'walk': _walk, 'slams': _slams}.get(self.spectrum)
+        if self.spectrum == 'sine':
+            phase = random.uniform(0.0, 2.0 * math.pi)
+            told = (
+                math.sin(2.0 * math.pi * self.frequency * n * tick + phase)
+                for n in itertools.count()
+            )
+        elif each:
+            told = _held(each(random), tick)
+        else:
+            told = itertools.repeat(0.0)
+        return (self.amplitude * G * share for share in told)
+
+
+def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
+    """Yield what the last message has said, tick by tick."""
+    sent = 0
+    for n in itertools.count():
+        while sent <= n * tick * IMU_RATE:
+            last = next(messages)
+            sent += 1
+        yield last
+
+
+def _white(random: np.random.Generator) -> Iterator[float]:
+    while True:
+        yield float(random.uniform(-1.0, 1.0))
+
+
+def _walk(random: np.random.Generator) -> Iterator[float]:
+    phases = random.uniform(0.0, 2.0 * math.pi, HARMONICS)
+    order = np.arange(1, HARMONICS + 1)
+    footfall, height, omega = 0.0, 0.0, 0.0
+    for n in itertools.count():
+        t = n / IMU_RATE
+        if t >= footfall + 1.0 / STEPS_PER_SECOND:
+            footfall = t
+            height = random.uniform(0.5, 1.0) * random.choice((-1.0, 1.0))
+            omega = 2.0 * math.pi * random.uniform(20.0, 90.0)
+        sway = np.sin(2.0 * math.pi * STEPS_PER_SECOND * order * t + phases) @ (0.3 / order)
+        ring = height * math.exp((footfall - t) / 0.03) * math.sin(omega * (t - footfall))
+        yield float(sway + ring)
+
+
+def _slams(random: np.random.Generator) -> Iterator[float]:
+    while True:
+        slam = random.uniform() < 1.0 / (SLAM_EVERY * IMU_RATE)
+        yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
+
+
+@dataclass
+class Counts:
+    """How reads ended.
+
+    Attributes:
+        right, undecodable, wrong: How many.
+        moved: How many were not counted, for the wall was no more where it had been.
+        ticks: How long they took, all together.
+        confidences: Reads by confidence, shape (2, BINS): wrong ones and right ones.
+    """
+
+    right: int = 0
+    undecodable: int = 0
+    wrong: int = 0
+    moved: int = 0
+    ticks: int = 0
+    confidences: np.ndarray = field(default_factory=lambda: np.zeros((2, BINS), dtype=int))
+
+    @property
+    def reads(self) -> int:
+        """How many were counted."""
+        return self.right + self.undecodable + self.wrong
+
+    @property
+    def lies(self) -> Rate:
+        """The share of all reads that was wrong without notice."""
+        return Rate(self.wrong, self.reads)
+
+    @property
+    def spoiled(self) -> Rate:
+        """The share that was not right."""
+        return Rate(self.undecodable + self.wrong, self.reads)
+
+    def add(self, other: Counts) -> None:
+        """Add those of other reads."""
+        for name in ('right', 'undecodable', 'wrong', 'moved', 'ticks'):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.confidences = self.confidences + other.confidences
+
+    def calibrated(self) -> list[tuple[float, float]]:
+        """Return, of every bin with reads, its highest confidence and the share that is right."""
+        wrong, right = self.confidences
+        return [
+            ((n + 1) / BINS, float(right[n] / (right[n] + wrong[n])))
+            for n in range(BINS)
+            if right[n] + wrong[n]
+        ]
+
+
+def count(
+    design: Design,
+    settings: Settings,
+    shaking: Shaking,
+    end: str,
+    level: int,
+    reads: int,
+    seed: int,
+) -> Counts:
+    """Read an element again and again, and count.
+
+    Args:
+        design: The element.
+        settings: The instrument's.
+        shaking: What is done to it meanwhile.
+        end: 'left', 'right' or 'both'.
+        level: Where its wall is.
+        reads: How many.
+        seed: Of all chance.
+    """
+    element = blank_element(design, settings)
+    element.chain.place(resting_wall(design, level))
+    element.transducer.settle()
+    if shaking.spectrum == 'noise':
+        element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))
+    scale = settings.scale
+    course = shaking.course(seed, settings.time.tick * scale.time)
+    for _ in range(20):
+        _tick(element, next(course) / scale.acceleration)
+    counts = Counts()
+    for _ in range(reads):
+        element.apply(Read(end))
+        while element.procedure:
+            events = _tick(element, next(course) / scale.acceleration)
+        outcome = events[-1]
+        assert isinstance(outcome, Outcome)
+        counts.ticks += outcome.end_tick - outcome.start_tick
+        if not outcome.success or outcome.reading is None:
+            counts.undecodable += 1
+            continue
+        right = outcome.reading.level == level
+        counts.right += right
+        counts.wrong += not right
+        counts.confidences[int(right), min(BINS - 1, int(BINS * outcome.reading.confidence))] += 1
+    if level_of(design, element.chain.configuration, 0.5 * design.J) != level:
+        return Counts(moved=reads)
+    return counts
+
+
+def _tick(element: MemoryElement, acceleration: float) -> list:
+    if acceleration != element.base.state.target:
+        element.apply(Disturb(acceleration))
+    return element.advance()
