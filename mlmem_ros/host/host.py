@@ -194,7 +194,7 @@ class Host:
         if loop is not None and element is not None:
             loop.stop()
             self.journal.error(f'the device has stopped: {loop.failure}')
-            self._end_recording(element)
+            self._end_recording(None)
             self.journal.error(f'{self._rescue(element)}; configure and activate to go on')
         self.release()
 
@@ -330,7 +330,7 @@ class Host:
         self._rescued = snapshot.take(element)
         return 'its content is kept until the next configuration'
 
-    def _end_recording(self, element: MemoryElement) -> None:
+    def _end_recording(self, element: MemoryElement | None) -> None:
         if not self.sessions.close(element):
             self.lost += 1
 

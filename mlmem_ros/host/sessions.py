@@ -100,8 +100,12 @@ class Sessions:
         """Answer who waits too long for the disk; about once a second."""
         self._worker.tend()
 
-    def close(self, element: MemoryElement) -> bool:
+    def close(self, element: MemoryElement | None) -> bool:
         """End whatever is recorded, when time does not run any more; it waits, but not for long.
+
+        Args:
+            element: The device; None where it has failed: the commands of the tick that failed
+                are not recorded, so no hash may follow.
 
         Returns:
             Whether all is written that was recorded.
@@ -144,7 +148,7 @@ class Sessions:
         recording.begin(element)
         self.current = recording
 
-    def _stop(self, element: MemoryElement, loop: Loop | None) -> Path:
+    def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
         if (recording := self.current) is None:
             raise Refused('nothing is being recorded')
         _between_ticks(loop, lambda: self._end(recording, element))
@@ -155,9 +159,10 @@ class Sessions:
             self.state = State.IDLE
         return recording.status.path
 
-    def _end(self, recording: Recording, element: MemoryElement) -> None:
+    def _end(self, recording: Recording, element: MemoryElement | None) -> None:
         self.current = None
-        recording.end(element)
+        if element is not None:
+            recording.end(element)
 
 
 def _recording(*given: Any) -> Recording:

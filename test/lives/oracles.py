@@ -83,7 +83,7 @@ class Oracles:
         if 'defect' in message or ('device has stopped' in message and not self.broken):
             self.find(message)
         if 'its content is saved' in message and self._life.script.state:
-            self._acknowledged = self.truth.ticks, None, None
+            self._acknowledged = self._life.element.ticks, None, None
 
     # --- requests ------------------------------------------------------------------------
 

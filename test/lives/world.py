@@ -43,6 +43,11 @@ class Life:
         given: What the host is configured with.
     """
 
+    @property
+    def element(self):
+        """The device of the present process."""
+        return self._process.host.element
+
     def __init__(self, script):
         self.script = script
         self.scheduler = Scheduler(script.seed)
