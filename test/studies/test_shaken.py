@@ -77,6 +77,14 @@ def test_a_count_is_repeated_to_the_bit():
     np.testing.assert_array_equal(first.confidences, again.confidences)
 
 
+def test_a_short_element_is_waited_for_longer_than_its_echo_takes():
+    """Its echoes of 250 time units run to and fro, and would be taken for the shaking."""
+    design, settings = load('bits_1')
+    for level in range(2):
+        counts = count(design, settings, Shaking('white', 2.0), 'right', level, 4, seed=level)
+        assert counts.right == 4
+
+
 def test_a_wall_that_was_shaken_off_is_not_counted():
     counts = count(CASE_II, Settings(), Shaking('sine', 400.0, 16.0), 'left', 3, 1, seed=1)
     assert (counts.reads, counts.moved) == (0, 1)

@@ -32,6 +32,9 @@ NOISE_SHARE = 1.25
 NEGLIGIBLE = 0.01
 """Noise that does not matter, as a share of the threshold."""
 
+LIFE = 500.0
+"""Least time for which a hum is listened to: of waves that live 2 / eta a third is left then."""
+
 FAINT = 0.3
 """Hum that hardly matters, as a share of the threshold at the last echo: it raises it by 4 %."""
 
@@ -85,15 +88,15 @@ def hum(element: MemoryElement, end: str) -> Procedure[float]:
     falls silent, for those die away.
     """
     calibration, factor = element.calibration, element.settings.read.noise_factor
-    last = calibration.table(end if end in calibration.ends else 'right').longest
-    faint = FAINT * float(threshold(element.transducer.probes[end], np.array(last)))
-    detector = element.transducer.listen(end, shaken=True)
+    longest = calibration.table(end if end in calibration.ends else 'right').longest
+    faint = FAINT * float(threshold(element.transducer.probes[end], np.array(longest)))
+    detector, span = element.transducer.listen(end, shaken=True), max(LIFE, longest)
     while True:
         yield
-        loud, before = (factor * detector.loudest(last, ago) for ago in (0.0, last))
-        if detector.time >= last and loud <= faint:
+        loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
+        if detector.time >= span and loud <= faint:
             break
-        if detector.time >= 2.0 * last and loud > FALLING * before:
+        if detector.time >= 2.0 * span and loud > FALLING * before:
             break
     element.transducer.release()
     return loud
