@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 SUMMARY = 'have the element behind a running node learn its echo delays, and restore its content'
 
-COLUMNS = 8
-"""Delays in a line."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
@@ -32,9 +29,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(answer: Calibrated) -> str:
-    """Return the content as a line, and the delays as a table of lines."""
-    lines = [request.describe(answer)]
-    for first in range(0, len(answer.delays), COLUMNS):
-        row = ''.join(f'{delay:9.2f}' for delay in answer.delays[first : first + COLUMNS])
-        lines.append(f'level {first:3}{row}')
-    return '\n'.join(lines)
+    """Return the content as a line, and the delays as a table: levels by ends."""
+    columns = zip(*answer.delays.values(), strict=True)
+    rows = [
+        f'{level:5}' + ''.join(f'{delay:10.2f}' for delay in delays)
+        for level, delays in enumerate(columns)
+    ]
+    headings = 'level' + ''.join(f'{end:>10}' for end in answer.delays)
+    return '\n'.join([request.describe(answer), headings, *rows])

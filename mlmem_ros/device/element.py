@@ -360,6 +360,7 @@ class MemoryElement:
             run.start_tick,
             self.ticks,
             result.checks,
+            result.delays,
         )
         self._events.append(outcome)
         return outcome

@@ -49,6 +49,7 @@ class Outcome:
         start_tick: The tick in which it began.
         end_tick: The tick in which it ended.
         checks: What a self-test tested.
+        delays: What a calibration learnt: the echo delay of every level in time units, by end.
     """
 
     procedure: str
@@ -59,6 +60,7 @@ class Outcome:
     start_tick: int
     end_tick: int
     checks: tuple[Check, ...] = ()
+    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as plain values: what the ROS services answer as JSON."""
@@ -83,6 +85,10 @@ class Outcome:
                 values['reason'] = self.reading.reason
         if self.checks:
             values['checks'] = {check.name: check.message for check in self.checks}
+        if self.delays:
+            values['delays'] = {
+                end: [round(delay, 4) for delay in delays] for end, delays in self.delays.items()
+            }
         ticks = self.end_tick - self.start_tick
         return values | {'attempts': self.attempts, 'ticks': ticks}
 

@@ -75,10 +75,10 @@ class Calibrated(Decoded):
     """What calibrate answers: the content, which it has restored, and what it learnt.
 
     Attributes:
-        delays: Echo delay of every level in time units; empty where the node does not tell.
+        delays: Echo delay of every level in time units, by the end that hears it.
     """
 
-    delays: tuple[float, ...] = ()
+    delays: Mapping[str, tuple[float, ...]]
 
 
 @dataclass(frozen=True)
@@ -185,4 +185,6 @@ def _names(kind: type[Answer]) -> list[str]:
 
 
 def _frozen(value: Any) -> Any:
+    if isinstance(value, dict):
+        return MappingProxyType({name: _frozen(item) for name, item in value.items()})
     return tuple(value) if isinstance(value, list) else value

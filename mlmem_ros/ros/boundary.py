@@ -10,7 +10,6 @@ good.
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Callable
 from typing import Any
 
@@ -22,6 +21,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from ..host import REFUSALS, Journal
+from . import messages
 
 EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """What a bad request may raise in rclpy's own services: a transition that is not open now, a
@@ -72,21 +72,29 @@ class Boundary:
                     self._journal.refused(name, error)
                 else:
                     self._journal.exception(name, error)
-                return _excuse(request, response, f'{error}' or type(error).__name__)
+                return _excuse(request, response, f'{error}' or type(error).__name__, own)
 
         return serve
 
 
-def _excuse(request: Any, response: Any, why: str) -> Any:
-    """Return a response that says why it is no other, as far as its type can."""
-    failed = SetParametersResult(successful=False, reason=why)
+def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
+    """Return a response that says why it is no other, as far as its type can.
+
+    Args:
+        request: What was asked.
+        response: What had been made of its response.
+        why: The reason.
+        own: Whether the service is one of ours, which answer with a JSON object.
+    """
+    told = messages.refusal(why) if own else why
+    failed = SetParametersResult(successful=False, reason=told)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as asked for
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed
     elif hasattr(response, 'message'):
         response.success = False
-        response.message = json.dumps({'error': why})
+        response.message = told
     elif hasattr(response, 'success'):
         response.success = False
     elif hasattr(response, 'status'):

@@ -6,7 +6,11 @@ One node takes all of it; every test ends with a read that it has to answer, and
 it to end.
 """
 
+import asyncio
+import json
+import logging
 import signal
+from types import SimpleNamespace
 
 import pytest
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -19,6 +23,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.bag.replay import replay
 from mlmem_ros.bag.session_data import load
+from mlmem_ros.host import Journal
+from mlmem_ros.ros.boundary import Boundary
 from mlmem_ros.ros.run import ENDED
 
 
@@ -33,6 +39,26 @@ def robot(node):
         yield robot
         assert node.running
         assert robot.trigger('read')['procedure'] == 'read'
+
+
+@pytest.mark.parametrize('own', [True, False])
+def test_a_defect_is_answered_as_every_refusal_is(own):
+    """A service of ours with one JSON object, one of rclpy's with its text."""
+
+    def broken(request, response):
+        raise RuntimeError('broken')
+
+    broken.__module__ = 'mlmem_ros.ros.services' if own else 'rclpy.parameter_service'
+    service = SimpleNamespace(srv_name='/mlmem/request', callback=broken)
+    journal = Journal(logging.getLogger())
+    Boundary(SimpleNamespace(services=[service]), journal).guard_services()
+    asked, response = SetParametersAtomically.Request(), SetParametersAtomically.Response()
+    told = asyncio.run(service.callback(asked, response)).result
+    assert not told.successful
+    assert (json.loads(told.reason) if own else told.reason) == (
+        {'error': 'broken'} if own else 'broken'
+    )
+    assert journal.caught == 1
 
 
 def state(robot):

@@ -153,7 +153,10 @@ def test_time_is_held_and_stepped(client):
 
 def test_calibrate_restores_the_content(client):
     client.write(1).wait()
-    assert client.calibrate().wait().level == 1
+    calibrated = client.calibrate().wait()
+    assert calibrated.level == 1
+    assert [len(calibrated.delays[end]) for end in ('left', 'right')] == [8, 8]
+    assert calibrated.delays['left'][1] == pytest.approx(client.read().wait().delay, abs=10.0)
 
 
 def test_parameters(client):

@@ -94,11 +94,18 @@ def inside(capsys):
     return run
 
 
-def test_calibrate_keeps_the_content(memory, robot, inside):
+def test_calibrate_keeps_the_content_and_tells_the_delays(memory, robot, inside):
     assert robot.write(1).success
     status, told, complaint = inside('calibrate')
     assert (status, complaint) == (0, '')
-    assert told.startswith('level 1 (code 001), echo delay ')
+    content, heading, *rows = told.splitlines()
+    assert content.startswith('level 1 (code 001), echo delay ')
+    assert heading.split() == ['level', 'left', 'right']
+    table = [[float(word) for word in row.split()] for row in rows]
+    levels, left, right = zip(*table, strict=True)
+    assert levels == tuple(range(8))
+    assert left == tuple(sorted(left))
+    assert right == tuple(sorted(right, reverse=True))
 
 
 def test_abort_stops_a_write(memory, robot, inside):

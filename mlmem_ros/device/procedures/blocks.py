@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import ProcedureFailed
@@ -30,11 +30,12 @@ FOLLOWING_ERROR = 0.1
 
 @dataclass(frozen=True)
 class Result:
-    """What a procedure leaves: its last reading, how many tries it took, and what it tested."""
+    """What a procedure leaves: its last reading, its tries, what it tested and learnt."""
 
     reading: Reading | None
     attempts: int = 1
     checks: tuple[Check, ...] = ()
+    delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 def wait(element: MemoryElement, duration: float) -> Procedure[None]:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..calibration import Calibration, DelayTable
@@ -38,7 +39,9 @@ def calibrate(element: MemoryElement) -> Procedure[Result]:
         except ProcedureFailed as lost:
             raise ProcedureFailed(f'{failure}; nor is the content restored: {lost}') from failure
         raise
-    return (yield from restore(element, content))
+    restored = yield from restore(element, content)
+    learnt = element.calibration
+    return replace(restored, delays={end: learnt.table(end).delays for end in learnt.ends})
 
 
 def _learn(element: MemoryElement) -> Procedure[Calibration]:
