@@ -17,9 +17,9 @@ from os import PathLike
 
 import pytest
 
-from .bag.replay import replay
-from .bag.replay_report import ReplayReport
-from .bag.session_data import SessionData, load
+from .session.data import SessionData, load
+from .session.replay import replay
+from .session.report import ReplayReport
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level that was read is the one asked for."""
-    from ..bag.session_data import load
     from ..ros.errors import RequestError
+    from ..session.data import load
     from ..studies.session_figure import draw
     from .console import plain_console
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..bag.reader import BagReader
-    from ..bag.session_data import SessionData
     from ..device import Command
+    from ..session.data import SessionData
 
 SUMMARY = 'list a session bag, decode its echoes again, plot or repair it'
 
@@ -116,8 +116,8 @@ def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
     """Print and return what a bag tells of one node."""
-    from ..bag.session_data import load
     from ..device.commands import as_dict
+    from ..session.data import load
 
     session = load(reader, arguments.node)
     if session.header is None:
@@ -220,8 +220,8 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
         return []
     from rich.text import Text
 
-    from ..bag.redecode import redecode
-    from ..bag.replay import element_of
+    from ..session.redecode import redecode
+    from ..session.replay import element_of
     from .console import plain_table
 
     settings, calibration = session.settings, element_of(session).calibration

@@ -21,9 +21,9 @@ from ..clipped import printable
 from .output import add_json, print_json
 
 if TYPE_CHECKING:
-    from ..bag.replay import Progress
-    from ..bag.replay_report import ReplayReport
     from ..ros.play import Played
+    from ..session.replay import Progress
+    from ..session.report import ReplayReport
 
 SUMMARY = 'run a recorded session again and compare, without ROS or into a running node'
 
@@ -53,9 +53,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _through_device(arguments: argparse.Namespace) -> int:
-    from ..bag.replay import replay, replay_commands
-    from ..bag.session_data import load
     from ..device import new_element, preset
+    from ..session.data import load
+    from ..session.replay import replay, replay_commands
 
     session = load(arguments.bag, arguments.node)
     with _progress() as progress:
@@ -71,9 +71,9 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 
 def _into_node(arguments: argparse.Namespace) -> int:
-    from ..bag.session_data import load
     from ..ros.errors import RequestError
     from ..ros.play import play
+    from ..session.data import load
     from .console import complain
 
     session = load(arguments.bag, arguments.node)
@@ -131,7 +131,7 @@ def describe_played(played: Played) -> list[str]:
 
 def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
     """Return in a line how many agree, with the first that does not in a second one."""
-    from ..bag.replay_report import agreeing, told
+    from ..session.report import agreeing, told
 
     if not told(recorded):
         return [f'{what:<12}none recorded; here {", ".join(map(str, found)) or "none"}']

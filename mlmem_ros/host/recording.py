@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..bag import session
 from ..bag.definitions import jazzy
 from ..bag.errors import BagError
 from ..bag.qos import RELIABLE, QosProfile
@@ -15,6 +14,7 @@ from ..bag.recorder import Recorder, RecorderStatus
 from ..bag.writer import BagWriter
 from ..device import MemoryElement
 from ..device.loop import Stamped
+from ..session import messages
 from .journal import Journal
 from .session_plan import SessionPlan
 
@@ -46,7 +46,7 @@ class Recording:
         self._plan = plan
         self._journal = journal
         self._now = now
-        self._names = session.SessionTopics.of(plan.node)
+        self._names = messages.SessionTopics.of(plan.node)
         settings = plan.settings
         writer = BagWriter(
             path,
@@ -57,11 +57,11 @@ class Recording:
         self._types = {topic: type_name for topic, type_name, _ in plan.topics}
         for topic, type_name, qos in plan.topics:
             writer.add_topic(topic, type_name, (qos,))
-        writer.add_topic(self._names.header, session.STRING, (LATCHED,), latch=True)
+        writer.add_topic(self._names.header, messages.STRING, (LATCHED,), latch=True)
         for topic in (self._names.command, self._names.state_hash):
-            writer.add_topic(topic, session.STRING, (RELIABLE,))
+            writer.add_topic(topic, messages.STRING, (RELIABLE,))
         self._recorder = Recorder(
-            writer, dropped_topic=f'{plan.node}/{session.DROPPED}', on_error=self._tell
+            writer, dropped_topic=f'{plan.node}/{messages.DROPPED}', on_error=self._tell
         )
         journal.info(f'recording a session into {writer.path}')
 
@@ -72,7 +72,7 @@ class Recording:
             Refused: A procedure runs.
         """
         given = self._plan.parameters or {}
-        self._put(self._names.header, session.header(element, self._plan.node, given))
+        self._put(self._names.header, messages.header(element, self._plan.node, given))
 
     def takes(self, topic: str) -> bool:
         """Return whether the messages of a topic go into this session."""
@@ -97,10 +97,10 @@ class Recording:
         if self.full:
             return
         for tick, command in commands:
-            self._put(self._names.command, session.command(tick, command))
+            self._put(self._names.command, messages.command(tick, command))
         settings = self._plan.settings
         if element.ticks % settings.hash_every == 0:
-            self._put(self._names.state_hash, session.state_hash(element))
+            self._put(self._names.state_hash, messages.state_hash(element))
             most = settings.most_megabytes
             if most and self.status.size >= 1e6 * most:  # the hash just recorded is the last
                 self.full = True
@@ -112,7 +112,7 @@ class Recording:
     def end(self, element: MemoryElement) -> None:
         """Record the hash of the last state; to be called between ticks."""
         if not self.full:
-            self._put(self._names.state_hash, session.state_hash(element))
+            self._put(self._names.state_hash, messages.state_hash(element))
 
     def close(self) -> None:
         """Write what waits and finish the bag; it waits for the disk.

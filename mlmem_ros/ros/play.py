@@ -13,9 +13,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
-from ..bag.replay import element_of
-from ..bag.replay_report import agreeing, ending
-from ..bag.session_data import SessionData
 from ..device import (
     BLANK,
     Abort,
@@ -34,6 +31,9 @@ from ..device import (
     describe_level,
 )
 from ..device.settings import ScaleSettings
+from ..session.data import SessionData
+from ..session.replay import element_of
+from ..session.report import agreeing, ending
 from .client import MemoryClient
 from .errors import RequestFailed, RequestRefused
 from .qos import LATCHED, RELIABLE

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..bag.replay import element_of
-from ..bag.session_data import SessionData
 from ..device.echo import threshold
 from ..device.units import Units
+from ..session.data import SessionData
+from ..session.replay import element_of
 
 PHASES = 'RdBu'
 """Colours of the configuration: the paper's red for s1 and blue for s2."""

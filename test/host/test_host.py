@@ -14,14 +14,14 @@ import threading
 import pytest
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.bag.replay import replay
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot, state_file
 from mlmem_ros.host import Overdue, State
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import RecordSettings, StateSettings
 from mlmem_ros.physics import StateError
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
 
 SOON = 30.0
 

@@ -14,8 +14,8 @@ import yaml
 from mlmem_ros.bag import BagError, BagReader
 from mlmem_ros.bag import reader as bag_reader
 from mlmem_ros.bag.metadata import read_metadata
-from mlmem_ros.bag.replay import replay
-from mlmem_ros.bag.session_data import load
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
 
 FOLDER = '/disk'
 

@@ -21,11 +21,11 @@ from robot import RELIABLE, Robot, values
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from mlmem_ros.bag.replay import replay
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.host import Journal
 from mlmem_ros.ros.boundary import Boundary
 from mlmem_ros.ros.run import ENDED
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
 
 
 @pytest.fixture(scope='module')

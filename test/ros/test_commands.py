@@ -14,12 +14,12 @@ from xml.etree import ElementTree
 import pytest
 from robot import BLANK, Robot
 
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.cli.main import main
 from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
 from mlmem_ros.ros.announcing import announce_often
 from mlmem_ros.ros.play import play
+from mlmem_ros.session.data import load
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 

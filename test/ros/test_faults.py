@@ -8,12 +8,12 @@ import time
 import pytest
 from robot import SENSOR, Imu, Robot, values
 
-from mlmem_ros.bag.replay import replay
-from mlmem_ros.bag.session_data import SessionData, load
 from mlmem_ros.device import Disturb, Faults, Read, SetFaults
 from mlmem_ros.ros.errors import RequestRefused
 from mlmem_ros.ros.play import play
 from mlmem_ros.ros.standalone import standalone
+from mlmem_ros.session.data import SessionData, load
+from mlmem_ros.session.replay import replay
 
 UNIT = 0.01 / 1e-5**2
 """One lattice constant per time unit squared in m/s^2 at this element's scale."""

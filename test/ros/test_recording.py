@@ -13,9 +13,9 @@ import pytest
 from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
-from mlmem_ros.bag.replay import replay
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.ros.run import NOT_SAVED
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
 
 EVERY_ONE = ('level', 'outcome', 'echo')
 """Reliable topics: a subscriber that is there receives all of them."""

@@ -46,7 +46,7 @@ def test_a_replay_that_leaves_the_recording_says_where_and_by_how_much(replay_se
     session = replay_session(DATA / 'life').session
     tick, command = session.stamped[0]
     session.stamped[0] = (tick + 1, command)
-    from mlmem_ros.bag.replay import replay
+    from mlmem_ros.session.replay import replay
 
     report = replay(session)
     assert not report.exact

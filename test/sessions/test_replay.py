@@ -13,15 +13,15 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag import BagError
-from mlmem_ros.bag.redecode import redecode
-from mlmem_ros.bag.replay import element_of, replay, replay_commands
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import BLANK, UNDECODABLE, new_element
 from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.units import Units
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.session.data import load
+from mlmem_ros.session.redecode import redecode
+from mlmem_ros.session.replay import element_of, replay, replay_commands
 from mlmem_ros.studies.session_figure import figure_of
 
 DATA = Path(__file__).parent.parent / 'data'
@@ -208,7 +208,7 @@ def test_silence_decodes_to_no_level_and_contradicts_what_was_read():
 
 def test_a_wrong_recorded_level_is_found_by_inspect(tmp_path, capsys, monkeypatch):
     """Tamper with one decoded level: inspect says so and fails."""
-    from mlmem_ros.bag import session_data
+    from mlmem_ros.session import data
 
     def tampered(reader, node=''):
         session = load(reader, node)
@@ -218,7 +218,7 @@ def test_a_wrong_recorded_level_is_found_by_inspect(tmp_path, capsys, monkeypatc
         return session
 
     assert main(['inspect', str(DATA / 'life')]) == 0
-    monkeypatch.setattr(session_data, 'load', tampered)
+    monkeypatch.setattr(data, 'load', tampered)
     assert main(['inspect', str(DATA / 'life')]) == 1
 
 

@@ -7,11 +7,12 @@ import json
 import pytest
 
 from mlmem_ros import __version__
-from mlmem_ros.bag import BagReader, BagWriter, session
-from mlmem_ros.bag.replay import element_of, replay
-from mlmem_ros.bag.session_data import load
+from mlmem_ros.bag import BagReader, BagWriter
 from mlmem_ros.device import Faults, Refused, SetFaults, SetStrain, Write, new_element
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.session import messages
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import element_of, replay
 
 NODE = '/robot/mlmem'
 COMMANDS = {
@@ -25,17 +26,17 @@ COMMANDS = {
 def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
     element = new_element(CASE_II)
-    topics = session.SessionTopics.of(NODE)
+    topics = messages.SessionTopics.of(NODE)
     with BagWriter(tmp_path / 'bag', sync_interval=float('inf')) as writer:
         for topic in (topics.header, topics.command, topics.state_hash):
-            writer.add_topic(topic, session.STRING)
-        writer.write(topics.header, session.header(element, NODE, {'autostart': True}), 0)
+            writer.add_topic(topic, messages.STRING)
+        writer.write(topics.header, messages.header(element, NODE, {'autostart': True}), 0)
         for tick in range(100):
             if tick in COMMANDS:
                 element.apply(COMMANDS[tick])
-                writer.write(topics.command, session.command(tick, COMMANDS[tick]), tick)
+                writer.write(topics.command, messages.command(tick, COMMANDS[tick]), tick)
             element.advance()
-        writer.write(topics.state_hash, session.state_hash(element), 100)
+        writer.write(topics.state_hash, messages.state_hash(element), 100)
     return load(tmp_path / 'bag'), element
 
 
@@ -66,15 +67,15 @@ def test_the_header_tells_where_it_began_and_with_what(recorded, tmp_path):
     bag = BagReader(tmp_path / 'bag')
     (message,) = bag.messages([f'{NODE}/session'])
     told = json.loads(bag.deserialize(message).data)
-    assert told['format'] == session.FORMAT
+    assert told['format'] == messages.FORMAT
     assert told['parameters'] == {'autostart': True}
     assert {'mcap', 'rosbags'} <= set(told['packages'])
     assert element_of(data).design == CASE_II
 
 
 def test_a_package_that_is_not_installed_has_an_unknown_version(monkeypatch):
-    monkeypatch.setattr(session, 'PACKAGES', ('no-such-package',))
-    assert b'"no-such-package": "unknown"' in session.header(new_element(CASE_II), NODE, {})
+    monkeypatch.setattr(messages, 'PACKAGES', ('no-such-package',))
+    assert b'"no-such-package": "unknown"' in messages.header(new_element(CASE_II), NODE, {})
 
 
 def test_no_session_begins_in_the_middle_of_a_procedure():
@@ -82,4 +83,4 @@ def test_no_session_begins_in_the_middle_of_a_procedure():
     element.apply(Write(2))
     element.advance()
     with pytest.raises(Refused):
-        session.header(element, NODE, {})
+        messages.header(element, NODE, {})

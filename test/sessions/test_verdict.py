@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag.definitions import jazzy
-from mlmem_ros.bag.replay import ReplayReport
-from mlmem_ros.bag.replay_report import Difference
-from mlmem_ros.bag.session_data import load
 from mlmem_ros.cli.main import main
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import ReplayReport
+from mlmem_ros.session.report import Difference
 
 from .tampering import Tampered, string
 from .test_replay import JAZZY, WRITE_LEVEL_1_THEN_PROBE, foreign_bag
@@ -184,8 +184,8 @@ def test_a_command_that_took_effect_and_is_refused_is_no_yes():
 
 def test_rounding_is_what_the_bound_says(replay_session):
     """Round every displacement of every tick anew: it makes a millionth of the bound."""
-    from mlmem_ros.bag import replay as replaying
-    from mlmem_ros.bag.replay_report import ROUNDING
+    from mlmem_ros.session import replay as replaying
+    from mlmem_ros.session.report import ROUNDING
 
     session = load(SESSION)
     element = replaying.element_of(session)

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from ...bag.definitions import jazzy
-from ...bag.session import STRING
 from ...physics import CASE_II, Chain, substep_times
 from ...physics.equilibrium import resting_wall
 from ...physics.potential import Array
+from ...session.messages import STRING
 
 TICK = 2_000_000
 """Nanoseconds of a default tick."""

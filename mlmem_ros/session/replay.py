@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ..bag.errors import BagError
 from ..device import (
     Calibration,
     Command,
@@ -19,12 +20,11 @@ from ..device import (
     snapshot,
 )
 from ..physics import StateError
-from .errors import BagError
+from .data import SessionData
+from .length import last_tick, longest_silence
+from .messages import versions
 from .records import StateHash, naming
-from .replay_report import Difference, ReplayReport, ending
-from .session import versions
-from .session_data import SessionData
-from .session_length import last_tick, longest_silence
+from .report import Difference, ReplayReport, ending
 
 Progress = Callable[[int, int], None]
 """Called now and then with the ticks done and the ticks to do."""

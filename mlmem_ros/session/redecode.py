@@ -13,7 +13,7 @@ from ..device.echo import EchoDetector, pulse_duration
 from ..device.pulse import Pulse
 from ..device.reading import confidence
 from ..device.settings import ProbeSettings
-from .session_data import RecordedEcho
+from .data import RecordedEcho
 
 
 @dataclass(frozen=True)

@@ -19,13 +19,13 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bag.errors import BagError
 from ..clipped import clipped, printable
 from ..device import Command, Refused, Settings
 from ..device import commands as device_commands
 from ..device.element import steps_per_tick
 from ..physics import Design
-from .errors import BagError
-from .session import FORMAT
+from .messages import FORMAT
 
 MOST_TICKS = 2**53
 """Ticks of a device's clock: 500 000 years at the default pace."""

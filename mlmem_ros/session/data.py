@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bag.command_topics import COMMAND_TOPICS, Make
+from ..bag.errors import BagError
+from ..bag.reader import BagReader
 from ..clipped import clipped
 from ..device import Command, Refused, Settings
 from ..device.units import Units
 from ..physics import Design
-from .command_topics import COMMAND_TOPICS, Make
-from .errors import BagError
-from .reader import BagReader
+from .messages import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
-from .session import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
 
 Array = NDArray[np.float64]
 

@@ -17,9 +17,9 @@ from importlib import metadata
 from typing import Any
 
 from .. import __version__
+from ..bag.definitions import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..device import commands as device_commands
-from .definitions import jazzy
 
 FORMAT = 1
 """Version of what is described here."""

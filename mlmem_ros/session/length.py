@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import itertools
 
-from .errors import BagError
+from ..bag.errors import BagError
+from .data import SessionData
 from .records import MOST_HASH_EVERY, Header
-from .session_data import SessionData
 
 _HASHES_MISSING = 100  # in a row, at most: of a bag that is damaged, or grew on a slow disk
 
