@@ -4,8 +4,8 @@ VENV = .venv/bin
 PYTEST = pytest -n 2 --dist loadfile
 # The tests that "make test" measures, and the branch coverage in per cent below which it fails.
 # Tracing takes up to half as much processor time again, so the others run without.
-MEASURED = test/device test/bag test/host test/sessions test/ros
-FLOORS = device=99 bag=98 session=98 host=95 ros=96
+MEASURED = test/device test/analysis test/bag test/host test/sessions test/ros
+FLOORS = device=99 analysis=99 bag=98 session=98 host=95 ros=96
 SAMPLE = 160
 SEED = 1
 
@@ -45,7 +45,7 @@ test-slow: setup-test
 soak: setup-test
 	$(VENV)/python tools/soak.py --minutes $(MINUTES)
 
-# A sample of the mutants of device, bag and session, a quarter of an hour; make mutation SEED=2: another.
+# A sample of the mutants of device, analysis, bag and session, a quarter of an hour; make mutation SEED=2: another.
 mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)

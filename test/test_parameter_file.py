@@ -13,6 +13,7 @@ import yaml
 
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
+from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError
 from mlmem_ros.ros.declarations import groups
@@ -182,3 +183,18 @@ def test_what_cannot_be_checked(tmp_path, capsys, text, status, words):
     message = capsys.readouterr().err
     assert message.startswith('mlmem design: ')
     assert words in message
+
+
+def test_what_is_written_as_a_parameter_file_is_read_back():
+    design = dataclasses.replace(CASE_II, N=250, eta=1e-3, gamma=-1e-5, substrate='elastic')
+    settings = Settings(
+        write=WriteSettings(tension=0.04, attempts=5), erase=EraseSettings(settle=1e5)
+    )
+    assert parse(text_of(design, settings)) == (design, settings)
+    assert text_of(CASE_II, Settings()).split() == [
+        '/**:',
+        'ros__parameters:',
+        'design:',
+        'preset:',
+        'case_2',
+    ]

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tell which share of a random sample of mutants the tests kill, and show those that survive.
 
-A mutant is the package with one expression of `device`, `bag` or `session` changed; it
+A mutant is the package with one expression of `device`, `analysis`, `bag` or `session` changed; it
 is killed by the first test that fails. mutmut makes them and runs the tests that reach the
 changed function (its settings are in pyproject.toml); what it has found stays in `mutants/`. What
 a shared fixture calls counts for the first test that uses it alone, and properties, generators of
@@ -45,9 +45,9 @@ def main() -> int:
     print(f'{len(sample)} of {len(names)} mutants, seed {given.seed}', flush=True)
     mutmut('run', '--max-children', str(given.jobs), *sample)
     found = {name: status for name, status in statuses().items() if name in set(sample)}
-    for package in ('device', 'bag', 'session', ''):
+    for package in ('device', 'analysis', 'bag', 'session', ''):
         part = [status for name, status in found.items() if name.split('.')[1].startswith(package)]
-        print(f'{package or "both":8}{summary(part)}')
+        print(f'{package or "all":8}{summary(part)}')
     for name, status in sorted(found.items()):
         if status not in KILLED:
             print(f'\n{mutmut("show", name)}', end='')

@@ -28,8 +28,8 @@ from .output import add_json, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ..analysis.checks import Report
     from ..device import Settings
-    from ..device.checks import Report
     from ..physics import Design
 
 SUMMARY = 'find a design for a number of levels, judge one, prove one'
@@ -77,11 +77,11 @@ def _add_proof(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
+    from ..analysis.designer import DesignNotFound
     from ..device.errors import SettingsError
     from ..parameter_file import ParameterFileError
     from ..physics import DesignError
     from ..studies.campaign import CampaignError
-    from ..studies.designer import DesignNotFound
 
     try:
         if arguments.task == 'check':
@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from ..device.checks import Verdict, check
+    from ..analysis.checks import Verdict, check
     from ..parameter_file import load
     from .console import plain_console
 
@@ -112,8 +112,8 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _find(arguments: argparse.Namespace) -> int:
+    from ..analysis.designer import DesignNotFound, propose
     from ..parameter_file import text_of
-    from ..studies.designer import DesignNotFound, propose
     from .console import plain_console
 
     if arguments.levels is None:
@@ -162,7 +162,8 @@ def _show(
     markdown: Path | None,
 ) -> int:
     """Prove designs and print the table of them; return the exit status."""
-    from ..studies.designer import Proof, report
+    from ..studies import design_report as report
+    from ..studies.proof import Proof
 
     rows, passed = [], True
     for name, design, settings in designs:
@@ -186,7 +187,7 @@ def _print_report(console: Console, source: str, report: Report, brief: bool) ->
     from rich.table import Table
     from rich.text import Text
 
-    from ..device.checks import Verdict
+    from ..analysis.checks import Verdict
 
     table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
     table.add_column('')

@@ -13,7 +13,7 @@ from . import campaigns
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..studies.designer import Proof, Tally
+    from ..studies.proof import Proof, Tally
 
 
 def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) -> Tally:
@@ -31,7 +31,7 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
         SettingsError: A level gives no echo, or levels cannot be told apart.
         OSError: The ledger cannot be written.
     """
-    from ..studies.designer import Tally
+    from ..studies.proof import Tally
 
     with console.status(f'{name}: calibrating {proof.design.levels} levels'):
         study = proof.campaign()
@@ -41,7 +41,7 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
 
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
     """Print what was proven, one design a column."""
-    from ..studies.designer.report import COLUMNS
+    from ..studies.design_report import COLUMNS
     from .console import plain_table
 
     table = plain_table('', '', *(row[0] for row in rows))

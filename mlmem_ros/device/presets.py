@@ -96,7 +96,7 @@ def _nine_cells(
     max_rate: float = 2e-4,
     tick: float = 20.0,
 ) -> Preset:
-    """Return an element as `studies.designer` finds it: Case II's cells, nine to a level.
+    """Return an element as `analysis.designer` finds it: Case II's cells, nine to a level.
 
     Args:
         N: Number of cells.

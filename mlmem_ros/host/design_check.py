@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..analysis.checks import Verdict, check
 from ..device import Settings
-from ..device.checks import Verdict, check
 from ..physics import Design, DesignError
 
 if TYPE_CHECKING:  # what may be chosen is told without ROS

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from ..analysis.steps_up import scaled, steps_up
 from ..device.settings import WriteSettings
-from ..device.steps_up import scaled, steps_up
 from ..physics import Design
 from ..physics.potential import Array
 

@@ -3,11 +3,10 @@
 """Devices of legal designs and settings, and commands that are as wild as is legal."""
 
 import contextlib
-import dataclasses
 
 import legal
 
-from mlmem_ros.device import MemoryElement, Refused, Settings, SettingsError
+from mlmem_ros.device import MemoryElement, Refused, SettingsError
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.commands import (
     Abort,
@@ -24,27 +23,12 @@ from mlmem_ros.device.commands import (
 from mlmem_ros.device.faults import Faults
 
 
-def settings(random):
-    """Return legal settings, with few or all of them drawn."""
-    share, plain, groups = random.choice((0.0, 0.1, 0.3, 1.0)), Settings(), {}
-    for name, group in plain.groups().items():
-        drawn = legal.values(random, type(group), share)
-        groups[name] = dataclasses.replace(group, **drawn)
-    limit = groups['actuator'].max_strain
-    for name in ('write', 'erase'):
-        peaks = ('compression', 'tension', 'start_strain')
-        given = {each: getattr(groups[name], each) for each in peaks}
-        bounded = {each: max(-limit, min(value, limit)) for each, value in given.items()}
-        groups[name] = dataclasses.replace(groups[name], **bounded)
-    return Settings(**groups)
-
-
 def device(random):
     """Return a device, or None where it is refused."""
     design = legal.design(random)
     table = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
     try:
-        return MemoryElement(design, settings(random), Calibration(table, table))
+        return MemoryElement(design, legal.settings(random), Calibration(table, table))
     except SettingsError:  # a tick or a rest that would take too long
         return None
 

@@ -9,30 +9,43 @@ from pathlib import Path
 
 import pytest
 
-import mlmem_ros.device
+import mlmem_ros
+from mlmem_ros.physics import wall
 
-SOURCES = sorted(Path(mlmem_ros.device.__file__).parent.glob('*.py'))
+WALL = wall.__name__
+ROOT = Path(mlmem_ros.__file__).parent
+SOURCES = sorted((ROOT / 'device').rglob('*.py'))
+BELOW = ('clipped', 'contract', 'described', 'device', 'durable', 'physics', 'threads')
+"""What the device may import, all of it in the package."""
 
 
 def imported(source):
-    """Return the modules a file imports, relative ones written out."""
+    """Return what a file imports from the package, relative imports written out."""
+    package = ['mlmem_ros', *source.relative_to(ROOT).parent.parts]
     found = set()
     for node in ast.walk(ast.parse(source.read_text())):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            above = ['mlmem_ros', 'device'][: 3 - node.level] if node.level else []
-            found.add('.'.join([*above, node.module or '']))
-            found |= {f'{".".join([*above, node.module or ""])}.{a.name}' for a in node.names}
-    return found
+            above = package[: len(package) + 1 - node.level] if node.level else []
+            module = '.'.join([*above, *filter(None, [node.module])])
+            found |= {f'{module}.{alias.name}' for alias in node.names}
+    return {name.removeprefix('mlmem_ros.') for name in found if name.startswith('mlmem_ros.')}
 
 
-@pytest.mark.parametrize('source', SOURCES, ids=lambda path: path.stem)
-def test_no_part_of_the_device_looks_at_the_true_wall(source):
-    """Neither the module that finds walls nor a function from it; see also test_procedures."""
+@pytest.mark.parametrize('source', SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_the_device_knows_the_material_and_nothing_above(source):
+    assert not [name for name in imported(source) if name.partition('.')[0] not in BELOW]
+
+
+@pytest.mark.parametrize('source', SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_no_part_of_the_device_finds_walls(source):
+    """Neither the module that finds them nor a name from it; see also test_procedures."""
+    found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
+    assert found >= {'walls', 'level_of', 'Wall'}
     names = imported(source)
-    assert not [name for name in names if name.endswith(('.wall', '.walls', '.Wall'))]
-    assert not [name for name in names if name.startswith(('mlmem_ros.bag', 'mlmem_ros.ros'))]
+    assert not {name.rpartition('.')[2] for name in names} & found
+    assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')]
 
 
 def test_the_device_can_be_imported_with_numpy_and_numba_alone():

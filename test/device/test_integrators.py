@@ -4,10 +4,10 @@
 
 import pytest
 
+from mlmem_ros.analysis.checks import check
+from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.device.checks import check
-from mlmem_ros.device.forecast import forecast_echo
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.device.snapshot import digest, restore, take
 from mlmem_ros.physics import CASE_II, PEFRL, StateError

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever is legal: values drawn from the described ranges, and designs made of them.
+"""Whatever is legal: values of the described ranges, and designs and settings made of them.
 
 Everything comes from one generator, so that a seed tells a whole life.
 """
@@ -9,6 +9,7 @@ import dataclasses
 import math
 
 from mlmem_ros.described import descriptions
+from mlmem_ros.device.settings import Settings
 from mlmem_ros.physics import CASE_II, Design, DesignError
 from mlmem_ros.physics.design import RIGIDITY
 from mlmem_ros.physics.potential import Potential
@@ -83,3 +84,18 @@ def _stiffest(given):
         return None
     plain = 1.0 + abs(p['gamma']) * p['N']
     return max(1.0, *plain * (1.0 + max(0.0, p['beta'])) * c.stiffness(states))
+
+
+def settings(random):
+    """Return legal settings, with few or all of them drawn."""
+    share, plain, groups = random.choice((0.0, 0.1, 0.3, 1.0)), Settings(), {}
+    for name, group in plain.groups().items():
+        drawn = values(random, type(group), share)
+        groups[name] = dataclasses.replace(group, **drawn)
+    limit = groups['actuator'].max_strain
+    for name in ('write', 'erase'):
+        peaks = ('compression', 'tension', 'start_strain')
+        given = {each: getattr(groups[name], each) for each in peaks}
+        bounded = {each: max(-limit, min(value, limit)) for each, value in given.items()}
+        groups[name] = dataclasses.replace(groups[name], **bounded)
+    return Settings(**groups)

@@ -22,8 +22,8 @@ import math
 import numpy as np
 import pytest
 
+from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import Settings
-from mlmem_ros.device.forecast import forecast_echo
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, StateError, stable_step
 from mlmem_ros.physics.energy import energy

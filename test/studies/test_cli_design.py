@@ -5,7 +5,7 @@
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
 from mlmem_ros.parameter_file import load, parse
-from mlmem_ros.studies.designer.report import COLUMNS
+from mlmem_ros.studies.design_report import COLUMNS
 
 
 def test_a_design_is_found_written_and_proven(tmp_path, capsys):

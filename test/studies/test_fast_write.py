@@ -7,15 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem_ros.analysis.checks import Verdict, check
+from mlmem_ros.analysis.checks.schedule import cycle_time
+from mlmem_ros.analysis.checks.subject import Subject
+from mlmem_ros.analysis.steps_up import scaled
+from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings
-from mlmem_ros.device.checks import Verdict, check
-from mlmem_ros.device.checks.schedule import cycle_time
-from mlmem_ros.device.checks.subject import Subject
-from mlmem_ros.device.steps_up import scaled
-from mlmem_ros.device.strain_cycle import StrainCycle
 from mlmem_ros.parameter_file import load
-from mlmem_ros.studies.designer import Proof, Tally
 from mlmem_ros.studies.figures.fast_write import SHIPPED, factors_of, starts
+from mlmem_ros.studies.proof import Proof, Tally
 from mlmem_ros.studies.upward import distance, passes, writes
 
 PER_LEVEL = {

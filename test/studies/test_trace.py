@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings, Write, new_element
 from mlmem_ros.device.settings import CycleSettings, WriteSettings
-from mlmem_ros.device.strain_cycle import StrainCycle
 from mlmem_ros.physics import CASE_II, Chain, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.studies.echoes import PAPER, PRINTED, detect, probe_element, without_wall

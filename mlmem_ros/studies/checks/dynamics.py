@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...analysis.strain_cycle import StrainCycle
 from ...device.actuator import Motion
 from ...device.pulse import Pulse
 from ...device.settings import CycleSettings, WriteSettings
-from ...device.strain_cycle import StrainCycle
 from ...physics import CASE_II, Chain
 from ...physics.equilibrium import resting_wall
 from .. import independent as other

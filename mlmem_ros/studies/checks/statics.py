@@ -10,12 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...analysis.landscape import fit_kink, uniform
+from ...analysis.quasistatic import DEPARTURE, depinning_strain
 from ...physics import CASE_I, CASE_II, Design
 from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
 from ...physics.held_wall import hold_walls
-from ...physics.landscape import fit_kink, uniform
-from ...physics.quasistatic import DEPARTURE, depinning_strain
 from .. import independent as other
 from ..figures.fig_2b import LARGEST
 from ..study import Quality

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...analysis.landscape import BOUND
 from ...physics import CASE_II
-from ...physics.landscape import BOUND
 from ..study import Data
 from .claim import Finding, collector, verdict
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis.quasistatic import held_landscape
 from ...device import Settings
 from ...physics import CASE_II
 from ...physics.dispersion import band
-from ...physics.quasistatic import held_landscape
 from ..echoes import PRINTED
 from ..study import Data, Quality
 from ..style import COMPRESSION, FAINT, INK, MARK, S1, S2, TENSION, axes_grid, label, new_figure

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from ...analysis.strain_cycle import StrainCycle
 from ...device.settings import WriteSettings
-from ...device.strain_cycle import StrainCycle
 from ...parameter_file import load
 from ...physics import Chain, Design
 from ...physics.equilibrium import resting_wall

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis.landscape import uniform
 from ...physics import CASE_I, CASE_II
 from ...physics.held_wall import hold_walls
-from ...physics.landscape import uniform
 from ..study import Data, Quality
 from ..style import INK, S1, S2, axes_grid, label, new_figure
 

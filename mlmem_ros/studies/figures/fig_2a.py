@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ...physics import CASE_I
-from ...physics.held_wall import hold_walls
-from ...physics.landscape import (
+from ...analysis.landscape import (
     DisplacementFit,
     fit_displacement,
     fit_kink,
     landscape,
     strained,
 )
+from ...physics import CASE_I
+from ...physics.held_wall import hold_walls
 from ..study import Data, Quality
 from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis.quasistatic import DEPARTURE, depinning_strain
 from ...physics import CASE_I, Chain, Design, substep_times
 from ...physics.equilibrium import resting_wall
-from ...physics.quasistatic import DEPARTURE, depinning_strain
 from ..study import Data, Quality
 from ..style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
 from ..trace import wall_position

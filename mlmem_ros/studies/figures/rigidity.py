@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ...analysis.strain_cycle import StrainCycle
 from ...device.settings import CycleSettings, WriteSettings
-from ...device.strain_cycle import StrainCycle
 from ...physics import CASE_II, Chain, Design, level_of
 from ...physics.equilibrium import resting_wall
 from ..echoes import PAPER, detect, listen

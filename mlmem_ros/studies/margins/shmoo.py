@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ...analysis.strain_cycle import StrainCycle
 from ...device import Settings
-from ...device.strain_cycle import StrainCycle
 from ...physics import Design
 from ...physics.potential import Array
 from ..campaign import Campaign, Row

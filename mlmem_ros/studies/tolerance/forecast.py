@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
+from ...analysis.rolling_wall import Schedule, Track, roll, track
+from ...analysis.strain_cycle import StrainCycle
 from ...device import Settings
-from ...device.strain_cycle import StrainCycle
 from ...physics import Design, Scatter, Specimen, scattered
-from ...physics.rolling_wall import Schedule, Track, roll, track
 
 DT = 4.0
 """Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""

@@ -1,0 +1,93 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The echoes of all levels at both ends, forecast by the linear waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...device.element import steps_per_tick
+from ...physics import INTEGRATORS, StateError
+from ...physics.equilibrium import resting_wall
+from ...verdict import Verdict, worst
+from ..forecast import forecast_echo
+from .finding import Finding, judged
+from .subject import Subject
+
+AUDIBLE = 1.25
+"""Echo over threshold that leaves room for what a forecast leaves out (some 10 %)."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the echoes heard at either end, and on that of a blank element."""
+    design, settings = subject.design, subject.settings
+    dt = settings.time.tick / steps_per_tick(design, settings.time)
+    integrator = INTEGRATORS[settings.time.integrator]
+    walls = {}
+    for level in subject.levels:
+        try:
+            walls[level] = resting_wall(design, level)
+        except StateError:
+            continue  # `pin_depth` and `echo_...` tell of it
+    for end in subject.ends:
+        probe = settings.probe if end == 'left' else settings.probe_right
+        echoes = {
+            n: forecast_echo(design, v, probe, end, dt, integrator) for n, v in walls.items()
+        }
+        margins = {level: echo.threshold_margin for level, echo in echoes.items()}
+        delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
+        yield _heard(end, margins, delays)
+    blank = forecast_echo(
+        design, np.full(design.N, design.D_s1), settings.probe_right, 'right', dt, integrator
+    )
+    yield Finding(
+        'echo_blank',
+        {'over threshold': blank.threshold_margin},
+        '',
+        judged(blank.threshold_margin, 1.0, AUDIBLE),
+        'a blank element is told by the echo of its far end'
+        if blank.threshold_margin >= AUDIBLE
+        else 'the far end of a blank element is hardly heard from the right, so that an erase '
+        'cannot be verified: choose a smaller v_th or another carrier for probe_right',
+        'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
+    )
+
+
+def _heard(end: str, margins: dict[int, float], delays: list[float]) -> Finding:
+    source = (
+        'the time interval between excitation and echo reveals the position of the front; the '
+        'more extended times correspond to higher memory state (p. 5, Fig. 4b)'
+    )
+    group = 'probe' if end == 'left' else 'probe_right'
+    if not margins:
+        text = 'no level holds a wall at rest'
+        return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text, source)
+    faintest = min(margins, key=lambda level: margins[level])
+    steps = np.diff(delays) * (1.0 if end == 'left' else -1.0)
+    order = bool((steps > 0.0).all())
+    heard = judged(margins[faintest], 1.0, AUDIBLE)
+    verdict = worst((heard, Verdict.PASS if order else Verdict.FAIL))
+    if heard is not Verdict.PASS:
+        text = (
+            f'level {faintest} is the faintest and hardly heard: choose a smaller {group}.v_th, '
+            'a faster carrier, less damping or fewer cells'
+        )
+    elif not order:
+        listed = ', '.join(f'{delay:.0f}' for delay in delays)
+        text = (
+            f'the delays do not tell the levels apart: {listed}; a wall that is too near is '
+            'heard while the pulse is still ringing: leave more cells before it, or choose a '
+            'shorter pulse'
+        )
+    else:
+        text = f'every level is heard, the faintest is {faintest}'
+    values = {
+        'first over threshold': next(iter(margins.values())),
+        'faintest': margins[faintest],
+        'least delay': float(np.min(delays)),  # NaN where a level is not heard
+        'greatest delay': float(np.max(delays)),
+    }
+    return Finding(f'echo_{end}', values, '', verdict, text, source)

@@ -1,0 +1,123 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch of a wall and of a kink, run on the first cells alone.
+
+A wall that comes in runs to and fro in the trap that the strain makes, and leaves again by the
+free end where the trap is too near or too shallow. No equilibrium tells that; a run of a few
+levels does, in milliseconds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...device.calibration import Calibration, DelayTable
+from ...device.element import MemoryElement
+from ...device.procedures.blocks import launch
+from ...device.settings import EraseSettings, WriteSettings
+from ...physics import StateError, walls
+from ...physics.excerpt import excerpt
+from ...verdict import Verdict
+from ..strain_cycle import StrainCycle
+from .finding import Finding
+from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
+
+RUN = 4
+"""Levels at the left end that are run."""
+
+MOST_STRAIN = 0.5
+"""Strain of the first cells that no actuator gives."""
+
+CLOSE = 1.0
+"""Distance from the defect in cells within which a wall is at it."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the launches of a write and of an erase."""
+    for name in ('write', 'erase'):
+        yield _judge(subject, name, launched(subject, name))
+
+
+def launched(subject: Subject, name: str) -> float | None:
+    """Return where the wall of a write or the kink of an erase comes to rest.
+
+    Args:
+        subject: What is checked.
+        name: 'write' or 'erase'.
+
+    Returns:
+        Site of the wall; NaN where none is left, or more than one; None where the run would
+        take too long to be made.
+    """
+    design, settings = subject.design, subject.settings
+    part = dataclasses.replace(
+        excerpt(design, 1.0, min(RUN * design.J, design.N)).design, substrate='rigid'
+    )
+    group: WriteSettings | EraseSettings = getattr(settings, name)
+    # The strain of the first cells where the whole element has that of the settings.
+    local = design.end_displacement(1.0) * design.strain_shape[part.N - 1] / part.N
+    reached = abs(group.start_strain * local)
+    if reached > MOST_STRAIN:
+        return math.nan
+    actuator = dataclasses.replace(
+        settings.actuator, max_strain=max(settings.actuator.max_strain, reached)
+    )
+    unknown = DelayTable(tuple(range(part.levels)))
+    element = MemoryElement(
+        part, dataclasses.replace(settings, actuator=actuator), Calibration(unknown, unknown)
+    )
+    if _work(element, group) > MOST_WORK:
+        return None
+    start, target = part.D_s1, part.D_s2
+    if name == 'erase':
+        start, target = target, start
+    element.chain.place(np.full(part.N, start))
+    try:
+        for _ in launch(element, group.start_strain * local, target, group.launch_speed, group):
+            element.advance()
+    except StateError:
+        return math.nan
+    found = walls(part, element.chain.configuration)
+    return found[0].position if len(found) == 1 else math.nan
+
+
+def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
+    """Return the cell steps that a launch takes, those of its ticks' own time included."""
+    cycle = StrainCycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
+    move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
+    cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
+    return (cycle.duration + move) / element.tick * (cells + TICK_WORK)
+
+
+def _judge(subject: Subject, name: str, position: float | None) -> Finding:
+    defect = subject.design.defect(0)
+    values = {'level 0': float(defect)}
+    mover = 'wall' if name == 'write' else 'kink'
+    advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
+    if position is None:
+        verdict = Verdict.WARN
+        text = f'a launch takes too long to be run in a check: choose shorter times ({name}.*)'
+    elif math.isnan(position):
+        verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
+        text = (
+            f'no {mover} is left: it does not stay in the trap that the strain makes near the '
+            f'free end; {advice}, or set level 0 farther from the end'
+        )
+    elif abs(position - defect) > CLOSE:
+        verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
+        text = f'the {mover} comes to rest at another place than level 0: {advice}'
+    else:
+        verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'
+    return Finding(
+        f'launch_{name}',
+        values if position is None else {'rests at': position, **values},
+        'cells',
+        verdict,
+        text,
+        'a (anti-)kink may be injected from the boundary with the aid of a solenoid actuator '
+        'coupled to the boundary site (p. 5)',
+    )

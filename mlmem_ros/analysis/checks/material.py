@@ -1,0 +1,121 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The material as such: its two phases, its gradient, its numerical step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...device.element import steps_per_tick
+from ...physics import CASE_II, INTEGRATORS, stable_step
+from ...verdict import Verdict
+from .finding import Finding, judged
+from .subject import Subject
+
+DISTINCT = 1.05
+"""Least ratio of the phases' stiffnesses: below 1.01 they are the same to a wave."""
+
+LEAST_ALPHA = 0.5
+"""Share of the potential that should be left at the far end."""
+
+LARGEST_OWN_DAMPING = 0.65
+"""Share of eta up to which the integrator's own damping of the carrier counts as little."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on ground states, stiffnesses, gradient, levels and step."""
+    design = subject.design
+    yield Finding(
+        'ground_states',
+        {'s1': design.D_s1, 's2': design.D_s2, 'barrier': design.D_barrier},
+        'cells',
+        Verdict.PASS,
+        'configurations of the blank and the active phase, and the barrier between them',
+        'psi possesses n >= 2 degenerate ground states, supporting the formation of a '
+        '(anti-)kink (p. 2)',
+    )
+    stiffer = max(design.k_s1, design.k_s2) / min(design.k_s1, design.k_s2)
+    yield Finding(
+        'stiffnesses',
+        {'k_s1': design.k_s1, 'k_s2': design.k_s2},
+        'k_r',
+        judged(stiffer, 1.01, DISTINCT),
+        'the phases differ in stiffness, so that a wall between them reflects waves'
+        if stiffer >= DISTINCT
+        else 'the phases are alike to a wave, which goes through the wall and returns no echo: '
+        'give the potential a cubic phase, b',
+        'the linear on-site stiffness about each ground state is unique (p. 2)',
+    )
+    yield _gradient(subject)
+    yield _alpha(subject)
+    alike = design.J_s == 2 * design.J
+    yield Finding(
+        'levels',
+        {'levels': design.levels, 'bits': design.bits, 'J_s / J': design.J_s / design.J},
+        '',
+        Verdict.PASS if alike or design.levels == 1 else Verdict.WARN,
+        'defects of two kinds take turns: a maximum of the substrate stiffness is ahead of '
+        'one, a minimum ahead of the other'
+        if alike
+        else 'the defects stand differently to the substrate from level to level, so that no '
+        'strain moves them all: choose J_s = 2 J',
+        'the soft defects divide the system into p levels of J unit cells, m = floor(log2 p) '
+        '(p. 2)',
+    )
+    yield _step(subject)
+
+
+def _gradient(subject: Subject) -> Finding:
+    design = subject.design
+    rightward = design.gamma < 0.0
+    return Finding(
+        'gradient',
+        {'force': subject.gradient_force},
+        'k_r cells',
+        Verdict.PASS if rightward else Verdict.FAIL,
+        'what draws a wall to the right between the defects, -gamma E / 2'
+        if rightward
+        else 'nothing draws a wall to the right, from level to level: gamma must be negative',
+        'the monotonic variation supports the uni-directional propagation of both kink and '
+        'anti-kink (p. 2)',
+    )
+
+
+def _alpha(subject: Subject) -> Finding:
+    alpha, design = subject.design.alpha, subject.design
+    plain = 1.0 + design.gamma * design.N
+    return Finding(
+        'alpha',
+        {'first': float(alpha[0]), 'last': plain, 'least': float(alpha.min())},
+        '',
+        judged(min(plain, 1.0 / plain), 0.0, LEAST_ALPHA),
+        'height of the potential along the element, over that at its start'
+        if plain >= LEAST_ALPHA
+        else 'the potential is so much weaker at the far end that pins, strains and bands are '
+        'others there: choose a smaller gamma or fewer cells',
+        'both gamma and beta are kept small, and the size of the system does not result in a '
+        'large discrepancy between k_si at each boundary (p. 4)',
+    )
+
+
+def _step(subject: Subject) -> Finding:
+    design, settings = subject.design, subject.settings
+    integrator = INTEGRATORS[settings.time.integrator]
+    dt = settings.time.tick / steps_per_tick(design, settings.time)
+    carriers = np.array([settings.probe.omega_c, settings.probe_right.omega_c])
+    ideal, seen = (integrator.squared_frequency(carriers, design.eta, each) for each in (0.0, dt))
+    own = float(((ideal - seen).imag / carriers).max())
+    little = own < LARGEST_OWN_DAMPING * max(design.eta, CASE_II.eta)
+    return Finding(
+        'step',
+        {'dt': dt, 'stable up to': stable_step(design, integrator), 'own damping': own},
+        'time',
+        Verdict.PASS if little else Verdict.WARN,
+        'step of the time integration; the device keeps it below the limit by itself'
+        if little
+        else f'the integrator damps the carrier by {own:.2g} beside an eta of {design.eta:.2g}: '
+        'set time.integrator to pefrl',
+        'we apply the Noh-Bathe integration scheme to Eqs. (1) (p. 5)',
+    )

@@ -1,0 +1,192 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The strain cycles: peaks, ramps, and how long it all takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ...device.procedures import listening_time
+from ...device.settings import EraseSettings, WriteSettings
+from ...verdict import Verdict
+from ..strain_cycle import StrainCycle
+from .finding import Finding, judged
+from .subject import Subject
+
+ENOUGH = 1.1
+"""Peak over de-pinning strain that leaves room for scatter."""
+
+SLOW = 1.3
+"""Ramp of an erase in damping times 1 / eta from which kink and wall follow it: with tensions from
+15 % weaker to 20 % stronger 4 and 16 levels were erased alike with 1.4 and 2.4, less so with
+1.1."""
+
+CALM = 2e-4
+"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed: of
+64 levels, with peaks some 10 % off, it was at 2e-4, and not at 4e-4."""
+
+SLOWLY = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
+
+STEPS = (
+    'under a non-zero strain a change in the energy landscape releases and repels the domain '
+    'wall from its current pinned position (p. 5)'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the peaks of write and erase, on an erase's times, and durations."""
+    frees = {level: forward(subject, level, kink=False) for level in subject.steps}
+    yield _peaks(subject, 'write', frees)
+    kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
+    yield _peaks(subject, 'erase', kinks)
+    yield _wall_stays(subject, frees)
+    yield _ramps(subject)
+    yield _shake(subject)
+    yield _settling(subject)
+    yield _durations(subject)
+
+
+def forward(subject: Subject, level: int, *, kink: bool) -> float:
+    """Return the strain that moves a wall on from a level."""
+    compression = subject.design.freed_by_compression(level) is not kink
+    return subject.freeing(level, -1.0 if compression else 1.0, kink=kink)
+
+
+def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
+    settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
+    values: dict[str, float] = {}
+    margins = []
+    for mode, peak in (('compression', settings.compression), ('tension', settings.tension)):
+        needed = [abs(e) for e in frees.values() if e * peak > 0.0]  # not for NaN
+        if needed:
+            hardest = max(needed)
+            values[f'{mode} needed'] = math.copysign(hardest, peak)
+            values[f'{mode} peak'] = peak
+            margins.append(abs(peak) / hardest)
+    held = [level for level, strain in frees.items() if math.isnan(strain)]
+    ratio = math.nan if held else min(margins, default=math.inf)
+    verdict = judged(ratio, 1.0, ENOUGH)
+    mover = 'wall' if name == 'write' else 'kink'
+    hasty = settings.ramp * subject.design.eta < 1.0  # the cells' inertia pushes the wall, too
+    if verdict is Verdict.FAIL and margins and not held and hasty:
+        verdict = Verdict.WARN
+        text = (
+            f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; whether one in '
+            f'haste does is for a simulation to say{" (`write_steps`)" if name == "write" else ""}'
+        )
+    elif held:
+        text = f'the {mover} is not freed from level {held[0]} by any strain: see `freed_by_...`'
+    elif not margins:
+        text = 'a single level: there is no step to make'
+    elif verdict is Verdict.PASS:
+        text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
+    else:
+        text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
+    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS)
+
+
+def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
+    tension = subject.settings.erase.tension
+    limits = [strain for strain in frees.values() if strain > 0.0]
+    limit = min(limits, default=math.inf)
+    verdict = judged(limit / tension, 1.0, ENOUGH)
+    return Finding(
+        'erase_order',
+        {'erase tension': tension, 'frees the wall': limit},
+        'strain',
+        Verdict.WARN if verdict is Verdict.FAIL else verdict,
+        'the tension that moves the kink leaves the wall, so that the kink catches up'
+        if verdict is Verdict.PASS
+        else 'the tension that moves the kink moves the wall, too, which runs away from it: '
+        'choose a smaller erase.tension',
+        'a kink may be established and conveyed across the memory element by a similar cyclic '
+        'prescription of strain (p. 6)',
+    )
+
+
+def _ramps(subject: Subject) -> Finding:
+    erase = subject.settings.erase
+    slowest = min(erase.ramp, erase.release) * subject.design.eta
+    verdict = judged(slowest, 0.0, SLOW)
+    return Finding(
+        'erase_ramps',
+        {'shortest': slowest},
+        'damping times',
+        verdict,
+        'the strain changes slowly enough beside the damping for kink and wall to follow it'
+        if verdict is Verdict.PASS
+        else 'ramps this short beside the damping time 1 / eta leave kink and wall ringing, and '
+        'where they end is for a simulation to say',
+        SLOWLY,
+    )
+
+
+def _shake(subject: Subject) -> Finding:
+    """Tell how much a smooth ramp shakes the far end, which moves by N times the strain."""
+    erase = subject.settings.erase
+    peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
+    shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
+    verdict = judged(CALM / shaken, 0.0, 1.0)
+    return Finding(
+        'erase_shake',
+        {'far end': shaken, 'calm': CALM},
+        'cells/time^2',
+        verdict,
+        'the ramps leave the far end of the element calm'
+        if verdict is Verdict.PASS
+        else 'the ramps shake the far end, which pushes a wall there as a strain would: choose '
+        'longer ones',
+        SLOWLY,
+    )
+
+
+def _settling(subject: Subject) -> Finding:
+    design, erase = subject.design, subject.settings.erase
+    way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.left)
+    needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
+    given = 0.5 * erase.release + erase.settle
+    verdict = judged(given / needed if needed else math.inf, 0.0, 1.0)
+    return Finding(
+        'erase_settling',
+        {'needed': needed, 'given': given},
+        'time',
+        verdict,
+        'the wall has the time to roll to the next defect: the gradient moves it at '
+        '|gamma| / (2 eta)'
+        if verdict is Verdict.PASS
+        else 'the next cycle may begin before the wall has rolled to its defect: choose longer '
+        'release and settle, a greater gamma or less damping',
+        'a transition wave will propagate to the right with constant speed until entering a '
+        'defect (p. 3)',
+    )
+
+
+def _durations(subject: Subject) -> Finding:
+    """Tell how long a step, the longest write, a read and the longest erase take."""
+    design, settings = subject.design, subject.settings
+    unit = settings.scale.time
+    write, erase = settings.write, settings.erase
+    step = cycle_time(subject, write)
+    read = listening_time(design, settings.probe, 'left')
+    look = listening_time(design, settings.probe_right, 'right')
+    top = design.levels - 1
+    kink = cycle_time(subject, erase) + look
+    values = {
+        'step': step,
+        'read': read,
+        'write 0 to top': top * step + read,
+        'erase at most': design.levels * kink,
+    }
+    seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
+    return Finding(
+        'durations', values, 'time', Verdict.PASS, f'in seconds of the robot: {seconds}',
+        'the elapsed time between injection and echo; the schedule of compressive, tensile and '
+        'zero strain (Fig. 4)',
+    )  # fmt: skip
+
+
+def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
+    """Return how long a strain cycle takes, at the greater peak and with the rate limit."""
+    peak = max(-times.compression, times.tension)
+    return StrainCycle.planned(times, peak, subject.settings.actuator.max_rate).duration

@@ -1,0 +1,143 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is checked, with the quantities that several checks share."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ...device.settings import Settings
+from ...physics import Design, StateError
+from ..quasistatic import Landscape, depinning_strain, held_landscape
+
+SAMPLES = 6
+"""Number of levels, at least, that stand for all of a large element."""
+
+LARGEST_STRAIN = 0.12
+"""Strain up to which a wall is pulled at, either sign."""
+
+TOLERANCE = 1e-4
+"""How well the strain is told at which a wall lets go."""
+
+LAUNCH = -1
+"""Stands for a level from which a launched wall comes to level 0."""
+
+
+MOST_WORK = 1e9
+"""Cell steps that all runs for one finding may take: some seconds."""
+
+TICK_WORK = 6e4
+"""Cell steps in the time that the device takes for a tick beside its own."""
+
+LEAST_CELLS = 100
+"""A shorter chain takes as long for a step."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A design and the settings of its instrument.
+
+    Sampled levels are both kinds of site at the start, in the middle and at the end.
+    """
+
+    design: Design
+    settings: Settings
+    _freeing: dict[tuple[int, float, bool], float] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def levels(self) -> list[int]:
+        """Levels that stand for all."""
+        return sample(self.design.levels)
+
+    @cached_property
+    def steps(self) -> list[int]:
+        """Levels that stand for all from which a wall has to step on."""
+        return sample(self.design.levels - 1)
+
+    @property
+    def left(self) -> list[int]:
+        """Levels from which a wall rolls on; `LAUNCH` alone where there is a single level."""
+        return self.steps or [LAUNCH]
+
+    @cached_property
+    def wall_energy(self) -> float:
+        """Continuum energy of a wall where alpha = 1: the integral of sqrt(2 psi) over D."""
+        D = np.linspace(self.design.D_s1, self.design.D_s2, 4001)
+        root = np.sqrt(2.0 * self.design.potential.energy(D))
+        return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """The ends that are read from; the right one tells an erase, too."""
+        return ('right',) if self.settings.read.end == 'right' else ('left', 'right')
+
+    @property
+    def wall_width(self) -> float:
+        """Continuum width of a wall in cells: its step over its slope at the barrier top."""
+        return (self.design.D_s2 - self.design.D_s1) / (2.0 * math.sqrt(self.design.d))
+
+    @property
+    def gradient_force(self) -> float:
+        """Mean force of the gradient on a wall, positive to the right: -gamma E / 2.
+
+        Half of a wall's energy is in the potential, which alone is graded.
+        """
+        return -0.5 * self.design.gamma * self.wall_energy
+
+    @property
+    def drift_speed(self) -> float:
+        """Speed at which the gradient moves a wall against the damping: -gamma / (2 eta)."""
+        eta = self.design.eta
+        return -self.design.gamma / (2.0 * eta) if eta > 0.0 else math.inf
+
+    def ahead(self, level: int) -> float:
+        """Return how far ahead of a level's defect the next extremum of s is, in cells."""
+        half = 0.5 * self.design.J_s
+        return half - float(self.design.defect(level) - self.design.j_0) % half
+
+    def released_at(self, level: int) -> float:
+        """Return the site from which a wall rolls on to the next level when the strain is gone.
+
+        A step ends at the extremum of s ahead, a launch at the least s before level 0.
+        """
+        if level == LAUNCH:
+            return self.design.J - float(self.design.J - self.design.j_0) % self.design.J_s
+        return self.design.defect(level) + self.ahead(level)
+
+    @cached_property
+    def ways(self) -> dict[int, Landscape]:
+        """Landscapes without strain from release to the next defect, by level left.
+
+        Raises:
+            StateError: A wall cannot be held there.
+        """
+        found = {}
+        for level in self.left:
+            goal = self.design.defect(level + 1) - 1.0
+            start = min(max(self.released_at(level), 2.0), goal - 1.0)
+            found[level] = held_landscape(self.design, start, goal)
+        return found
+
+    def freeing(self, level: int, sign: float, *, kink: bool = False) -> float:
+        """Return the strain that frees a wall; NaN where none does, or no wall is held at all."""
+        key = (level, sign, kink)
+        if key not in self._freeing:
+            try:
+                self._freeing[key] = depinning_strain(
+                    self.design, level, sign, LARGEST_STRAIN, kink=kink, tolerance=TOLERANCE
+                )
+            except StateError:
+                self._freeing[key] = math.nan
+        return self._freeing[key]
+
+
+def sample(count: int) -> list[int]:
+    """Return some of 0 ... count - 1: two neighbours at the start, the middle and the end."""
+    if count <= SAMPLES:
+        return list(range(max(0, count)))
+    middle = count // 2
+    return [0, 1, middle, middle + 1, count - 2, count - 1]

@@ -1,0 +1,134 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Choosing the right end's pulse: its carrier, its length, the threshold, and the room it needs.
+
+The right end hears the whole element: in the inactive phase waves are three times faster than in
+the active one, and the other phase reflects them. What limits it is clutter: the defects are a
+grating of period J, which throws waves back wherever kappa = n pi / J (a Bragg gap). A long pulse
+is narrow enough to fit between two gaps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...device.echo import blanking, threshold
+from ...device.settings import ProbeSettings
+from ...physics import NOH_BATHE, Design
+from ...physics.dispersion import band, group_velocity
+from ...physics.equilibrium import resting_wall
+from ..checks.subject import Subject
+from ..forecast import forecast_echo
+
+LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
+"""Standard deviations of the envelope that are tried, the shortest first."""
+
+CLEAR = 30.0
+"""Least ratio of the faintest echo to the clutter before it, both compensated for damping."""
+
+HEADROOM = 10.0
+"""Greatest ratio of the faintest echo to the threshold: it is then crossed 2.1 sigma before the
+peak of the echo."""
+
+LOSS = 60.0
+"""What damping may take of the farthest echo, in dB."""
+
+FASTEST = 0.91
+"""Carrier over the lower band edge of the active phase, roughly, for the damping alone."""
+
+HALF_WIDTH = 0.9
+"""Distance of the carrier from the upper edge of the usable band, in 1 / sigma."""
+
+
+@dataclass(frozen=True)
+class Listening:
+    """A pulse that tells all levels from the right.
+
+    Attributes:
+        probe: Pulse and detector of the right end.
+        tail: Cells that the right end needs beyond the last level's spacing.
+        signal: The faintest echo's v_c, compensated for damping, in cells.
+        clutter: The greatest v_c before it, likewise.
+        dynamic_range: Pulse amplitude over the faintest echo's v_c as it is heard, in dB.
+    """
+
+    probe: ProbeSettings
+    tail: int
+    signal: float
+    clutter: float
+    dynamic_range: float
+
+
+def listen(design: Design) -> Listening | None:
+    """Return the shortest pulse that hears every level clearly, or None where none does.
+
+    Args:
+        design: The element; its tail may yet be too short.
+    """
+    lowest = band(design.k_s1 * float(design.alpha.max()))[0]
+    highest = band(design.k_s2 * float(design.alpha.min()))[0]
+    for sigma in LENGTHS:
+        omega_c = round(highest - HALF_WIDTH / sigma, 3)
+        if omega_c <= lowest:
+            continue
+        probe = ProbeSettings(
+            omega_c=omega_c, sigma=sigma, window=4.0, gain_decay=0.5 * design.eta, v_th=0.5
+        )
+        found = _heard(design, probe)
+        if found is not None:
+            return found
+    return None
+
+
+def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
+    """Return what the two farthest echoes and the clutter before them ask for."""
+    speed = float(group_velocity(probe.omega_c, design.k_s1))
+    # Forecast with the room that the pulse will have, so that nothing is hidden by it.
+    roomy = replace(design, N=design.N - design.tail + 400, tail=400)
+    far = [np.full(roomy.N, roomy.D_s1), resting_wall(roomy, 0)]
+    signal, clutter, faintest = math.inf, 0.0, math.inf
+    for v in far:
+        echo = forecast_echo(roomy, v, probe, 'right', NOH_BATHE.accurate_step)
+        heard = echo.t > blanking(probe)
+        t, v_c = echo.t[heard], echo.v_c[heard]
+        gain = probe.v_th / threshold(probe, t)
+        arrives = 6.0 * probe.sigma + 2.0 * (roomy.N - roomy.defect(0)) / speed
+        before = t < arrives - 10.0 * probe.sigma
+        signal = min(signal, float((gain * v_c)[~before].max()))
+        faintest = min(faintest, float(v_c[~before].max()))
+        clutter = max(clutter, float((gain * v_c)[before].max(initial=0.0)))
+    if signal < CLEAR * clutter:
+        return None
+    v_th = max(math.sqrt(signal * clutter), signal / HEADROOM)
+    v_th = float(f'{v_th:.1e}')
+    early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
+    room = 0.5 * speed * (blanking(probe) - 6.0 * probe.sigma + early)
+    return Listening(
+        replace(probe, v_th=v_th),
+        math.ceil(room / design.J) * design.J,
+        signal,
+        clutter,
+        20.0 * math.log10(probe.A / faintest),
+    )
+
+
+def dynamic_range(subject: Subject) -> float:
+    """Return the amplitude of the pulse over the v_c of the faintest echo that is read, in dB."""
+    design, settings = subject.design, subject.settings
+    end = 'right' if settings.read.end == 'right' else 'left'
+    probe = settings.probe if end == 'left' else settings.probe_right
+    v = resting_wall(design, design.levels - 1 if end == 'left' else 0)
+    echo = forecast_echo(design, v, probe, end, NOH_BATHE.accurate_step)
+    heard = echo.t > (blanking(probe) if echo.delay is None else echo.delay)
+    return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))
+
+
+def damping_for(design: Design) -> float:
+    """Return the greatest damping 1 / (250 n) that leaves the farthest echo audible."""
+    speed = float(group_velocity(FASTEST * band(design.k_s2)[0], design.k_s1))
+    time = 2.0 * (design.N + design.J) / speed
+    greatest = 2.0 * math.log(10.0 ** (LOSS / 20.0)) / time
+    return 1.0 / (250.0 * max(1, math.ceil(1.0 / (250.0 * greatest))))

@@ -1,0 +1,155 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The strain cycles of a design: how far, from what frees its walls, and in which time.
+
+- A write brings the wall, it does not drop it: up, hardly a hold, and nearly all the way back
+  while the next defect draws the wall in. No time is then needed to settle (docs/fast_write.md).
+- An erase moves kink and wall, and tells them apart by its tension, which has less room: it goes
+  slowly up, holds, and goes slowly back.
+- The far end of an element is shaken by N times the strain: ramps last until its acceleration is
+  small beside the pins, and some damping times.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ...device.settings import EraseSettings, TimeSettings, WriteSettings
+from ...physics import Design
+from ..checks.schedule import forward
+from ..checks.subject import Subject
+
+TICK = TimeSettings().tick
+"""Times of a write are whole ticks, so that the device makes them as they are."""
+
+WRITE_FORCE = 1.8
+"""Peaks of a write over what frees a wall: either may then be 42 % off, up to 64 levels."""
+
+WRITE_CALM = 6.3e-3
+"""Greatest acceleration of the far end in a write's ramp, in cells per time squared, over the root
+of eta, as what rings has until the next ramp to fade: 4e-4 with the paper's damping."""
+
+WRITE_RAMP = 0.95
+"""Least ramp of a write in damping times."""
+
+HOLD, EASE = 0.06 / 0.34, 0.58 / 0.34
+"""A write's hold and its way back, over its ramp."""
+
+EASE_TO = 0.03
+"""Where that way ends, as a share of the peak: the rest is let go as calmly, in a tick or more."""
+
+QUIET = 4.0
+"""Rest after the last cycle of a write in damping times."""
+
+ERASE_FORCE = 1.4
+"""Compression of an erase over what frees a kink."""
+
+ORDER = 0.4
+"""Place of the erase tension between kink and wall, as an exponent: nearer to the kink, for the
+far wall is shaken by the ramp as well."""
+
+ERASE_CALM = 2e-4
+"""Greatest acceleration of the far end in an erase's ramp, before it is made slower."""
+
+ERASE_RAMP = 1.6
+"""Least ramp in damping times, before it is made slower."""
+
+SLOWER = 1.5
+"""Ramps of an erase over those that leave the far end calm: its tension has less room."""
+
+LAUNCH_STRAIN, LAUNCH_SPEED = 0.02, 0.002
+"""Under this strain an end is moved at this speed, slowly beside the damping."""
+
+
+@dataclass(frozen=True)
+class Freeing:
+    """Strains that free a wall or a kink at the hardest of the sampled levels, as sizes."""
+
+    wall_compression: float
+    wall_tension: float
+    wall_tension_least: float
+    kink_compression: float
+    kink_tension: float
+
+    @property
+    def room(self) -> float:
+        """Least wall tension over the kink's, its root: what either side has to spare."""
+        return math.sqrt(self.wall_tension_least / self.kink_tension)
+
+
+def freeing(subject: Subject) -> Freeing:
+    """Return what frees walls and kinks at the start, in the middle and at the end."""
+    strains = {
+        kink: [forward(subject, level, kink=kink) for level in subject.steps]
+        for kink in (False, True)
+    }
+    wall, kink = strains[False], strains[True]
+    return Freeing(
+        max(_sizes(wall, -1.0)),
+        max(_sizes(wall, 1.0)),
+        min(_sizes(wall, 1.0)),
+        max(_sizes(kink, -1.0)),
+        max(_sizes(kink, 1.0)),
+    )
+
+
+def _sizes(strains: list[float], sign: float) -> Iterator[float]:
+    """Yield the sizes of the strains of one sign; NaN where a wall is not freed at all."""
+    for strain in strains:
+        if math.isnan(strain) or strain * sign > 0.0:
+            yield abs(strain)
+
+
+def write_schedule(design: Design, frees: Freeing) -> WriteSettings:
+    """Return the cycles of a write."""
+    compression, tension = WRITE_FORCE * frees.wall_compression, WRITE_FORCE * frees.wall_tension
+    peak, shaken = max(compression, tension), WRITE_CALM * math.sqrt(design.eta)
+    ramp = up_to(TICK, max(_calm(design, peak, shaken), WRITE_RAMP / design.eta))
+    return WriteSettings(
+        ramp=ramp,
+        hold=up_to(TICK, HOLD * ramp),
+        ease=up_to(TICK, EASE * ramp),
+        ease_to=EASE_TO,
+        release=up_to(TICK, _calm(design, EASE_TO * peak, shaken)),
+        settle=0.0,
+        final_settle=up_to(100.0, QUIET / design.eta),
+        compression=-_tidy(compression),
+        tension=_tidy(tension),
+        start_strain=LAUNCH_STRAIN,
+        launch_speed=LAUNCH_SPEED,
+    )
+
+
+def erase_schedule(design: Design, frees: Freeing) -> EraseSettings:
+    """Return the cycles of an erase."""
+    damping_time = 1.0 / design.eta
+    calm = _calm(design, ERASE_FORCE * frees.kink_compression, ERASE_CALM)
+    ramp = up_to(100.0, SLOWER * max(calm, ERASE_RAMP * damping_time))
+    kink, wall = frees.kink_tension, frees.wall_tension_least
+    return EraseSettings(
+        ramp=ramp,
+        hold=round(0.8 * damping_time, 6),
+        release=ramp,
+        settle=round(2.4 * damping_time, 6),
+        compression=-_tidy(ERASE_FORCE * frees.kink_compression),
+        tension=_tidy(kink * (wall / kink) ** ORDER),
+        start_strain=-LAUNCH_STRAIN,
+        launch_speed=LAUNCH_SPEED,
+        trust_reading=True,
+    )
+
+
+def _calm(design: Design, peak: float, acceleration: float) -> float:
+    """Return the ramp in which a peak shakes the far end by no more than an acceleration."""
+    return math.sqrt(6.0 * peak * design.N / acceleration)
+
+
+def up_to(unit: float, time: float) -> float:
+    """Return a time rounded up to a whole number of units."""
+    return unit * math.ceil(time / unit - 1e-9)  # what is whole to rounding is whole
+
+
+def _tidy(strain: float) -> float:
+    return round(strain, 4)

@@ -1,0 +1,60 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The echo that a device will hear, from the linear waves of its element: no simulation."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..device.echo import Echo, EchoDetector
+from ..device.procedures import listening_time
+from ..device.pulse import Pulse
+from ..device.settings import ProbeSettings
+from ..physics import NOH_BATHE, Design, Integrator
+from ..physics.potential import Array
+from .scattering import echo_response
+
+BANDWIDTH = 5.0
+"""Frequencies within this many 1 / sigma of the carrier are followed: the pulse has no others."""
+
+
+SAMPLING = 0.25
+"""Time units from sample to sample where the device's own steps are shorter."""
+
+
+def forecast_echo(
+    design: Design,
+    v: Array,
+    probe: ProbeSettings,
+    end: str,
+    dt: float,
+    integrator: Integrator = NOH_BATHE,
+) -> Echo:
+    """Return what a device hears of a resting, unstrained element.
+
+    The first echo alone: not the ring-down of the let-go end, nor waves that went twice.
+
+    Args:
+        design: The element.
+        v: Its displacements at rest, shape (N,).
+        probe: Pulse and detector.
+        end: 'left' or 'right'.
+        dt: Step of the device.
+        integrator: How it steps: this damps and slows the wave a little (see
+            `Integrator.squared_frequency`).
+    """
+    sampling = max(dt, SAMPLING)
+    samples = math.ceil(listening_time(design, probe, end) / sampling)
+    period = 2 * samples  # so that what comes later is not folded back
+    t = np.arange(1.0, period + 1.0) * sampling
+    pulse = Pulse(0.0, probe)
+    driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)
+    omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
+    used = (np.abs(omega - probe.omega_c) < BANDWIDTH / probe.sigma) & (omega > 0.0)
+    spectrum = np.where(used, np.fft.rfft(driven), 0.0)
+    spectrum[used] *= echo_response(design, v, omega[used], end, dt, integrator)
+    detector = EchoDetector(probe, sampling)
+    detector.feed(np.fft.irfft(spectrum, period)[:samples])
+    return detector.echo(end)

@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Small harmonic waves on a resting element: what comes back to an end, frequency by frequency.
+
+The equation of motion (1a), linearised about the resting configuration, is a three-term
+recursion in j. Its solution from the far end gives all that a wall, the defects, the gradient
+and the damping do to a wave, with no approximation but linearity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..physics.design import Design
+from ..physics.integrator import Integrator
+from ..physics.noh_bathe import NOH_BATHE
+from ..physics.potential import Array
+
+Spectrum = NDArray[np.complex128]
+
+
+def echo_response(
+    design: Design,
+    v: Array,
+    omega: Array,
+    end: str,
+    dt: float = 0.0,
+    integrator: Integrator = NOH_BATHE,
+) -> Spectrum:
+    """Return the first echo at a free end over the motion that the end was driven with.
+
+    Args:
+        design: The element, unstrained.
+        v: Its displacements at rest, shape (N,).
+        omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
+        end: 'left' or 'right': that which is driven, let go and listened to.
+        dt: Step of the integrator whose own damping and dispersion are to be counted in; 0 for
+            none.
+        integrator: That integrator.
+
+    Returns:
+        Ratio of the complex amplitudes, shape (m,).
+    """
+    stiffness = design.alpha * design.potential.stiffness(v)
+    if end == 'right':
+        stiffness = stiffness[::-1]
+    common = 2.0 - integrator.squared_frequency(omega, design.eta, dt)
+    ratio = 1.0 / (stiffness[-1] + common - 1.0)  # v_N / v_{N-1}: the far end is free
+    for local in stiffness[-2:0:-1]:
+        ratio = 1.0 / (local + common - ratio)
+    outgoing = propagation(stiffness[0] + common)
+    reflected = (ratio - outgoing) / (1.0 / outgoing - ratio)
+    return np.asarray(reflected * (1.0 + outgoing))  # a free end moves more than the wave
+
+
+def propagation(trace: Spectrum) -> Spectrum:
+    """Return the theta of Eq. (4), theta + 1 / theta = trace, that decays as it goes: |.| < 1."""
+    root = np.sqrt(trace**2 - 4.0)
+    first = 0.5 * (trace - root)
+    return np.where(np.abs(first) < 1.0, first, 0.5 * (trace + root))

@@ -1,0 +1,76 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Steps of a write on the bare chain: no probe and no ticks, so that each takes milliseconds."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from ..device.settings import WriteSettings
+from ..physics import Chain, Design, StateError, level_of, stable_step, substep_times
+from ..physics.equilibrium import resting_wall
+from .strain_cycle import StrainCycle
+
+STEP = 0.5
+"""Time step; the wall's own motion is a hundred times slower."""
+
+
+def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
+    """Return the settings with the peaks multiplied by factors."""
+    return dataclasses.replace(
+        write, compression=compression * write.compression, tension=tension * write.tension
+    )
+
+
+def steps_up(
+    design: Design,
+    write: WriteSettings,
+    start: int,
+    goal: int,
+    *,
+    max_rate: float = math.inf,
+    dt: float = STEP,
+) -> Iterator[bool]:
+    """Yield for every step from a level up to another whether a write may end there.
+
+    The cycles follow each other as in a write of the device, which rests `write.final_settle`
+    longer after the last; then the true wall is looked at, and has to be within a cell of its
+    defect. Each step sets out as the one before left it, not as that rest would.
+
+    Args:
+        design: The element.
+        write: Its cycles.
+        start: The level at which a wall rests first.
+        goal: The level of the last step.
+        max_rate: Of the actuator, in strain per time unit.
+        dt: Time step, where it is stable.
+
+    Raises:
+        StateError: The level to start from pins no wall.
+    """
+    chain = Chain(design, min(dt, stable_step(design)))
+    chain.place(resting_wall(design, start))
+    cycles = {
+        compress: StrainCycle.planned(
+            write, write.compression if compress else write.tension, max_rate
+        )
+        for compress in (True, False)
+    }
+    for level in range(start, goal):
+        try:
+            _advance(chain, cycles[design.freed_by_compression(level)])
+            state = chain.state()
+            chain.rest(round(write.final_settle / chain.dt))
+            yield level_of(design, chain.configuration) == level + 1
+        except StateError:  # driven so hard that the chain is lost
+            yield from [False] * (goal - level)
+            return
+        chain.restore(state, V_N=0.0, steps_done=0)
+
+
+def _advance(chain: Chain, cycle: StrainCycle) -> None:
+    steps = round(cycle.duration / chain.dt)
+    times = substep_times(steps, chain.dt, chain.integrator)
+    chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))

@@ -1,0 +1,216 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The proof of a design: the device that the node runs, put to every use of the memory.
+
+Three kinds of run, each judged by what the device says and by the true configuration:
+
+- `upward`: from blank, every level is written in turn and verified, one attempt each.
+- `down`: from a wall at rest at a level, a lower one is written: erase, launch, steps.
+- `erase`: from a wall at rest at a level, the element is made blank.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..device import (
+    Calibration,
+    Command,
+    Erase,
+    MemoryElement,
+    Outcome,
+    Settings,
+    Write,
+    factory_calibration,
+)
+from ..physics import Design, level_of
+from ..physics.equilibrium import resting_wall
+from .campaign import Campaign, Row
+from .campaign.campaign import Values
+from .trial import write_upward
+
+EVERY = 16
+"""Number of levels up to which every downward write is made; above, a sample of as many as there
+are levels, or of what is asked for."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What is to be shown of a design.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings.
+        sample: How many downward writes are made where there are more; None as `EVERY` says.
+            Every level is erased.
+        seed: Of the sample.
+    """
+
+    design: Design
+    settings: Settings
+    sample: int | None = None
+    seed: int = 0
+
+    def campaign(self) -> Campaign:
+        """Return the runs; the calibration that all share is made here.
+
+        Raises:
+            SettingsError: A level gives no echo, or levels cannot be told apart.
+        """
+        settings = dataclasses.replace(
+            self.settings, write=dataclasses.replace(self.settings.write, attempts=1)
+        )
+        common = {
+            'design': dataclasses.asdict(self.design),
+            'settings': settings.as_dict(),
+            'calibration': factory_calibration(self.design, settings).as_dict(),
+        }
+        return Campaign('proof', evaluate, common, self.points(), self.seed)
+
+    def points(self) -> list[dict[str, Any]]:
+        """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
+        p = self.design.levels
+        pairs = [(start, goal) for start in range(p) for goal in range(start)]
+        downs = pairs
+        if p > EVERY or self.sample is not None:
+            downs = self._some(pairs, p if self.sample is None else self.sample)
+        return [
+            {'kind': 'upward', 'start': -1, 'goal': p - 1},
+            *({'kind': 'erase', 'start': level, 'goal': -1} for level in range(p)),
+            *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
+        ]
+
+    def _some(self, whole: Sequence[Any], count: int) -> list[Any]:
+        """Return a sample that holds the first and the last, in order."""
+        if count >= len(whole):
+            return list(whole)
+        generator = np.random.Generator(np.random.PCG64(self.seed))
+        inner = generator.choice(np.arange(1, len(whole) - 1), max(0, count - 2), replace=False)
+        return [whole[i] for i in sorted({0, len(whole) - 1, *map(int, inner)})]
+
+
+def evaluate(common: Values, values: Values, seed: int) -> Row:
+    """Return how one run went.
+
+    Returns:
+        done: Levels written and read back upward; 1 where another run succeeded, else 0.
+        passed: Whether all did what was asked, at the first attempt.
+        error: What the device said, or what is true in spite of what it said.
+        level_margin, threshold_margin: The least of the readings, None without one.
+        time: Time units that it took.
+    """
+    design, settings = Design(**common['design']), Settings.from_dict(common['settings'])
+    element = MemoryElement(design, settings, Calibration.from_dict(common['calibration']))
+    if values['kind'] == 'upward':
+        trial = write_upward(element)
+        last = trial.steps[-1]
+        level_margin, threshold_margin = trial.least_margins
+        error = '' if trial.passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
+        return _row(element, trial.reached, trial.passed, error, level_margin, threshold_margin)
+    element.chain.place(resting_wall(design, values['start']))
+    element.transducer.settle()
+    command: Command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
+    outcome = _run(element, command)
+    true = level_of(design, element.chain.configuration)
+    passed = outcome.success and true == values['goal']
+    error = outcome.error or ('' if passed else f'the wall is at level {true}')
+    reading = outcome.reading
+    margins = (
+        (math.nan, math.nan)
+        if reading is None
+        else (reading.level_margin, reading.threshold_margin)
+    )
+    return _row(element, int(passed), passed, error, *margins)
+
+
+def _run(element: MemoryElement, command: Command) -> Outcome:
+    element.apply(command)
+    while True:
+        for event in element.advance():
+            if isinstance(event, Outcome):
+                return event
+
+
+def _row(
+    element: MemoryElement, done: int, passed: bool, error: str, level: float, threshold: float
+) -> Row:
+    return {
+        'done': done,
+        'passed': passed,
+        'error': error,
+        'level_margin': level if math.isfinite(level) else None,
+        'threshold_margin': threshold if math.isfinite(threshold) else None,
+        'time': element.ticks * element.tick,
+    }
+
+
+@dataclass(frozen=True)
+class Tally:
+    """What the runs of a proof add up to.
+
+    Attributes:
+        levels: Levels written and read back upward.
+        of_levels: Of how many.
+        downs: Downward writes that succeeded.
+        of_downs: Of how many.
+        erases: Erases that succeeded.
+        of_erases: Of how many.
+        level_margin: Least level margin of all readings, NaN without one.
+        threshold_margin: Least threshold margin.
+        upward_time: Time units of the upward writes, all verified.
+        erase_time: Longest erase in time units.
+        errors: What failed, in words.
+    """
+
+    levels: int
+    of_levels: int
+    downs: int
+    of_downs: int
+    erases: int
+    of_erases: int
+    level_margin: float
+    threshold_margin: float
+    upward_time: float
+    erase_time: float
+    errors: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether everything that was tried succeeded."""
+        return not self.errors
+
+    @classmethod
+    def of(cls, rows: Iterable[Row]) -> Tally:
+        """Add up the rows of a campaign; one of them is the upward run."""
+        rows = list(rows)
+        upward = next(row for row in rows if row['kind'] == 'upward')
+        erases = [row for row in rows if row['kind'] == 'erase']
+        downs = [row for row in rows if row['kind'] == 'down']
+        return cls(
+            upward['done'],
+            upward['goal'] + 1,
+            sum(row['done'] for row in downs),
+            len(downs),
+            sum(row['done'] for row in erases),
+            len(erases),
+            _least(rows, 'level_margin'),
+            _least(rows, 'threshold_margin'),
+            upward['time'],
+            max((row['time'] for row in erases), default=0.0),
+            tuple(
+                f'{row["kind"]} from {row["start"]} to {row["goal"]}: {row["error"]}'
+                for row in rows
+                if not row['passed']
+            ),
+        )
+
+
+def _least(rows: Sequence[Row], name: str) -> float:
+    values = [row[name] for row in rows if row[name] is not None]
+    return min(values, default=math.nan)

@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a number of levels to a design; `test/studies/test_proof.py` simulates what is found.
+
+The shipped elements are those that the designer finds, but for the times and peaks of a write
+(and the rate that they ask of the actuator), which a search made shorter than the designer's rule.
+"""
+
+import dataclasses
+
+import pytest
+
+from mlmem_ros.analysis.checks import Verdict
+from mlmem_ros.analysis.designer import DesignNotFound, propose
+from mlmem_ros.analysis.designer.listening import CLEAR
+from mlmem_ros.analysis.strain_cycle import StrainCycle
+from mlmem_ros.device import Settings, preset
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.dispersion import frequency
+
+QUICK, LARGE = (1, 2, 4), (5, 6, 8)
+BITS = pytest.mark.parametrize(
+    'bits', [*QUICK, *(pytest.param(bits, marks=pytest.mark.slow) for bits in LARGE)]
+)
+
+
+def duration(settings):
+    return StrainCycle.planned(settings.write, 1.0).duration
+
+
+@BITS
+def test_the_designer_finds_what_is_shipped(bits):
+    found = propose(2**bits)
+    design, settings = preset(f'bits_{bits}')
+    assert found.design == design
+    searched = {'write': settings.write, 'actuator': settings.actuator}
+    assert dataclasses.replace(found.settings, **searched) == settings
+    assert duration(settings) <= duration(found.settings)
+    assert design.levels == 2**bits
+    assert design.bits == bits
+    assert found.report.verdict is not Verdict.FAIL
+
+
+def test_three_bits_are_the_papers():
+    assert preset('bits_3') == (CASE_II, Settings())
+
+
+def test_the_carrier_is_clear_of_the_gratings_gaps():
+    """A grating of period J throws back kappa = n pi / J; the pulse is narrower than the way."""
+    found = propose(16)
+    probe, J = found.settings.probe_right, found.design.J
+    gaps = frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
+    assert min(abs(gaps - probe.omega_c)) > 1.5 / probe.sigma
+    assert found.listening.signal > CLEAR * found.listening.clutter
+    assert probe.v_th < found.listening.signal
+
+
+@pytest.mark.parametrize('levels', [1, 0, -4, 257, 4.0, True, None])
+def test_other_numbers_of_levels_are_refused(levels):
+    with pytest.raises(DesignNotFound, match='levels must be a whole number from 2 to 256'):
+        propose(levels)

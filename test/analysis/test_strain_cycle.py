@@ -1,0 +1,53 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A strain cycle told beforehand is the one that the device makes."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mlmem_ros.analysis.strain_cycle import StrainCycle
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration
+from mlmem_ros.device.procedures.blocks import cycle
+from mlmem_ros.device.settings import ActuatorSettings, CycleSettings
+from mlmem_ros.physics import CASE_II
+
+PEAK = -0.03
+PLAIN = CycleSettings(ramp=400.0, hold=200.0, release=300.0, settle=100.0)
+EASED = dataclasses.replace(PLAIN, ease=200.0, ease_to=0.25)
+
+
+@pytest.fixture(scope='module')
+def calibration():
+    return factory_calibration(CASE_II, Settings())
+
+
+@pytest.mark.parametrize('max_rate', [2e-3, 1e-4])
+@pytest.mark.parametrize('times', [PLAIN, EASED])
+def test_it_is_what_the_device_does(calibration, times, max_rate):
+    """At every tick, with an actuator that follows and with one too slow for the ramps."""
+    settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
+    element = MemoryElement(CASE_II, settings, calibration)
+    procedure, seen = cycle(element, PEAK, times), []
+    for _ in procedure:
+        element.advance()
+        seen.append(element.actuator.strain)
+    told = StrainCycle.planned(times, PEAK, max_rate)
+    assert len(seen) * element.tick == pytest.approx(told.duration, abs=3 * element.tick)
+    if max_rate == 2e-3:  # nothing is put off to the next tick
+        assert told.duration == 1000.0 + times.ease
+        at = element.tick * np.arange(1, len(seen) + 1)
+        assert told.strain(at) == pytest.approx(seen, abs=1e-12)
+
+
+def test_a_slow_actuator_stretches_the_ramps_and_no_wait():
+    """Half as steep again at its steepest as on the average: 1.5 x 0.03 / 1e-5 for each ramp."""
+    told = StrainCycle.planned(PLAIN, PEAK, 1e-5)
+    assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
+
+
+def test_waits_of_no_length_are_no_segments():
+    told = StrainCycle.planned(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
+    assert told.segments == [(PEAK, 400.0), (0.0, 300.0)]
+    assert told.strain(np.array([0.0, 400.0, 700.0])) == pytest.approx([0.0, PEAK, 0.0])
