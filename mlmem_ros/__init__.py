@@ -12,10 +12,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .ros.answers import Calibrated, Decoded, Done, SelfTested
+    from .contract.answers import Calibrated, Decoded, Done, SelfTested
+    from .contract.errors import NoAnswer, RequestError, RequestFailed, RequestRefused
     from .ros.bank import BankFailed, MemoryBank, Word
     from .ros.client import MemoryClient
-    from .ros.errors import NoAnswer, RequestError, RequestFailed, RequestRefused
     from .ros.reply import Reply
     from .ros.standalone import standalone
 
@@ -39,20 +39,20 @@ __all__ = [
 ]
 
 _HOMES = {
-    'answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'bank': ('BankFailed', 'MemoryBank', 'Word'),
-    'client': ('MemoryClient',),
-    'errors': ('NoAnswer', 'RequestError', 'RequestFailed', 'RequestRefused'),
-    'reply': ('Reply',),
-    'standalone': ('standalone',),
+    'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
+    'ros.bank': ('BankFailed', 'MemoryBank', 'Word'),
+    'ros.client': ('MemoryClient',),
+    'contract.errors': ('NoAnswer', 'RequestError', 'RequestFailed', 'RequestRefused'),
+    'ros.reply': ('Reply',),
+    'ros.standalone': ('standalone',),
 }
-"""Modules of `mlmem_ros.ros`, and the names that are at home there."""
+"""Modules, and the names that are at home there."""
 
 
 def __getattr__(name: str) -> Any:
     for module, names in _HOMES.items():
         if name in names:
-            return getattr(import_module(f'.ros.{module}', __name__), name)
+            return getattr(import_module(f'.{module}', __name__), name)
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

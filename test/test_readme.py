@@ -5,7 +5,7 @@
 import importlib.util
 from pathlib import Path
 
-import pytest
+from mlmem_ros.contract import topics
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
@@ -21,12 +21,8 @@ def test_the_table_of_parameters_is_the_declarations():
 
 
 def test_every_topic_and_service_is_told():
-    pytest.importorskip('rclpy')
-    from mlmem_ros.ros.inlets import Inlets
-    from mlmem_ros.ros.outlets import Outlets
-
-    for name, *_ in (*Inlets.TOPICS, *Outlets.TOPICS):
-        assert f'`{name}`' in README, name
+    for topic in topics.COMMANDS + topics.STREAMS + topics.VIEWS:
+        assert f'`~/{topic.name}`' in README, topic
     for name in ('request', 'write', 'read', 'erase', 'calibrate', 'abort', 'pause', 'step'):
         assert f'`~/{name}`' in README, name
 

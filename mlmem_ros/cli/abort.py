@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from . import request
 
 if TYPE_CHECKING:
-    from ..ros.answers import Done
+    from ..contract.answers import Done
 
 SUMMARY = 'stop what the element behind a running node does, and let its strain go'
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from . import request
 
 if TYPE_CHECKING:
-    from ..ros.answers import Calibrated
+    from ..contract.answers import Calibrated
 
 SUMMARY = 'have the element behind a running node learn its echo delays, and restore its content'
 

@@ -209,7 +209,7 @@ def check_node(name: str, wait: float) -> Finding:
         name: Its name.
         wait: How long to wait for it, in seconds.
     """
-    from ..ros.errors import RequestError
+    from ..contract.errors import RequestError
     from ..ros.standalone import standalone
 
     what = f'node {name}'

@@ -25,7 +25,7 @@ from .output import add_json, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..ros.answers import Decoded
+    from ..contract.answers import Decoded
     from ..ros.client import MemoryClient
 
 SUMMARY = 'write every level up and some down through ROS 2, read each back, show it'
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level that was read is the one asked for."""
-    from ..ros.errors import RequestError
+    from ..contract.errors import RequestError
     from ..session.data import load
     from ..studies.session_figure import draw
     from .console import plain_console

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from . import request
 
 if TYPE_CHECKING:
-    from ..ros.answers import Recorded
+    from ..contract.answers import Recorded
 
 SUMMARY = 'have a running node record a session, or end it'
 

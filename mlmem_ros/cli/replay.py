@@ -71,7 +71,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 
 def _into_node(arguments: argparse.Namespace) -> int:
-    from ..ros.errors import RequestError
+    from ..contract.errors import RequestError
     from ..ros.play import play
     from ..session.data import load
     from .console import complain

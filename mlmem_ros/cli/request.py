@@ -9,12 +9,12 @@ import dataclasses
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..contract import describe_level
+from ..words import describe_level
 from .console import complain
 from .output import add_json, print_json
 
 if TYPE_CHECKING:
-    from ..ros.answers import Answer, Decoded
+    from ..contract.answers import Answer, Decoded
     from ..ros.client import MemoryClient
     from ..ros.reply import Reply
 
@@ -47,7 +47,7 @@ def run(
     Returns:
         Exit status: 0 when it succeeded, 1 when it did not or no node answers.
     """
-    from ..ros.errors import RequestError, RequestFailed
+    from ..contract.errors import RequestError, RequestFailed
     from ..ros.standalone import standalone
 
     try:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from . import request
 
 if TYPE_CHECKING:
-    from ..ros.answers import SelfTested
+    from ..contract.answers import SelfTested
 
 SUMMARY = 'have the element behind a running node test every level, and restore its content'
 

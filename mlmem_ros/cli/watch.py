@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Show the element; return the exit status."""
     from rich.live import Live
 
-    from ..ros.errors import RequestError
+    from ..contract.errors import RequestError
     from ..ros.monitor import WANTED, Monitor
     from ..ros.standalone import standalone, wait_until
     from .console import plain_console

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory element as an instrument. It knows the material and no ROS."""
 
-from ..contract import BLANK, UNDECODABLE, describe_level
+from ..words import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable
 from .commands import (
     Abort,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clipped import clipped
-from ..contract import JOINT
+from ..words import JOINT
 from .errors import Refused, SettingsError
 from .faults import Faults
 

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from ..clipped import clipped
-from ..contract import JOINT
 from ..physics.potential import Array
+from ..words import JOINT
 from .commands import FollowTrajectory
 from .errors import Refused
 from .settings import ActuatorSettings

@@ -8,10 +8,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..contract import BLANK as BLANK
-from ..contract import UNDECODABLE as UNDECODABLE
-from ..contract import describe_level as describe_level
 from ..physics import Design
+from ..words import BLANK as BLANK
+from ..words import UNDECODABLE as UNDECODABLE
+from ..words import describe_level as describe_level
 from .calibration import Calibration
 from .echo import Echo
 from .settings import ReadSettings

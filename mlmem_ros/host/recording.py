@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..bag.definitions import jazzy
 from ..bag.errors import BagError
-from ..bag.qos import RELIABLE, QosProfile
+from ..bag.qos import LATCHED, RELIABLE, QosProfile
 from ..bag.recorder import Recorder, RecorderStatus
 from ..bag.writer import BagWriter
 from ..device import MemoryElement
@@ -17,8 +17,6 @@ from ..device.loop import Stamped
 from ..session import messages
 from .journal import Journal
 from .session_plan import SessionPlan
-
-LATCHED = QosProfile(reliability='reliable', durability='transient_local')
 
 
 class Recording:
@@ -54,9 +52,10 @@ class Recording:
             max_bytes=settings.max_bytes,
             max_duration=settings.max_duration,
         )
-        self._types = {topic: type_name for topic, type_name, _ in plan.topics}
-        for topic, type_name, qos in plan.topics:
-            writer.add_topic(topic, type_name, (qos,))
+        self._types = {topic.name: topic.type for topic in plan.topics}
+        for name, kind, qos in plan.topics:
+            offered = QosProfile(reliability=qos.reliability, durability=qos.durability)
+            writer.add_topic(name, kind, (offered,))
         writer.add_topic(self._names.header, messages.STRING, (LATCHED,), latch=True)
         for topic in (self._names.command, self._names.state_hash):
             writer.add_topic(topic, messages.STRING, (RELIABLE,))

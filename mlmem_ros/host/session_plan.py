@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..bag.qos import QosProfile
+from ..contract.topics import Topic
 from .settings import RecordSettings
 
 
@@ -19,11 +19,11 @@ class SessionPlan:
     Attributes:
         node: Full name of the node.
         settings: Where, and how carefully.
-        topics: Name, type and QoS of everything that is published and received.
+        topics: All that is published and received, by full names.
         parameters: The node's parameters, for the record.
     """
 
     node: str
     settings: RecordSettings
-    topics: Sequence[tuple[str, str, QosProfile]] = ()
+    topics: Sequence[Topic] = ()
     parameters: Mapping[str, Any] | None = None

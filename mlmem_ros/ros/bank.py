@@ -11,10 +11,10 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from ..contract import BLANK
-from .answers import Decoded
+from ..contract.answers import Decoded
+from ..contract.errors import RequestError
+from ..words import BLANK
 from .client import MemoryClient
-from .errors import RequestError
 from .line import Line
 from .reply import Reply, Steps
 

@@ -20,8 +20,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from ..contract import answers
 from ..host import REFUSALS, Journal
-from . import messages
 
 EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """What a bad request may raise in rclpy's own services: a transition that is not open now, a
@@ -86,7 +86,7 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
         why: The reason.
         own: Whether the service is one of ours, which answer with a JSON object.
     """
-    told = messages.refusal(why) if own else why
+    told = answers.refusal(why) if own else why
     failed = SetParametersResult(successful=False, reason=told)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as asked for
         response.results += [failed] * (len(request.parameters) - len(response.results))

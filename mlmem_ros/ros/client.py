@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
-from .answers import (
+from ..contract.answers import (
     Answer,
     Calibrated,
     Decoded,
@@ -26,11 +26,11 @@ from .answers import (
     parse,
     parse_self_test,
 )
-from .errors import RequestRefused
+from ..contract.errors import RequestRefused
+from ..contract.requests import message_of
 from .line import Call, Line
 from .qos import EVERY_ONE
 from .reply import Reply, Steps
-from .requests import message_of
 
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 

@@ -4,18 +4,16 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
+import numpy as np
 
+from ..contract import told, topics
 from .client import MemoryClient
-from .qos import LATCHED, RELIABLE, SENSOR_DATA
+from .qos import SENSOR_DATA, profile
 
 WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.gain_decay')
 """Parameters that turn messages into what is shown."""
@@ -36,10 +34,9 @@ class Status:
     values: Mapping[str, str]
 
     @classmethod
-    def of(cls, message: DiagnosticStatus) -> Status:
+    def of(cls, message: Any) -> Status:
         """Return the status that a message tells."""
-        values = {pair.key: pair.value for pair in message.values}
-        return cls(message.level[0], message.message, values)
+        return cls(message.level[0], message.message, told.values(message))
 
 
 @dataclass
@@ -101,41 +98,37 @@ class Monitor:
         self._length = parameters['design.N'] * parameters['scale.length']
         self._gain_decay = parameters['probe.gain_decay']
         self._prefix = f'{client.name[1:]}: '
-        for topic, kind, qos, listen in (
-            ('level', Int16, LATCHED, self._on_level),
-            ('outcome', DiagnosticStatus, LATCHED, self._on_outcome),
-            ('echo', Float32MultiArray, RELIABLE, self._on_echo),
-            ('wall', Float64MultiArray, SENSOR_DATA, self._on_wall),
-            ('joint_states', JointState, SENSOR_DATA, self._on_joint_states),
+        for topic, listen in (
+            (topics.LEVEL, self._on_level),
+            (topics.OUTCOME, self._on_outcome),
+            (topics.ECHO, self._on_echo),
+            (topics.WALL, self._on_wall),
+            (topics.JOINT_STATES, self._on_joint_states),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
         ):
-            client.node.create_subscription(kind, f'{client.name}/{topic}', listen, qos)
-        client.node.create_subscription(
-            DiagnosticArray, '/diagnostics', self._on_diagnostics, RELIABLE
-        )
+            name = f'{client.name}/{topic.name}' if topic.name[0] != '/' else topic.name
+            newest = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
+            client.node.create_subscription(topic.kind, name, listen, newest)
 
-    def _on_level(self, message: Int16) -> None:
+    def _on_level(self, message: Any) -> None:
         self.view.level = message.data
 
-    def _on_outcome(self, message: DiagnosticStatus) -> None:
+    def _on_outcome(self, message: Any) -> None:
         self.view.outcome = Status.of(message)
 
-    def _on_echo(self, message: Float32MultiArray) -> None:
-        samples = message.layout.dim[1].size
-        t, v_c = message.data[:samples], message.data[2 * samples :]
-        self.view.echo = [
-            v * math.exp(self._gain_decay * at) for at, v in zip(t, v_c, strict=True)
-        ]
+    def _on_echo(self, message: Any) -> None:
+        t, _, v_c = told.echo(message)
+        self.view.echo = (v_c * np.exp(self._gain_decay * t)).tolist()
 
-    def _on_wall(self, message: Float64MultiArray) -> None:
+    def _on_wall(self, message: Any) -> None:
         self.view.walls = list(message.data)
         self.view.heard = time.monotonic()
 
-    def _on_joint_states(self, message: JointState) -> None:
-        displacement = message.position[message.name.index('substrate')]
-        self.view.strain = displacement / self._length
+    def _on_joint_states(self, message: Any) -> None:
+        self.view.strain = told.displacement(message) / self._length
         self.view.heard = time.monotonic()
 
-    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+    def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:
             if status.name.startswith(self._prefix):
                 self.view.health[status.name.removeprefix(self._prefix)] = Status.of(status)

@@ -7,45 +7,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import Image, JointState, Range
-from std_msgs.msg import Float32MultiArray, Float64MultiArray, Int16
-from visualization_msgs.msg import MarkerArray
 
+from ..contract import messages, topics
+from ..contract.topics import Topic
 from ..device import Event, Heard, MemoryElement, Outcome
 from ..host import Host
 from ..host.settings import PublishSettings
-from . import messages
 from .image import Contour
 from .markers import ChainMarkers
-from .qos import LATCHED, RELIABLE, STREAM
+from .qos import profile
 
 if TYPE_CHECKING:
     from ..host.recording import Recording
 
-Topic = tuple[str, type[Any], QoSProfile]
-
 
 class Outlets:
     """Publishes what the device does, tick by tick, in the loop's thread."""
-
-    TOPICS: tuple[Topic, ...] = (
-        ('~/level', Int16, LATCHED),
-        ('~/outcome', DiagnosticStatus, LATCHED),
-        ('~/echo', Float32MultiArray, RELIABLE),
-        ('~/range', Range, STREAM),
-        ('~/joint_states', JointState, STREAM),
-        ('~/field', Float32MultiArray, STREAM),
-        ('~/wall', Float64MultiArray, STREAM),
-    )
-    VIEWS: tuple[Topic, ...] = (
-        ('~/image', Image, STREAM),
-        ('~/markers', MarkerArray, STREAM),
-    )
-    """What is made for people alone, and only while somebody looks."""
 
     def __init__(
         self, node: Node, element: MemoryElement, settings: PublishSettings, host: Host
@@ -55,20 +34,20 @@ class Outlets:
         self._element = element
         self._settings = settings
         self._publishers = {
-            name: node.create_publisher(kind, name, qos)
-            for name, kind, qos in self.TOPICS + self.VIEWS
+            topic: node.create_publisher(topic.kind, f'~/{topic.name}', profile(topic.qos))
+            for topic in topics.STREAMS + topics.VIEWS
         }
         self._contour = Contour(element, settings)
         self._markers = ChainMarkers(element, settings)
         if element.reading is not None:  # it was restored
-            self.publish('~/level', messages.level(element.reading))
+            self.publish(topics.LEVEL, messages.level(element.reading))
 
     def close(self) -> None:
         """Publish no more."""
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
 
-    def publish(self, topic: str, message: Any) -> None:
+    def publish(self, topic: Topic, message: Any) -> None:
         """Publish a message, and hand it to the recording: serialized once for both."""
         publisher = self._publishers[topic]
         if (recording := self._recording(topic)) is not None:
@@ -81,47 +60,50 @@ class Outlets:
     def tick(self, events: Sequence[Event]) -> None:
         """Publish the streams that are due after a tick, and what happened in it."""
         element, settings, ticks = self._element, self._settings, self._element.ticks
-        if _due(ticks, settings.field_every) and self._watched('~/field'):
-            self.publish('~/field', messages.field(element))
-        if _due(ticks, settings.wall_every) and self._watched('~/wall'):
-            self.publish('~/wall', messages.wall_positions(element))
-        if _due(ticks, settings.joint_states_every) and self._watched('~/joint_states'):
+        if _due(ticks, settings.field_every) and self._watched(topics.FIELD):
+            self.publish(topics.FIELD, messages.field(element))
+        if _due(ticks, settings.wall_every) and self._watched(topics.WALL):
+            self.publish(topics.WALL, messages.wall_positions(element))
+        if _due(ticks, settings.joint_states_every) and self._watched(topics.JOINT_STATES):
             self.publish(
-                '~/joint_states', messages.joint_states(element, self._stamp(), settings.frame_id)
+                topics.JOINT_STATES,
+                messages.joint_states(element, self._stamp(), settings.frame_id),
             )
         self._contour.take()
-        if _due(ticks, settings.image_every) and self._watched('~/image'):
-            self.publish('~/image', self._contour.message(self._stamp()))
-        if _due(ticks, settings.markers_every) and self._watched('~/markers'):
-            self.publish('~/markers', self._markers.message(self._stamp()))
+        if _due(ticks, settings.image_every) and self._watched(topics.IMAGE):
+            self.publish(topics.IMAGE, self._contour.message(self._stamp()))
+        if _due(ticks, settings.markers_every) and self._watched(topics.MARKERS):
+            self.publish(topics.MARKERS, self._markers.message(self._stamp()))
         for event in events:
             if isinstance(event, Heard):
                 self._publish_heard(event)
             else:
                 self._publish_outcome(event)
 
-    def _watched(self, topic: str) -> bool:
+    def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not kept for those who come late."""
         recorded = self._recording(topic) is not None
         return recorded or self._publishers[topic].get_subscription_count() > 0
 
-    def _recording(self, topic: str) -> Recording | None:
+    def _recording(self, topic: Topic) -> Recording | None:
         """Return the session that takes the messages of a topic, or None."""
         recording = self._host.recording
         taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
         return recording if taken else None
 
     def _publish_heard(self, heard: Heard) -> None:
-        if self._watched('~/echo'):
-            self.publish('~/echo', messages.echo(heard.echo))
+        if self._watched(topics.ECHO):
+            self.publish(topics.ECHO, messages.echo(heard.echo))
         distance = messages.distance(
             heard.reading, self._element, self._stamp(), self._settings.frame_id
         )
-        self.publish('~/range', distance)
+        self.publish(topics.RANGE, distance)
 
     def _publish_outcome(self, outcome: Outcome) -> None:
-        self.publish('~/outcome', messages.status(outcome, self._node.get_fully_qualified_name()))
-        self.publish('~/level', messages.level(self._element.reading))
+        self.publish(
+            topics.OUTCOME, messages.status(outcome, self._node.get_fully_qualified_name())
+        )
+        self.publish(topics.LEVEL, messages.level(self._element.reading))
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

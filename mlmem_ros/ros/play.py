@@ -13,6 +13,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64
 
+from ..contract import told
+from ..contract.errors import RequestFailed, RequestRefused
 from ..device import (
     BLANK,
     Abort,
@@ -35,7 +37,6 @@ from ..session.data import SessionData
 from ..session.replay import element_of
 from ..session.report import agreeing, ending
 from .client import MemoryClient
-from .errors import RequestFailed, RequestRefused
 from .qos import LATCHED, RELIABLE
 from .reply import Reply
 from .standalone import POLL, standalone, wait_until
@@ -113,7 +114,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
     begun = 0
 
     def listen(status: DiagnosticStatus) -> None:
-        heard.append(ending({item.key: item.value for item in status.values}))
+        heard.append(ending(told.values(status)))
 
     def all_ended() -> None:
         wait_until(lambda: len(heard) >= begun, f'the end of a procedure of {name}', PATIENCE)

@@ -1,32 +1,23 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The quality of service of our topics, by name."""
+"""The contract's quality of service as rclpy takes it."""
 
-from rclpy.qos import (
-    DurabilityPolicy,
-    HistoryPolicy,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_profile_sensor_data,
-)
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-SENSOR_DATA = qos_profile_sensor_data
-"""Best effort, keep the last 5: for who listens to a stream of which only the newest matters."""
+from ..contract import topics
 
-STREAM = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
-"""What our streams are offered with: shallow, and reliable, so that every subscriber hears them,
-a plain one and a default display too; who wants best effort gets it."""
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-"""Reliable and volatile: every message counts, for those who listen."""
+def profile(qos: topics.Qos) -> QoSProfile:
+    """Return the rclpy profile of a quality of service."""
+    history = {'depth': qos.depth} if qos.depth else {'history': HistoryPolicy.KEEP_ALL}
+    return QoSProfile(
+        **history,
+        reliability=ReliabilityPolicy[qos.reliability.upper()],
+        durability=DurabilityPolicy[qos.durability.upper()],
+    )
 
-LATCHED = QoSProfile(
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-"""Reliable and transient local: who comes late gets the last one."""
 
-EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-"""Of requests and their answers: with rclpy's default, who has more than ten under way at once
-loses some."""
+SENSOR_DATA = profile(topics.SENSOR_DATA)
+RELIABLE = profile(topics.RELIABLE)
+LATCHED = profile(topics.LATCHED)
+EVERY_ONE = profile(topics.EVERY_ONE)

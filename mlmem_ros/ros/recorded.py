@@ -5,13 +5,10 @@
 from __future__ import annotations
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from ..bag.qos import QosProfile
+from ..contract import topics
 from ..host import SessionPlan
 from ..host.settings import RecordSettings
-from .inlets import Inlets
-from .outlets import Outlets
 
 
 def session_plan(node: Node, settings: RecordSettings | None = None) -> SessionPlan:
@@ -27,28 +24,14 @@ def session_plan(node: Node, settings: RecordSettings | None = None) -> SessionP
     if settings is None:
         values = node.get_parameters_by_prefix('record')
         settings = RecordSettings(**{name: item.value for name, item in values.items()})
-    topics = [*Inlets.TOPICS, *Outlets.TOPICS, *(Outlets.VIEWS if settings.views else ())]
+    views = topics.VIEWS if settings.views else ()
     given = node.get_parameters_by_prefix('')
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
         [
-            (node.resolve_topic_name(topic), _type_name(kind), _offered(qos))
-            for topic, kind, qos in topics
+            topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
+            for topic in (*topics.COMMANDS, *topics.STREAMS, *views)
         ],
         {name: parameter.value for name, parameter in given.items()},
-    )
-
-
-def _type_name(kind: type) -> str:
-    package = kind.__module__.split('.')[0]
-    return f'{package}/msg/{kind.__name__}'
-
-
-def _offered(qos: QoSProfile) -> QosProfile:
-    reliable = qos.reliability == ReliabilityPolicy.RELIABLE
-    latched = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
-    return QosProfile(
-        reliability='reliable' if reliable else 'best_effort',
-        durability='transient_local' if latched else 'volatile',
     )

@@ -14,7 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 
-from .errors import NoAnswer
+from ..contract.errors import NoAnswer
 from .line import Call, Line
 
 T = TypeVar('T')

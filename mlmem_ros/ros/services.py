@@ -16,22 +16,13 @@ from rclpy.node import Node
 from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
-from ..device import (
-    Abort,
-    Calibrate,
-    Command,
-    Erase,
-    Outcome,
-    Read,
-    SelfTest,
-    Write,
-)
+from ..contract import answers, messages
+from ..contract.commands import requested
+from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, SelfTest, Write
 from ..device.units import Units
 from ..host import REFUSALS, Host
-from . import messages
 from .qos import EVERY_ONE
 from .recorded import session_plan
-from .requested import command_of
 
 
 class Services:
@@ -76,7 +67,7 @@ class Services:
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         result = response.result
-        result.successful, result.reason = await self._done(lambda: command_of(request.parameters))
+        result.successful, result.reason = await self._done(lambda: requested(request.parameters))
         return response
 
     async def _done(self, make: Callable[[], Command]) -> tuple[bool, str]:
@@ -92,10 +83,10 @@ class Services:
         try:
             outcome: Outcome | None = await self.result(self._host.submit_scaled(made))
         except REFUSALS as failure:
-            return False, messages.refusal(str(failure), **asked)
+            return False, answers.refusal(failure, **asked)
         if outcome is None:  # taken, and there is nothing to wait for
             return True, '{}'
-        return outcome.success, messages.answer(outcome, **asked)
+        return outcome.success, answers.answer(outcome, **asked)
 
     async def _self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response
@@ -116,7 +107,7 @@ class Services:
         try:
             tick = await self.result(self._host.pause(request.data))
         except REFUSALS as refusal:
-            response.message = messages.refusal(str(refusal))
+            response.message = answers.refusal(refusal)
         else:
             response.success = True
             response.message = json.dumps({'paused': request.data, 'tick': tick})
@@ -129,7 +120,7 @@ class Services:
             plan = session_plan(self._node) if request.data else None
             path = await self.result(self._host.record(plan))
         except REFUSALS as refusal:
-            response.message = messages.refusal(str(refusal))
+            response.message = answers.refusal(refusal)
         else:
             response.success = True
             response.message = json.dumps({'recording': request.data, 'path': str(path)})
@@ -139,7 +130,7 @@ class Services:
         try:
             tick = await self.result(self._host.step())
         except REFUSALS as refusal:
-            response.message = messages.refusal(str(refusal))
+            response.message = answers.refusal(refusal)
         else:
             response.success = True
             response.message = json.dumps({'tick': tick})

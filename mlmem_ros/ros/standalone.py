@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from ..contract.errors import NoAnswer
 from .client import MemoryClient
-from .errors import NoAnswer
 
 POLL = 0.02
 """Seconds between two looks at a condition."""

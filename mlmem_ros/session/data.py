@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bag.command_topics import COMMAND_TOPICS, Make
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..clipped import clipped
+from ..contract import told, topics
+from ..contract.commands import OF_TOPIC, Make
 from ..device import Command, Refused, Settings
 from ..device.units import Units
 from ..physics import Design
@@ -24,8 +25,6 @@ from .messages import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
 
 Array = NDArray[np.float64]
-
-FLOATS = 'std_msgs/msg/Float32MultiArray'
 
 
 @dataclass(frozen=True)
@@ -178,15 +177,17 @@ class _Collector:
             HEADER: (STRING, self._header),
             COMMAND: (STRING, self._stamped),
             STATE_HASH: (STRING, self._hash),
-            'field': (FLOATS, self._field),
-            'joint_states': ('sensor_msgs/msg/JointState', self._joint_states),
-            'echo': (FLOATS, self._echo),
-            'level': ('std_msgs/msg/Int16', self._level),
-            'outcome': ('diagnostic_msgs/msg/DiagnosticStatus', self._outcome),
             DROPPED: ('std_msgs/msg/UInt64', self._count_dropped),
             **{
-                topic: (kind, self._command(make))
-                for topic, (kind, make) in COMMAND_TOPICS.items()
+                topic.name: (topic.type, handler)
+                for topic, handler in (
+                    (topics.FIELD, self._field),
+                    (topics.JOINT_STATES, self._joint_states),
+                    (topics.ECHO, self._echo),
+                    (topics.LEVEL, self._level),
+                    (topics.OUTCOME, self._outcome),
+                    *((topic, self._command(OF_TOPIC[topic.name])) for topic in topics.COMMANDS),
+                )
             },
         }
 
@@ -213,19 +214,11 @@ class _Collector:
         known.append(configuration)
 
     def _joint_states(self, seconds: float, message: Any) -> None:
-        if not len(message.position):
-            raise BagError('position must tell of the substrate; it is empty')
+        self._session.end_displacement.append(told.displacement(message))
         self._session.strain_time.append(seconds)
-        self._session.end_displacement.append(float(message.position[0]))
 
     def _echo(self, seconds: float, message: Any) -> None:
-        data = np.asarray(message.data, dtype=np.float64)
-        if len(data) < 6 or len(data) % 3 or not np.isfinite(data).all():
-            raise BagError(f'data must be 3 rows of 2 or more finite numbers; got {clipped(data)}')
-        t = data[: len(data) // 3]
-        if not 0.0 < t[0] < t[1] or not (np.diff(t) >= 0.0).all():
-            raise BagError(f'the times of the samples must increase from 0; got {clipped(t)}')
-        t, v_m, v_c = data.reshape(3, -1)
+        t, v_m, v_c = told.echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
         self._untold = True
 
@@ -236,8 +229,7 @@ class _Collector:
             self._untold = False
 
     def _outcome(self, seconds: float, message: Any) -> None:
-        values = {item.key: item.value for item in message.values}
-        self._session.outcomes.append((seconds, values))
+        self._session.outcomes.append((seconds, told.values(message)))
         self._untold = False
 
     def _count_dropped(self, _: float, message: Any) -> None:
@@ -271,7 +263,7 @@ def _lost(reader: BagReader, node: str) -> Iterator[str]:
 def _only_node(reader: BagReader) -> str:
     """Return the full name of the one memory node that a bag tells of."""
     marks = {HEADER: STRING}
-    marks |= {topic: kind for topic, (kind, _) in COMMAND_TOPICS.items()}
+    marks |= {topic.name: topic.type for topic in topics.COMMANDS}
     found = {
         name.removesuffix(f'/{mark}')
         for name, info in reader.topics.items()

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 from mlmem_ros import threads
 from mlmem_ros.bag.definitions import jazzy
-from mlmem_ros.bag.qos import RELIABLE
+from mlmem_ros.contract import topics
 from mlmem_ros.host import Host, SessionPlan
 from mlmem_ros.physics import StateError
 
 from .node import Executor, Node
 from .script import SESSION
 
-LEVEL = '/mlmem/level', 'std_msgs/msg/Int16', RELIABLE
+LEVEL = topics.LEVEL._replace(name='/mlmem/level', qos=topics.RELIABLE)
 FLAT_OUT = 2e-3
 """Seconds that a look at the pacer's clock takes where no pace is kept: a tick has its time."""
 

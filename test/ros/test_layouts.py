@@ -18,16 +18,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
+from mlmem_ros.contract import topics
 from mlmem_ros.device import Settings, new_element
 from mlmem_ros.host.settings import PublishSettings
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.inlets import Inlets
 from mlmem_ros.ros.markers import ChainMarkers
-from mlmem_ros.ros.outlets import Outlets
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / 'config'
-TYPES = {f'/mlmem/{name[2:]}': kind for name, kind, _ in Outlets.TOPICS + Outlets.VIEWS}
+TYPES = {f'/mlmem/{topic.name}': topic.kind for topic in topics.STREAMS + topics.VIEWS}
 TYPES['/diagnostics'] = DiagnosticArray
 
 
@@ -162,8 +161,8 @@ def series(robot):
 
 def test_every_view_and_topic_is_told():
     told = (ROOT / 'README.md').read_text(encoding='utf-8')
-    for name, *_ in (*Inlets.TOPICS, *Outlets.TOPICS, *Outlets.VIEWS):
-        assert f'`{name}`' in told, name
+    for topic in topics.COMMANDS + topics.STREAMS + topics.VIEWS:
+        assert f'`~/{topic.name}`' in told, topic
     for layout in ('memory.rviz', 'foxglove_layout.json', 'plotjuggler.xml', 'sros2_policy.xml'):
         assert (CONFIG / layout).is_file()
         assert layout in told, layout

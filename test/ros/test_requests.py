@@ -6,9 +6,9 @@ import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
+from mlmem_ros.contract.commands import OF_REQUEST, requested
+from mlmem_ros.contract.requests import REQUESTS, message_of
 from mlmem_ros.device import Abort, Erase, FollowTrajectory, Read, Refused, Write
-from mlmem_ros.ros.requested import COMMANDS, command_of
-from mlmem_ros.ros.requests import REQUESTS, message_of
 
 
 def parameters(**values):
@@ -31,11 +31,11 @@ def parameters(**values):
     ],
 )
 def test_a_request_comes_out_as_the_command_it_went_in_as(name, arguments, command):
-    assert command_of(message_of(name, **arguments).parameters) == command
+    assert requested(message_of(name, **arguments).parameters) == command
 
 
 def test_every_argument_is_one_of_its_command():
-    for kind, types in ((COMMANDS[name], types) for name, types in REQUESTS.items()):
+    for kind, types in ((OF_REQUEST[name], types) for name, types in REQUESTS.items()):
         assert set(types) <= set(kind.__dataclass_fields__)
 
 
@@ -56,16 +56,16 @@ def test_every_argument_is_one_of_its_command():
 )
 def test_a_request_that_is_none_is_refused(values, reason):
     with pytest.raises(Refused, match=reason):
-        command_of(parameters(**values))
+        requested(parameters(**values))
 
 
 def test_no_argument_is_named_twice():
     with pytest.raises(Refused, match='a request must name every argument once'):
-        command_of([*parameters(request='write', level=1), *parameters(level=2)])
+        requested([*parameters(request='write', level=1), *parameters(level=2)])
 
 
 def test_a_type_that_is_none_is_refused():
     odd, level = parameters(request='write', level=1)
     level.value = ParameterValue(type=200)
     with pytest.raises(Refused, match='level must be of type 2'):
-        command_of([odd, level])
+        requested([odd, level])

@@ -9,10 +9,10 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
+from ...contract.messages import key_values
 from ...device import Loop
 from ...host import Host
 from ..boundary import Boundary
-from ..messages import key_values
 from .actuator import ActuatorComponent
 from .faults import FaultsComponent
 from .health import OK, Component, Health, Hysteresis

@@ -9,10 +9,14 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..contract import BLANK
+from ..words import BLANK
+from . import told
 from .errors import RequestFailed, RequestRefused
+
+if TYPE_CHECKING:
+    from ..device import Outcome
 
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
@@ -134,6 +138,27 @@ class Stepped(Answer):
     tick: int
 
 
+def ended(outcome: Outcome) -> dict[str, Any]:
+    """Return what is told of a procedure that has ended, by name.
+
+    It has the contract's one `margin` beside what the device says: how far from the next level.
+    """
+    values = outcome.as_dict()
+    if 'level_margin' in values:
+        values['margin'] = values['level_margin']
+    return values
+
+
+def answer(outcome: Outcome, **asked: Any) -> str:
+    """Return the JSON object that answers a service, with what was asked for beside it."""
+    return json.dumps(ended(outcome) | asked)
+
+
+def refusal(reason: object, **asked: Any) -> str:
+    """Return the JSON object that answers a refused request, with what was asked for."""
+    return json.dumps({'error': str(reason)} | asked)
+
+
 def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
     """Return a service's answer as a value.
 
@@ -171,7 +196,7 @@ def parse_self_test(response: Any) -> SelfTested:
     found = {status.name.rpartition(': ')[2]: status for status in response.status}
     if 'self_test' in found:
         raise RequestRefused({'error': found['self_test'].message})
-    values = {name: {pair.key: pair.value for pair in found[name].values} for name in found}
+    values = {name: told.values(status) for name, status in found.items()}
     return SelfTested(
         MappingProxyType(values),
         passed=response.passed != b'\0',

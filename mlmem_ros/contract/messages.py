@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import array
-import json
 import math
 from typing import Any
 
@@ -26,6 +25,8 @@ from ..device.echo import Echo
 from ..physics import walls
 from ..physics.energy import actuator_force
 from ..physics.potential import Array
+from ..words import JOINT
+from .answers import ended
 
 
 def level(reading: Reading | None) -> Int16:
@@ -33,21 +34,11 @@ def level(reading: Reading | None) -> Int16:
     return Int16(data=UNDECODABLE if reading is None else reading.level)
 
 
-def answer(outcome: Outcome, **asked: Any) -> str:
-    """Return the JSON object that answers a service, with what was asked for beside it."""
-    return json.dumps(_as_dict(outcome) | asked)
-
-
-def refusal(reason: str, **asked: Any) -> str:
-    """Return the JSON object that answers a refused request, with what was asked for."""
-    return json.dumps({'error': reason} | asked)
-
-
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:
     """Return how a procedure ended; the name is the node's full one."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    values = key_values(_as_dict(outcome))
+    values = key_values(ended(outcome))
     return DiagnosticStatus(
         level=level,
         name=name.rpartition('/')[2],
@@ -81,14 +72,6 @@ def refused_test(name: str, reason: str) -> DiagnosticStatus:
         message=reason,
         hardware_id=name,
     )
-
-
-def _as_dict(outcome: Outcome) -> dict[str, Any]:
-    """Return an outcome with the contract's one `margin`: how far from the next level."""
-    values = outcome.as_dict()
-    if 'level_margin' in values:
-        values['margin'] = values['level_margin']
-    return values
 
 
 def key_values(values: dict[str, Any]) -> list[KeyValue]:
@@ -141,7 +124,7 @@ def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointSta
     """Return the substrate's end and the transducer cell v_1: m, m/s and N."""
     units, chain = element.units, element.chain
     message = JointState(
-        name=['substrate', 'transducer'],
+        name=[JOINT, 'transducer'],
         position=array.array('d', (chain.V_N * units.length, float(chain.v[0]) * units.length)),
         velocity=array.array(
             'd', (element.substrate_speed * units.speed, chain.velocity[0] * units.speed)
@@ -164,7 +147,7 @@ def _matrix(rows: str, columns: str, values: Array) -> Float32MultiArray:
     return Float32MultiArray(layout=layout, data=_floats(values.astype(np.float32)))
 
 
-def _floats(values: np.ndarray) -> array.array:
+def _floats(values: np.ndarray) -> array.array[float]:
     """Return the values as the one type that rclpy takes without a check of every element."""
     result = array.array('f')
     result.frombytes(values.tobytes())

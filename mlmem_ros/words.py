@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of the wire that both of its ends know; a client needs nothing else of the device."""
+"""Words that the device, the wire and its clients share; a client needs no device for them."""
 
 from __future__ import annotations
 

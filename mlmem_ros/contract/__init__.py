@@ -1,0 +1,7 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is public in ROS: topics, messages, requests, answers; for node, clients and sessions.
+
+`topics`, `commands` and `told` need no ROS, `requests` and `answers` no device. Nothing here
+keeps a state, and nothing knows a node.
+"""

@@ -1,0 +1,139 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a message on a command topic, or a request, asks of the device: live or from a bag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import MISSING, fields
+from typing import Any
+
+from ..clipped import clipped
+from ..device import (
+    Abort,
+    Calibrate,
+    Command,
+    Disturb,
+    Erase,
+    FollowTrajectory,
+    Read,
+    Refused,
+    SelfTest,
+    SetStrain,
+    Write,
+)
+from ..device.profile import MOST_POINTS
+from ..device.units import Units
+from . import topics
+from .requests import NAME, REQUESTS, STRING
+
+Make = Callable[[Any, Units], Command]
+"""Returns the command that a message is, its SI values in the device's units; or `Refused`."""
+
+
+def follow(message: Any, units: Units) -> FollowTrajectory:
+    """Return the command that a JointTrajectory is; the device judges whether it can be followed.
+
+    Positions are displacements of the substrate's end in m, as `~/joint_states` tells them, and
+    velocities m/s. Stamp, accelerations and efforts are not looked at: a trajectory begins when
+    it is taken.
+
+    Args:
+        message: A trajectory as rclpy or as `rosbags` gives it.
+        units: Of the device.
+
+    Raises:
+        Refused: A point has not one position, or not as many velocities, one or none, as the
+            others.
+    """
+    points = message.points[: MOST_POINTS + 1]  # one more than may be is too many already
+    rates = min(1, len(points[0].velocities)) if points else 0
+    for number, point in enumerate(points, start=1):
+        if len(point.positions) != 1:
+            raise Refused(
+                f'every point must have one position; got {len(point.positions)} in point {number}'
+            )
+        if len(point.velocities) != rates:
+            raise Refused(
+                'either every point or none must have one velocity; '
+                f'got {len(point.velocities)} in point {number}'
+            )
+    strain = units.elongation
+    return FollowTrajectory(
+        tuple(
+            point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec for point in points
+        ),
+        tuple(float(point.positions[0]) / strain for point in points),
+        tuple(float(rate) / strain for point in points for rate in point.velocities),
+        ', '.join(message.joint_names),
+    )
+
+
+def disturb(message: Any, units: Units) -> Disturb:
+    """Return what an Imu message says of the base, along the chain.
+
+    An Imu that has no accelerometer says so by its covariance (REP 145): it tells NaN, which
+    the device refuses.
+    """
+    if message.linear_acceleration_covariance[0] == -1.0:
+        return Disturb(math.nan)
+    return Disturb(float(message.linear_acceleration.x) / units.acceleration)
+
+
+OF_TOPIC: dict[str, Make] = {
+    topics.STRAIN.name: lambda message, _: SetStrain(float(message.data)),
+    topics.STRAIN_TRAJECTORY.name: follow,
+    topics.PROBE.name: lambda message, _: Read(),
+    topics.WRITE_LEVEL.name: lambda message, _: Write(int(message.data)),
+    topics.DISTURBANCE.name: disturb,
+}
+"""How the messages of `topics.COMMANDS` become commands."""
+
+OF_REQUEST: dict[str, type[Any]] = {
+    'write': Write,
+    'read': Read,
+    'erase': Erase,
+    'calibrate': Calibrate,
+    'self_test': SelfTest,
+    'abort': Abort,
+    'follow': FollowTrajectory,
+}
+"""The command that each of `REQUESTS` is."""
+
+
+def requested(parameters: Sequence[Any]) -> Command:
+    """Return the command that a request asks for; its values are for the device to judge.
+
+    Args:
+        parameters: Of a rcl_interfaces/srv/SetParametersAtomically.
+
+    Raises:
+        Refused: It is no request, or its arguments are not those of the command.
+    """
+    given = {parameter.name: parameter.value for parameter in parameters}
+    if len(given) != len(parameters):
+        raise Refused('a request must name every argument once')
+    asked = given.pop(NAME, None)
+    name = None if asked is None else STRING.of(asked)
+    if name not in REQUESTS:
+        raise Refused(f'{NAME} must be one of {", ".join(REQUESTS)}; got {clipped(name)}')
+    kind, types = OF_REQUEST[name], REQUESTS[name]
+    for argument, value in given.items():
+        if argument not in types:
+            raise Refused(
+                f'{name} must be given {", ".join(types) or "nothing else"}; '
+                f'got {clipped(argument)}'
+            )
+        if value.type != types[argument].number:
+            raise Refused(
+                f'{argument} must be of type {types[argument].number} '
+                f'({types[argument].name}); got type {value.type}'
+            )
+    needed = (field.name for field in fields(kind) if field.default is MISSING)
+    if missing := [argument for argument in needed if argument not in given]:
+        raise Refused(f'{name} must be given {", ".join(missing)}')
+    command: Command = kind(
+        **{argument: types[argument].of(value) for argument, value in given.items()}
+    )
+    return command

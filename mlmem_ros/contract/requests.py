@@ -1,0 +1,64 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A request that carries its arguments, as a client sends it to `~/request`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+NAME = 'request'
+"""The parameter that says what is asked for; all others are its arguments."""
+
+
+class Type(NamedTuple):
+    """A type of rcl_interfaces/msg/ParameterValue.
+
+    Attributes:
+        name: What it is called; its field is called so too.
+        number: Its number in rcl_interfaces/msg/ParameterType.
+    """
+
+    name: str
+    number: int
+
+    def of(self, value: Any) -> Any:
+        """Return what a ParameterValue holds of this type."""
+        return getattr(value, f'{self.name}_value')
+
+
+INTEGER, STRING, DOUBLE_ARRAY = Type('integer', 2), Type('string', 4), Type('double_array', 8)
+
+REQUESTS: dict[str, dict[str, Type]] = {
+    'write': {'level': INTEGER},
+    'read': {'end': STRING},
+    'erase': {},
+    'calibrate': {},
+    'self_test': {},
+    'abort': {},
+    'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
+}
+"""What may be asked for, and the types of its arguments."""
+
+
+def message_of(name: str, **arguments: Any) -> Any:
+    """Return a request as a rcl_interfaces/srv/SetParametersAtomically.Request.
+
+    Args:
+        name: One of `REQUESTS`.
+        arguments: Its arguments; those that are left out have the command's defaults.
+    """
+    from rcl_interfaces.msg import Parameter, ParameterValue
+    from rcl_interfaces.srv import SetParametersAtomically
+
+    types = {NAME: STRING, **REQUESTS[name]}
+    return SetParametersAtomically.Request(
+        parameters=[
+            Parameter(
+                name=key,
+                value=ParameterValue(
+                    type=types[key].number, **{f'{types[key].name}_value': value}
+                ),
+            )
+            for key, value in {NAME: name, **arguments}.items()
+        ]
+    )

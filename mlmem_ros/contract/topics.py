@@ -1,0 +1,90 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics of a memory node: names, types, and what they are offered and heard with."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, NamedTuple
+
+
+class Qos(NamedTuple):
+    """Quality of service, in ROS's words.
+
+    Attributes:
+        depth: How many messages are kept for a slow subscriber; 0: all.
+        reliability: reliable or best_effort.
+        durability: volatile or transient_local.
+    """
+
+    depth: int
+    reliability: str = 'reliable'
+    durability: str = 'volatile'
+
+
+SENSOR_DATA = Qos(5, reliability='best_effort')
+"""For who listens to a stream of which only the newest matters."""
+
+STREAM = Qos(5)
+"""What our streams are offered with: shallow, and reliable, so that every subscriber hears them,
+a plain one and a default display too; who wants best effort gets it."""
+
+RELIABLE = Qos(10)
+"""Every message counts, for those who listen."""
+
+LATCHED = Qos(1, durability='transient_local')
+"""Who comes late gets the last message."""
+
+EVERY_ONE = Qos(0)
+"""Of requests and their answers: with rclpy's default, who has more than ten under way at once
+loses some."""
+
+
+class Topic(NamedTuple):
+    """A topic.
+
+    Attributes:
+        name: Below the node's name.
+        type: Of its messages.
+        qos: What the node offers it or listens with.
+    """
+
+    name: str
+    type: str
+    qos: Qos
+
+    @property
+    def kind(self) -> Any:
+        """The class of its messages, which ROS brings."""
+        package, _, name = self.type.split('/')
+        return getattr(import_module(f'{package}.msg'), name)
+
+
+STRAIN = Topic('strain', 'std_msgs/msg/Float64', RELIABLE)
+STRAIN_TRAJECTORY = Topic('strain_trajectory', 'trajectory_msgs/msg/JointTrajectory', RELIABLE)
+PROBE = Topic('probe', 'std_msgs/msg/Empty', RELIABLE)
+WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE)
+DISTURBANCE = Topic('disturbance', 'sensor_msgs/msg/Imu', SENSOR_DATA)  # hears reliable ones, too
+
+COMMANDS = (STRAIN, STRAIN_TRAJECTORY, PROBE, WRITE_LEVEL, DISTURBANCE)
+"""What the node listens to."""
+
+LEVEL = Topic('level', 'std_msgs/msg/Int16', LATCHED)
+OUTCOME = Topic('outcome', 'diagnostic_msgs/msg/DiagnosticStatus', LATCHED)
+ECHO = Topic('echo', 'std_msgs/msg/Float32MultiArray', RELIABLE)
+RANGE = Topic('range', 'sensor_msgs/msg/Range', STREAM)
+JOINT_STATES = Topic('joint_states', 'sensor_msgs/msg/JointState', STREAM)
+FIELD = Topic('field', 'std_msgs/msg/Float32MultiArray', STREAM)
+WALL = Topic('wall', 'std_msgs/msg/Float64MultiArray', STREAM)
+
+STREAMS = (LEVEL, OUTCOME, ECHO, RANGE, JOINT_STATES, FIELD, WALL)
+"""What the node tells."""
+
+IMAGE = Topic('image', 'sensor_msgs/msg/Image', STREAM)
+MARKERS = Topic('markers', 'visualization_msgs/msg/MarkerArray', STREAM)
+
+VIEWS = (IMAGE, MARKERS)
+"""What is made for people alone, and only while somebody looks."""
+
+DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', RELIABLE)
+"""The one topic that all nodes share."""
