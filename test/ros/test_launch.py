@@ -148,9 +148,9 @@ def test_launch_refuses_a_configuration_that_is_neither_preset_nor_file(ros2):
 def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     file = tmp_path / 'mine.yaml'
     file.write_text(text_of(*preset('bits_1')))
-    name = {'memory': '/mlmem', 'bank': '/bank/element_0/mlmem'}[launch]
-    arguments = [f'config:={file}', 'write.attempts:=7']
-    arguments += ['elements:=1'] if launch == 'bank' else []
+    name = {'memory': '/mine', 'bank': '/bank/element_0/mlmem'}[launch]
+    argument = {'memory': 'name:=mine', 'bank': 'elements:=1'}[launch]
+    arguments = (f'config:={file}', 'write.attempts:=7', argument)
     command = ('launch', 'mlmem_ros', f'{launch}.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
         robot.next('wall', within=60)
