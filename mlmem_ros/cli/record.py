@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Make the request; return the exit status."""
     return request.run(
-        arguments, lambda client: client.record(not arguments.stop, arguments.path), describe
+        arguments, lambda client: client.record(not arguments.stop, arguments.path or ''), describe
     )
 
 

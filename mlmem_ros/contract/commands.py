@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import MISSING, fields
+from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from ..clipped import clipped
@@ -27,6 +27,20 @@ from ..device.profile import MOST_POINTS
 from ..device.units import Units
 from . import topics
 from .requests import NAME, REQUESTS, STRING
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a request asks of the node that is no command of the device: a session, or its end.
+
+    Attributes:
+        on: Whether to begin one.
+        path: Its bag; empty: the parameter `record.path`.
+    """
+
+    on: bool = True
+    path: str = ''
+
 
 Make = Callable[[Any, Units], Command]
 """Returns the command that a message is, its SI values in the device's units; or `Refused`."""
@@ -98,18 +112,19 @@ OF_REQUEST: dict[str, type[Any]] = {
     'self_test': SelfTest,
     'abort': Abort,
     'follow': FollowTrajectory,
+    'record': Record,
 }
-"""The command that each of `REQUESTS` is."""
+"""What each of `REQUESTS` becomes."""
 
 
-def requested(parameters: Sequence[Any]) -> Command:
-    """Return the command that a request asks for; its values are for the device to judge.
+def requested(parameters: Sequence[Any]) -> Command | Record:
+    """Return what a request asks for; its values are for the device to judge.
 
     Args:
         parameters: Of a rcl_interfaces/srv/SetParametersAtomically.
 
     Raises:
-        Refused: It is no request, or its arguments are not those of the command.
+        Refused: It is no request, or its arguments are not its own.
     """
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
@@ -133,7 +148,7 @@ def requested(parameters: Sequence[Any]) -> Command:
     needed = (field.name for field in fields(kind) if field.default is MISSING)
     if missing := [argument for argument in needed if argument not in given]:
         raise Refused(f'{name} must be given {", ".join(missing)}')
-    command: Command = kind(
+    wanted: Command | Record = kind(
         **{argument: types[argument].of(value) for argument, value in given.items()}
     )
-    return command
+    return wanted

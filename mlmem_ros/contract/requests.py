@@ -26,7 +26,8 @@ class Type(NamedTuple):
         return getattr(value, f'{self.name}_value')
 
 
-INTEGER, STRING, DOUBLE_ARRAY = Type('integer', 2), Type('string', 4), Type('double_array', 8)
+BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
+DOUBLE_ARRAY = Type('double_array', 8)
 
 REQUESTS: dict[str, dict[str, Type]] = {
     'write': {'level': INTEGER},
@@ -36,6 +37,7 @@ REQUESTS: dict[str, dict[str, Type]] = {
     'self_test': {},
     'abort': {},
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
+    'record': {'on': BOOL, 'path': STRING},
 }
 """What may be asked for, and the types of its arguments."""
 

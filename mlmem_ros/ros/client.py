@@ -143,7 +143,7 @@ class MemoryClient:
             hold: Whether to hold it.
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('pause', self._switch('pause', bool(hold), Paused), timeout)
+        return self._converse('pause', self._pause(bool(hold)), timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is held.
@@ -175,19 +175,17 @@ class MemoryClient:
         points = {name: [float(value) for value in column] for name, column in columns.items()}
         return self._request('follow', Answer, timeout, **points)
 
-    def record(
-        self, on: bool = True, path: str | None = None, timeout: float = 10.0
-    ) -> Reply[Recorded]:
+    def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
         """Start or stop recording a session.
 
         Args:
             on: Whether to start.
-            path: The bag, on the node's machine: the node's `record.path` from now on. Where it
-                exists the time is added to its name.
+            path: The bag, on the node's machine; empty: the node's `record.path`. Where it exists
+                the time is added to its name.
             timeout: Longest wait for the answer in seconds.
         """
         what = 'record' if on else 'stop recording'
-        return self._converse(what, self._record(bool(on), path), timeout)
+        return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
         """Ask for parameters of the node.
@@ -211,7 +209,7 @@ class MemoryClient:
         Returns:
             A reply; it is refused when the node does not take one of them, with the reason.
         """
-        return self._converse('set_parameters', self._set(values, 'parameter {}'), timeout)
+        return self._converse('set_parameters', self._set(values), timeout)
 
     # --- conversations -------------------------------------------------------------------
 
@@ -235,7 +233,7 @@ class MemoryClient:
         message = message_of(name, **arguments)
         return self._converse(what or name, steps(), timeout)
 
-    def _set(self, values: Mapping[str, Any], what: str) -> Steps[None]:
+    def _set(self, values: Mapping[str, Any]) -> Steps[None]:
         parameters = [
             Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
         ]
@@ -243,21 +241,16 @@ class MemoryClient:
         response = yield Call(self._client('set_parameters', SetParameters), request)
         for name, result in zip(values, response.results, strict=True):
             if not result.successful:
-                refused = f'{what.format(name)} was refused: {result.reason}'
+                refused = f'parameter {name} was refused: {result.reason}'
                 raise RequestRefused({'error': refused})
 
     def _self_test(self) -> Steps[SelfTested]:
         response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())
         return parse_self_test(response)
 
-    def _record(self, on: bool, path: str | None) -> Steps[Recorded]:
-        if path is not None:
-            yield from self._set({'record.path': path}, 'the path')
-        return (yield from self._switch('record', on, Recorded))
-
-    def _switch(self, service: str, on: bool, kind: type[SomeAnswer]) -> Steps[SomeAnswer]:
-        response = yield Call(self._client(service, SetBool), SetBool.Request(data=on))
-        return parse(kind, response.success, response.message)
+    def _pause(self, hold: bool) -> Steps[Paused]:
+        response = yield Call(self._client('pause', SetBool), SetBool.Request(data=hold))
+        return parse(Paused, response.success, response.message)
 
     def _step(self) -> Steps[Stepped]:
         response = yield Call(self._client('step', Trigger), Trigger.Request())

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from rclpy.node import Node
 
 from ..contract import topics
@@ -11,12 +13,15 @@ from ..host import SessionPlan
 from ..host.settings import RecordSettings
 
 
-def session_plan(node: Node, settings: RecordSettings | None = None) -> SessionPlan:
+def session_plan(
+    node: Node, settings: RecordSettings | None = None, path: str = ''
+) -> SessionPlan:
     """Return what a session of a node shall hold.
 
     Args:
         node: A memory node.
         settings: Where and how; by default by its parameters at this moment.
+        path: Where to instead; empty: where they say.
 
     Raises:
         SettingsError: The parameters are out of range together.
@@ -24,6 +29,8 @@ def session_plan(node: Node, settings: RecordSettings | None = None) -> SessionP
     if settings is None:
         values = node.get_parameters_by_prefix('record')
         settings = RecordSettings(**{name: item.value for name, item in values.items()})
+    if path:
+        settings = replace(settings, path=path)
     views = topics.VIEWS if settings.views else ()
     given = node.get_parameters_by_prefix('')
     return SessionPlan(

@@ -17,9 +17,8 @@ from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
 from ..contract import answers, messages
-from ..contract.commands import requested
-from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, SelfTest, Write
-from ..device.units import Units
+from ..contract.commands import Record, requested
+from ..device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, SelfTest, Write
 from ..host import REFUSALS, Host
 from .qos import EVERY_ONE
 from .recorded import session_plan
@@ -58,7 +57,7 @@ class Services:
 
     def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
         async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            response.success, response.message = await self._done(command)
+            response.success, response.message = await self._done(command())
             return response
 
         return serve
@@ -67,21 +66,21 @@ class Services:
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         result = response.result
-        result.successful, result.reason = await self._done(lambda: requested(request.parameters))
+        try:
+            asked = requested(request.parameters)
+        except Refused as refusal:
+            self._host.refused += 1
+            result.reason = answers.refusal(refusal)
+        else:
+            doing = self._recorded if isinstance(asked, Record) else self._done
+            result.successful, result.reason = await doing(asked)
         return response
 
-    async def _done(self, make: Callable[[], Command]) -> tuple[bool, str]:
-        """Do what a request asks for; return whether it succeeded, and its answer."""
-        asked: dict[str, Any] = {}
-
-        def made(_: Units) -> Command:
-            command = make()
-            if isinstance(command, Write):
-                asked['asked'] = command.level
-            return command
-
+    async def _done(self, command: Command) -> tuple[bool, str]:
+        """Have the device do something; return whether it succeeded, and the answer."""
+        asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome: Outcome | None = await self.result(self._host.submit_scaled(made))
+            outcome: Outcome | None = await self.result(self._host.submit(command))
         except REFUSALS as failure:
             return False, answers.refusal(failure, **asked)
         if outcome is None:  # taken, and there is nothing to wait for
@@ -116,15 +115,17 @@ class Services:
     async def _record(
         self, request: SetBool.Request, response: SetBool.Response
     ) -> SetBool.Response:
+        response.success, response.message = await self._recorded(Record(request.data))
+        return response
+
+    async def _recorded(self, asked: Record) -> tuple[bool, str]:
+        """Begin or end a session; return whether it succeeded, and the answer."""
         try:
-            plan = session_plan(self._node) if request.data else None
+            plan = session_plan(self._node, path=asked.path) if asked.on else None
             path = await self.result(self._host.record(plan))
         except REFUSALS as refusal:
-            response.message = answers.refusal(refusal)
-        else:
-            response.success = True
-            response.message = json.dumps({'recording': request.data, 'path': str(path)})
-        return response
+            return False, answers.refusal(refusal)
+        return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
     async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:

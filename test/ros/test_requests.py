@@ -6,7 +6,7 @@ import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
-from mlmem_ros.contract.commands import OF_REQUEST, requested
+from mlmem_ros.contract.commands import OF_REQUEST, Record, requested
 from mlmem_ros.contract.requests import REQUESTS, message_of
 from mlmem_ros.device import Abort, Erase, FollowTrajectory, Read, Refused, Write
 
@@ -28,9 +28,11 @@ def parameters(**values):
             {'times': [1.0, 2.0], 'strains': [0.1, 0.0], 'rates': []},
             FollowTrajectory((1.0, 2.0), (0.1, 0.0)),
         ),
+        ('record', {'on': True, 'path': 'session'}, Record(True, 'session')),
+        ('record', {'on': False}, Record(False)),
     ],
 )
-def test_a_request_comes_out_as_the_command_it_went_in_as(name, arguments, command):
+def test_a_request_comes_out_as_it_went_in(name, arguments, command):
     assert requested(message_of(name, **arguments).parameters) == command
 
 
@@ -52,6 +54,7 @@ def test_every_argument_is_one_of_its_command():
         ({'request': 'write', 'level': 2, 'end': 'left'}, "write must be given level; got 'end'"),
         ({'request': 'erase', 'level': 2}, "erase must be given nothing else; got 'level'"),
         ({'request': 'follow', 'times': [1.0]}, 'follow must be given strains'),
+        ({'request': 'record', 'on': 1}, r'on must be of type 1 \(bool\); got type 2'),
     ],
 )
 def test_a_request_that_is_none_is_refused(values, reason):
