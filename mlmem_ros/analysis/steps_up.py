@@ -8,10 +8,10 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from ..device.settings import WriteSettings
+from ..device.motion import Cycle
+from ..device.settings import WriteSettings, peak
 from ..physics import Chain, Design, StateError, level_of, stable_step, substep_times
 from ..physics.equilibrium import resting_wall
-from .strain_cycle import StrainCycle
 
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
@@ -53,9 +53,7 @@ def steps_up(
     chain = Chain(design, min(dt, stable_step(design)))
     chain.place(resting_wall(design, start))
     cycles = {
-        compress: StrainCycle.planned(
-            write, write.compression if compress else write.tension, max_rate
-        )
+        compress: Cycle.planned(write, peak(write, compress), max_rate)
         for compress in (True, False)
     }
     for level in range(start, goal):
@@ -70,7 +68,7 @@ def steps_up(
         chain.restore(state, V_N=0.0, steps_done=0)
 
 
-def _advance(chain: Chain, cycle: StrainCycle) -> None:
+def _advance(chain: Chain, cycle: Cycle) -> None:
     steps = round(cycle.duration / chain.dt)
     times = substep_times(steps, chain.dt, chain.integrator)
     chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))

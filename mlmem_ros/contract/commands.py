@@ -23,7 +23,7 @@ from ..device import (
     SetStrain,
     Write,
 )
-from ..device.profile import MOST_POINTS
+from ..device.trajectory import MOST_POINTS
 from ..device.units import Units
 from . import topics
 from .requests import NAME, REQUESTS, STRING

@@ -4,43 +4,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..clipped import clipped
 from ..physics.potential import Array
 from .commands import FollowTrajectory
 from .errors import Refused
-from .profile import Profile, planned
+from .motion import Motion, Ramp
 from .settings import ActuatorSettings
-
-SMOOTH_PEAK_RATE = 1.5
-"""Fastest change of the smooth ramp x^2 (3 - 2 x), over its mean."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """One move of the strain: from `start` to `target` in `duration` time units."""
-
-    start: float
-    target: float
-    duration: float
-    smooth: bool
-
-    @classmethod
-    def limited(cls, start: float, target: float, duration: float, max_rate: float) -> Motion:
-        """Return a smooth move in a time, or in a longer one if the rate limit asks for it."""
-        least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
-        return cls(start, target, max(duration, least), smooth=True)
-
-    def strain(self, t: Array) -> Array:
-        """Return the strain at the times since the move began; the target afterwards."""
-        if self.duration == 0.0:
-            return np.full_like(t, self.target)
-        x = np.minimum(t, self.duration) / self.duration
-        progress = x * x * (3.0 - 2.0 * x) if self.smooth else x
-        return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
+from .trajectory import planned
 
 
 class Actuator:
@@ -56,7 +28,7 @@ class Actuator:
     def __init__(self, settings: ActuatorSettings) -> None:
         self.settings = settings
         self.strain = 0.0
-        self.motion: Motion | Profile = Motion(0.0, 0.0, 0.0, smooth=True)
+        self.motion: Motion = Ramp(0.0, 0.0, 0.0)
         self.elapsed = 0.0
 
     @property
@@ -77,7 +49,7 @@ class Actuator:
     def hold(self, strain: float) -> None:
         """Stand still at a strain."""
         self.strain = strain
-        self._begin(Motion(strain, strain, 0.0, smooth=True))
+        self._begin(Ramp(strain, strain, 0.0))
 
     def slew_to(self, strain: float) -> None:
         """Move to a strain as fast as the rate limit lets a smooth ramp; see `ramp_to`."""
@@ -90,7 +62,7 @@ class Actuator:
             Refused: The strain is not finite or beyond the limit.
         """
         self.check(strain)
-        self._begin(Motion.limited(self.strain, strain, duration, self.settings.max_rate))
+        self._begin(Ramp.limited(self.strain, strain, duration, self.settings.max_rate))
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
         """Move along a timed profile, from where the strain is.
@@ -104,7 +76,7 @@ class Actuator:
         """
         self._begin(planned(command, self.strain, self.settings, time_unit))
 
-    def _begin(self, motion: Motion | Profile) -> None:
+    def _begin(self, motion: Motion) -> None:
         self.motion = motion
         self.elapsed = 0.0
 

@@ -120,6 +120,11 @@ class EraseSettings(CycleSettings):
     )
 
 
+def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
+    """Return the peak strain that frees a wall or a kink where compression does, or tension."""
+    return cycles.compression if compress else cycles.tension
+
+
 @dataclass(frozen=True)
 class ProbeSettings(Checked):
     """The pulse and the echo detector of one end.

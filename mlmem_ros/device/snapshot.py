@@ -18,7 +18,6 @@ import numpy as np
 from ..clipped import clipped, printable
 from ..physics import StateError
 from ..physics.potential import Array
-from .actuator import Motion
 from .base import BaseState
 from .calibration import Calibration, calibration_key
 from .element import MemoryElement
@@ -26,7 +25,7 @@ from .errors import Refused
 from .faults import Faults
 from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
-from .profile import Profile
+from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading
 
 MOST = 1e12
@@ -153,10 +152,10 @@ def digest(element: MemoryElement) -> str:
     return hashed.hexdigest()
 
 
-def _motion(values: Mapping[str, Any]) -> tuple[Motion | Profile, float, float]:
+def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
     """Return the actuator's move, its strain and the time since the move began."""
     strain, elapsed = float(values['strain']), float(values['elapsed'])
-    motion: Motion | Profile
+    motion: Ramp | Profile
     if 'times' in values:
         times, strains, rates = (
             tuple(map(float, values[name])) for name in ('times', 'strains', 'rates')
@@ -170,7 +169,7 @@ def _motion(values: Mapping[str, Any]) -> tuple[Motion | Profile, float, float]:
         motion = Profile(times, strains, rates)
     else:
         start, target, duration = (float(values[name]) for name in ('start', 'target', 'duration'))
-        motion = Motion(start, target, duration, smooth=bool(values['smooth']))
+        motion = Ramp(start, target, duration)
     if not (0.0 <= motion.duration < math.inf and 0.0 <= elapsed < math.inf):
         raise ValueError(f'a move takes a finite time; got {elapsed} of {motion.duration}')
     return motion, strain, elapsed

@@ -10,12 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..device import Command, MemoryElement, Outcome
-from ..device.actuator import Motion
+from ..device.motion import Cycle, Ramp
 from ..physics import Chain, Design, substep_times, walls
 from ..physics.potential import Array
-
-Segment = tuple[float, float]
-"""A target strain, and the time of the smooth ramp to it; an equal strain is a hold."""
 
 
 @dataclass
@@ -58,12 +55,12 @@ def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
                 return event
 
 
-def strain_chain(chain: Chain, segments: list[Segment], every: float) -> Trace:
+def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
     """Strain a bare chain through smooth ramps, and look at it at intervals.
 
     Args:
         chain: The material; it is advanced.
-        segments: The schedule, from the present strain.
+        cycle: The schedule; its ramps begin at the strain that is there.
         every: Longest time between looks, in time units.
 
     Returns:
@@ -72,11 +69,11 @@ def strain_chain(chain: Chain, segments: list[Segment], every: float) -> Trace:
     design, trace = chain.design, Trace()
     scale = design.end_displacement(1.0)
     clock = 0.0
-    for target, duration in segments:
-        looks = math.ceil(duration / every)
-        steps = round(duration / looks / chain.dt)
+    for leg in cycle.motions:
+        looks = math.ceil(leg.duration / every)
+        steps = round(leg.duration / max(1, looks) / chain.dt)
         span = steps * chain.dt
-        motion = Motion(chain.V_N / scale, target, looks * span, smooth=True)
+        motion = Ramp(chain.V_N / scale, leg.target, looks * span)
         times = substep_times(steps, chain.dt, chain.integrator)
         for look in range(looks):
             strain = motion.strain(look * span + times)

@@ -13,8 +13,8 @@ import pytest
 from mlmem_ros.analysis.checks import Verdict
 from mlmem_ros.analysis.designer import DesignNotFound, propose
 from mlmem_ros.analysis.designer.listening import CLEAR
-from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings, preset
+from mlmem_ros.device.motion import Cycle
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
 
@@ -25,7 +25,7 @@ BITS = pytest.mark.parametrize(
 
 
 def duration(settings):
-    return StrainCycle.planned(settings.write, 1.0).duration
+    return Cycle.planned(settings.write, 1.0).duration
 
 
 @BITS

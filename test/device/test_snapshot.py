@@ -150,7 +150,7 @@ DAMAGE = [
     ('actuator', 5), ('actuator', {}), ('actuator.strain', NAN), ('actuator.strain', 0.0799),
     ('actuator.target', 0.081), ('actuator.target', INF), ('actuator.start', -1.0),
     ('actuator.duration', -1.0), ('actuator.duration', INF), ('actuator.duration', 'x'),
-    ('actuator.elapsed', NAN), ('actuator.elapsed', -1.0), ('actuator.smooth', ...),
+    ('actuator.elapsed', NAN), ('actuator.elapsed', -1.0), ('actuator.target', ...),
     ('calibration', None), ('calibration.left', {}), ('calibration.left.delays', [1.0, 2.0, 3.0]),
     ('calibration.right.delays', [1.0]), ('calibration.right.blank', NAN),
     ('calibration.left.delays', [float(n % 3) for n in range(8)]),

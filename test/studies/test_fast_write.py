@@ -11,8 +11,8 @@ from mlmem_ros.analysis.checks import Verdict, check
 from mlmem_ros.analysis.checks.schedule import cycle_time
 from mlmem_ros.analysis.checks.subject import Subject
 from mlmem_ros.analysis.steps_up import scaled
-from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings
+from mlmem_ros.device.motion import Cycle
 from mlmem_ros.parameter_file import load
 from mlmem_ros.studies.figures.fast_write import SHIPPED, factors_of, starts
 from mlmem_ros.studies.proof import Proof, Tally
@@ -35,7 +35,7 @@ PER_LEVEL = {
 @pytest.mark.parametrize('name', SHIPPED)
 def test_a_level_takes_what_is_documented_and_the_actuator_follows(name):
     design, settings = load(name)
-    assert StrainCycle.planned(settings.write, 1.0).duration == PER_LEVEL[name]
+    assert Cycle.planned(settings.write, 1.0).duration == PER_LEVEL[name]
     step = cycle_time(Subject(design, settings), settings.write)
     assert step == pytest.approx(PER_LEVEL[name])  # what the actuator's rate makes of it
     for part in ('ramp', 'hold', 'ease', 'release', 'settle'):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import Settings, Write, new_element
-from mlmem_ros.device.actuator import Motion
+from mlmem_ros.device.motion import Ramp
 from mlmem_ros.device.pulse import Move
 from mlmem_ros.physics import CASE_II, Chain, Drive, StateError, substep_times
 from mlmem_ros.physics.energy import damping_power
@@ -22,7 +22,7 @@ SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def launch(chain, duration=60.0):
     """Strain a chain in haste while its first cell is moved to the active phase, and let go."""
     times = substep_times(round(duration / chain.dt), chain.dt)
-    V_N = Motion(0.0, 0.04, 50.0, smooth=True).strain(times) * chain.design.N
+    V_N = Ramp(0.0, 0.04, 50.0).strain(times) * chain.design.N
     move = Move(chain.end(1), chain.design.D_s2, 0.05)
     drive = Drive(1, move.at(times[times <= move.duration]))
     return chain.advance(V_N, drive)

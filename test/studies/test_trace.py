@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings, Write, new_element
+from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import CycleSettings, WriteSettings
 from mlmem_ros.physics import CASE_II, Chain, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -20,7 +20,7 @@ from mlmem_ros.studies.trace import Trace, strain_chain, wall_path, watch
 def test_a_schedule_takes_its_time_whatever_the_looks(every):
     chain = Chain(dataclasses.replace(CASE_II, N=40))
     times = CycleSettings(ramp=120.0, hold=60.0, release=100.0, settle=30.0)
-    trace = strain_chain(chain, StrainCycle.planned(times, -0.02).segments, every)
+    trace = strain_chain(chain, Cycle.planned(times, -0.02), every)
     assert trace.t[-1] == pytest.approx(310.0, rel=0.02)
     assert chain.time == pytest.approx(trace.t[-1])
     assert min(trace.strain) == pytest.approx(-0.02)
@@ -36,8 +36,8 @@ def test_a_schedule_ends_where_the_device_ends():
     assert outcome.success
     chain = Chain(CASE_II)
     chain.place(resting_wall(CASE_II, 0))
-    cycle = StrainCycle.planned(CycleSettings(), WriteSettings().compression)
-    own = strain_chain(chain, cycle.segments, 20.0)
+    cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
+    own = strain_chain(chain, cycle, 20.0)
     device, bare = (wall_path(CASE_II, t.configuration) for t in (trace, own))
     assert np.nanmax(np.abs(device[: len(bare) // 3] - bare[: len(bare) // 3])) < 2.0
     assert device[-1] == pytest.approx(50.0, abs=0.1)

@@ -17,12 +17,12 @@ import numpy as np
 
 from ...device.calibration import Calibration, DelayTable
 from ...device.element import MemoryElement
+from ...device.motion import Cycle
 from ...device.procedures.blocks import launch
 from ...device.settings import EraseSettings, WriteSettings
 from ...physics import StateError, walls
 from ...physics.excerpt import excerpt
 from ...verdict import Verdict
-from ..strain_cycle import StrainCycle
 from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
 
@@ -73,11 +73,12 @@ def launched(subject: Subject, name: str) -> float | None:
     if _work(element, group) > MOST_WORK:
         return None
     start, target = part.D_s1, part.D_s2
+    strained = dataclasses.replace(group, start_strain=group.start_strain * local)
     if name == 'erase':
         start, target = target, start
     element.chain.place(np.full(part.N, start))
     try:
-        for _ in launch(element, group.start_strain * local, target, group.launch_speed, group):
+        for _ in launch(element, strained, target):
             element.advance()
     except StateError:
         return math.nan
@@ -87,7 +88,7 @@ def launched(subject: Subject, name: str) -> float | None:
 
 def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
     """Return the cell steps that a launch takes, those of its ticks' own time included."""
-    cycle = StrainCycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
+    cycle = Cycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
     move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
     cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
     return (cycle.duration + move) / element.tick * (cells + TICK_WORK)

@@ -7,10 +7,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ...device.motion import Cycle
 from ...device.procedures import listening_time
 from ...device.settings import EraseSettings, WriteSettings
 from ...verdict import Verdict
-from ..strain_cycle import StrainCycle
 from .finding import Finding, judged
 from .subject import Subject
 
@@ -189,4 +189,4 @@ def _durations(subject: Subject) -> Finding:
 def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
     """Return how long a strain cycle takes, at the greater peak and with the rate limit."""
     peak = max(-times.compression, times.tension)
-    return StrainCycle.planned(times, peak, subject.settings.actuator.max_rate).duration
+    return Cycle.planned(times, peak, subject.settings.actuator.max_rate).duration

@@ -11,10 +11,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 
+from ...device.motion import Cycle
 from ...physics import StateError, stable_step
 from ...verdict import Verdict
 from ..steps_up import scaled, steps_up
-from ..strain_cycle import StrainCycle
 from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, Subject
 
@@ -73,7 +73,7 @@ def check(subject: Subject) -> Iterator[Finding]:
 def _work(subject: Subject) -> float:
     """Return the cell steps that all steps take once."""
     design, write = subject.design, subject.settings.write
-    cycle = StrainCycle.planned(write, write.tension, subject.settings.actuator.max_rate)
+    cycle = Cycle.planned(write, write.tension, subject.settings.actuator.max_rate)
     dt = min(STEP, stable_step(dataclasses.replace(design, substrate='rigid')))
     time = cycle.duration + write.final_settle
     return len(subject.steps) * time / dt * max(design.N, LEAST_CELLS)

@@ -9,10 +9,12 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
+from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
+from ..motion import Cycle
 from ..reading import Reading
-from ..settings import CycleSettings
+from ..settings import EraseSettings, WriteSettings
 
 if TYPE_CHECKING:
     from ..element import MemoryElement
@@ -65,33 +67,32 @@ def ramp(element: MemoryElement, strain: float, duration: float) -> Procedure[No
         yield
 
 
-def cycle(element: MemoryElement, peak: float, times: CycleSettings) -> Procedure[None]:
-    """Strain the element to a peak and let go: ramp, hold, ramp back, settle."""
+def play(element: MemoryElement, cycle: Cycle) -> Procedure[None]:
+    """Strain the element through ramps and waits; see `ramp` and `wait`."""
+    for motion in cycle.motions:
+        if motion.still and not element.actuator.moving:
+            yield from wait(element, motion.duration)
+        else:
+            yield from ramp(element, motion.target, motion.duration)
+
+
+def strain(element: MemoryElement, cycle: Cycle) -> Procedure[None]:
+    """Put the element through a strain cycle."""
     element.statistics.cycles += 1
-    yield from ramp(element, peak, times.ramp)
-    yield from wait(element, times.hold)
-    yield from let_go(element, times)
-
-
-def let_go(element: MemoryElement, times: CycleSettings) -> Procedure[None]:
-    """Bring the strain back to zero, by a pause at a share of it if there is one, and settle."""
-    if times.ease:
-        yield from ramp(element, times.ease_to * element.actuator.strain, times.ease)
-    yield from ramp(element, 0.0, times.release)
-    yield from wait(element, times.settle)
+    yield from play(element, cycle)
 
 
 def launch(
-    element: MemoryElement, strain: float, target: float, speed: float, times: CycleSettings
+    element: MemoryElement, times: WriteSettings | EraseSettings, target: float
 ) -> Procedure[None]:
     """Under a strain, move v_1 to another ground state at constant speed, and let it go."""
     element.statistics.cycles += 1
-    yield from ramp(element, strain, times.ramp)
-    element.transducer.move('left', target, speed)
+    rise, *rest = Cycle.planned(times, times.start_strain).motions
+    yield from play(element, Cycle((rise,)))
+    element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
         yield
-    yield from wait(element, times.hold)
-    yield from let_go(element, times)
+    yield from play(element, Cycle(tuple(rest)))
 
 
 def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
@@ -115,4 +116,4 @@ def slacken(element: MemoryElement) -> Procedure[None]:
     """
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
-        yield from let_go(element, element.settings.erase)
+        yield from play(element, Cycle.let_go(element.settings.erase, element.actuator.strain))

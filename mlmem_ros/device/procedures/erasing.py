@@ -7,8 +7,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import ProcedureFailed
+from ..motion import Cycle
 from ..reading import BLANK, describe_level
-from .blocks import Procedure, Result, bring_back, cycle, launch, slacken
+from ..settings import peak
+from .blocks import Procedure, Result, bring_back, launch, slacken, strain
 from .listening import probe
 
 if TYPE_CHECKING:
@@ -41,9 +43,7 @@ def erase(element: MemoryElement) -> Procedure[Result]:
                 yield from bring_back(element, end)
         if element.phase('left') != 0:
             element.forget()
-            yield from launch(
-                element, settings.start_strain, design.D_s1, settings.launch_speed, settings
-            )
+            yield from launch(element, settings, design.D_s1)
             if kink:  # launched again: nothing is as foreseen
                 kink = meeting = 0
         late = kink - meeting
@@ -52,8 +52,8 @@ def erase(element: MemoryElement) -> Procedure[Result]:
             if reading.level == BLANK:
                 return Result(reading)
         element.forget()
-        tense = design.freed_by_compression(kink % 2)
-        yield from cycle(element, settings.tension if tense else settings.compression, settings)
+        compress = not design.freed_by_compression(kink % 2)
+        yield from strain(element, Cycle.planned(settings, peak(settings, compress)))
         kink += 1
     raise ProcedureFailed(
         f'the element is not blank after {cycles} strain cycles; read last: '

@@ -7,8 +7,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import ProcedureFailed
+from ..motion import Cycle
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from .blocks import Procedure, Result, cycle, launch, slacken, wait
+from ..settings import peak
+from .blocks import Procedure, Result, launch, slacken, strain, wait
 from .erasing import erase
 from .listening import look
 
@@ -84,13 +86,10 @@ def drive(element: MemoryElement, present: int, level: int, force: float = 1.0) 
         present = BLANK
     if present == BLANK:
         element.forget()
-        yield from launch(
-            element, settings.start_strain, element.design.D_s2, settings.launch_speed, settings
-        )
+        yield from launch(element, settings, element.design.D_s2)
         present = 0
     for step in range(present, level):
         element.forget()
-        compress = element.design.freed_by_compression(step)
-        peak = force * (settings.compression if compress else settings.tension)
-        yield from cycle(element, max(-limit, min(peak, limit)), settings)
+        wanted = force * peak(settings, element.design.freed_by_compression(step))
+        yield from strain(element, Cycle.planned(settings, max(-limit, min(wanted, limit))))
     yield from wait(element, settings.final_settle)

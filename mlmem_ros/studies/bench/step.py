@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...device.motion import Profile
 from ...device.settings import ProbeSettings, WriteSettings
 from ...device.transducer import Transducer
 from ...physics import (
@@ -91,15 +92,15 @@ def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
 def _wall_path(dt: float, integrator: Integrator) -> Array:
     """Return the wall's position after every tick of one write step."""
     settings = WriteSettings()
-    peak = CASE_II.end_displacement(settings.compression)
+    hold, end = settings.ramp + settings.hold, settings.release
+    strains = 0.0, settings.compression, settings.compression, 0.0
+    cycle = Profile((0.0, settings.ramp, hold, hold + end), strains)
     chain = Chain(CASE_II, dt, integrator)
     chain.place(resting_wall(CASE_II, 0))
-    times = [0.0, settings.ramp, settings.ramp + settings.hold]
-    times += [times[-1] + settings.release, times[-1] + settings.release + settings.settle]
     within = substep_times(round(TICK / dt), dt, integrator)
     path = []
-    for tick in range(round(times[-1] / TICK)):
-        chain.advance(peak * np.interp(TICK * tick + within, times[:4], [0.0, 1.0, 1.0, 0.0]))
+    for tick in range(round((cycle.duration + settings.settle) / TICK)):
+        chain.advance(CASE_II.end_displacement(1.0) * cycle.strain(TICK * tick + within))
         path.append(walls(CASE_II, chain.configuration)[0].position)
     return np.array(path)
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...analysis.strain_cycle import StrainCycle
-from ...device.actuator import Motion
+from ...device.motion import Cycle
 from ...device.pulse import Pulse
 from ...device.settings import CycleSettings, WriteSettings
 from ...physics import CASE_II, Chain
@@ -26,23 +25,22 @@ from .row import Row
 def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
     """Yield a strain cycle (its first half, if small) and an echo, by kernel and DOP853."""
     design = dataclasses.replace(CASE_II, N=quality.pick(80, 110))
-    cycle = StrainCycle.planned(CycleSettings(), WriteSettings().compression)
-    segments = cycle.segments[: quality.pick(2, 4)]
+    cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
+    cycle = Cycle(cycle.motions[: quality.pick(2, 4)])
     start = resting_wall(design, 0)
     at = quality.pick(50.0, 20.0)
     chain = Chain(design)
     chain.place(start)
-    trace = strain_chain(chain, segments, at)
-    strain = _piecewise(segments)
+    trace = strain_chain(chain, cycle, at)
     scale = design.end_displacement(1.0)
     clock = np.array(trace.t)
     states = other.integrate(
-        other.equation_1a(design, lambda t: scale * strain(t)),
+        other.equation_1a(design, lambda t: scale * float(cycle.strain(np.array(t)))),
         np.concatenate((start, np.zeros(design.N))), (0.0, float(clock[-1])), clock,
     )  # fmt: skip
     shape = other.substrate_shape(design)
     fields = [
-        state[: design.N] - scale * strain(t) * shape
+        state[: design.N] - scale * cycle.strain(np.array(t)) * shape
         for t, state in zip(clock, states, strict=True)
     ]
     ours = np.array([wall_position(design, field) for field in trace.configuration])
@@ -99,19 +97,3 @@ def _passage(t: np.ndarray, path: np.ndarray, where: float) -> float:
 
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
-
-
-def _piecewise(segments: list[tuple[float, float]]) -> other.Function:
-    """Return the strain of a schedule as a function of time."""
-    motions, begin, start = [], 0.0, 0.0
-    for target, duration in segments:
-        motions.append((begin, Motion(start, target, duration, smooth=True)))
-        begin, start = begin + duration, target
-
-    def strain(t: float) -> float:
-        for begin, motion in reversed(motions):
-            if t >= begin:
-                return float(motion.strain(np.array(t - begin)))
-        return 0.0
-
-    return strain

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import ListedColormap
 
-from ...analysis.strain_cycle import StrainCycle
-from ...device.settings import WriteSettings
+from ...device.motion import Cycle
+from ...device.settings import WriteSettings, peak
 from ...parameter_file import load
 from ...physics import Chain, Design
 from ...physics.equilibrium import resting_wall
 from ...physics.potential import Array
 from ..study import Data, Quality
 from ..style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
-from ..trace import Segment, strain_chain, wall_path
+from ..trace import strain_chain, wall_path
 from ..upward import distance, passes
 
 PLAIN = 'bits_3'
@@ -66,7 +66,7 @@ def compute(quality: Quality) -> Data:
         data[f'{name}_factors'] = tried = factors_of(design, factors)
         first = quality.pick([0], starts(design))
         data[f'{name}_passed'] = passes(design, settings.write, tried, first)
-        data[f'{name}_time'] = np.array(StrainCycle.planned(settings.write, 1.0).duration)
+        data[f'{name}_time'] = np.array(Cycle.planned(settings.write, 1.0).duration)
     for kind, name in (('plain', PLAIN), ('fast', 'fast')):
         design, settings = load(name)
         path = _path(design, settings.write, quality.pick(1, design.levels - 1))
@@ -76,14 +76,12 @@ def compute(quality: Quality) -> Data:
 
 def _path(design: Design, write: WriteSettings, last: int) -> Data:
     """Return time, strain and wall of one write from level 0 up."""
-    segments: list[Segment] = []
+    cycle = Cycle(())
     for level in range(last):
-        compress = design.freed_by_compression(level)
-        peak = write.compression if compress else write.tension
-        segments += StrainCycle.planned(write, peak).segments
+        cycle += Cycle.planned(write, peak(write, design.freed_by_compression(level)))
     chain = Chain(design)
     chain.place(resting_wall(design, 0))
-    trace = strain_chain(chain, segments, 20.0)
+    trace = strain_chain(chain, cycle, 20.0)
     wall = wall_path(design, trace.configuration)
     return {'t': np.array(trace.t), 'strain': np.array(trace.strain), 'wall': wall}
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
+from ...device.motion import Cycle
 from ...device.pulse import Move
 from ...device.settings import EraseSettings, WriteSettings
 from ...physics import CASE_II, Chain, Drive, level_of, substep_times, walls
@@ -56,14 +57,14 @@ def _kick(velocity: float, strain: float) -> tuple[float, int]:
     chain = Chain(CASE_II)
     chain.place(np.full(CASE_II.N, CASE_II.D_s2))
     if strain:
-        strain_chain(chain, [(strain, times.ramp)], times.ramp)
+        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
     state = chain.state()
     state[1, 0] = velocity
     state[2, 0] -= CASE_II.eta * velocity
     chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
     chain.rest(math.ceil(times.hold / chain.dt))
     if strain:
-        strain_chain(chain, [(0.0, times.release)], times.release)
+        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
     chain.rest(math.ceil(times.settle / chain.dt))
     found = walls(CASE_II, chain.configuration)
     kinks = [wall.position for wall in found if not wall.anti_kink]
@@ -78,14 +79,14 @@ def _move(speed: float, strain: float) -> int:
     times = WriteSettings()
     chain = Chain(CASE_II)
     if strain:
-        strain_chain(chain, [(strain, times.ramp)], times.ramp)
+        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
     move = Move(chain.end(1), CASE_II.D_s2, speed)
     steps = math.ceil((move.duration + times.hold) / chain.dt)
     at = substep_times(steps, chain.dt)
     drive = Drive(1, move.at(at[at <= move.duration]))
     chain.advance(np.full(2 * steps, chain.V_N), drive)
     if strain:
-        strain_chain(chain, [(0.0, times.release)], times.release)
+        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
     chain.rest(math.ceil(times.settle / chain.dt))
     if chain.configuration.min() > CASE_II.D_barrier:
         return CASE_II.levels

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from ...analysis.strain_cycle import StrainCycle
+from ...device.motion import Cycle
 from ...device.settings import CycleSettings, WriteSettings
 from ...physics import CASE_II, Chain, level_of
 from ...physics.equilibrium import resting_wall
@@ -30,7 +30,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
     """
     chain = Chain(CASE_II)
     chain.place(resting_wall(CASE_II, level))
-    strain_chain(chain, StrainCycle.planned(times, peak).segments, 500.0)
+    strain_chain(chain, Cycle.planned(times, peak), 500.0)
     place = wall_position(CASE_II, chain.configuration)
     if np.isnan(place):
         place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)

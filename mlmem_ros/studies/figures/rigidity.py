@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.strain_cycle import StrainCycle
-from ...device.settings import CycleSettings, WriteSettings
+from ...device.motion import Cycle
+from ...device.settings import CycleSettings, WriteSettings, peak
 from ...physics import CASE_II, Chain, Design, level_of
 from ...physics.equilibrium import resting_wall
 from ..echoes import PAPER, detect, listen
@@ -82,8 +82,7 @@ def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     compress = design.freed_by_compression(level)
     chain = Chain(design)
     chain.place(resting_wall(design, level))
-    peak = settings.compression if compress else settings.tension
-    trace = strain_chain(chain, StrainCycle.planned(times, peak).segments, EVERY)
+    trace = strain_chain(chain, Cycle.planned(times, peak(settings, compress)), EVERY)
     end = level_of(design, chain.configuration)
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
 

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ...analysis.strain_cycle import StrainCycle
 from ...device import Settings
+from ...device.motion import Cycle
 from ...physics import Design
 from ...physics.potential import Array
 from ..campaign import Campaign, Row
@@ -35,7 +35,7 @@ def coarsened(settings: Settings, tick: float | None = None) -> Settings:
     """
     write = settings.write
     if tick is None:
-        times = StrainCycle.planned(write, write.tension).motions
+        times = Cycle.planned(write, write.tension).motions
         whole = all(each.duration % LONG_TICK == 0.0 for each in times)
         tick = LONG_TICK if whole else settings.time.tick
     return replace(settings, time=replace(settings.time, tick=tick))

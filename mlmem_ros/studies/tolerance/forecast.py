@@ -11,8 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from ...analysis.rolling_wall import Schedule, Track, roll, track
-from ...analysis.strain_cycle import StrainCycle
 from ...device import Settings
+from ...device.motion import Cycle
+from ...device.settings import peak
 from ...physics import Design, Scatter, Specimen, scattered
 
 DT = 4.0
@@ -66,21 +67,18 @@ class Forecast:
                 design.defect(level) - design.J / 2,
                 design.defect(level + 1) + design.J / 2,
             )
-            peak = write.compression if freed else write.tension
-            self._tracks[level] = track(design, low, high, peak)
+            self._tracks[level] = track(design, low, high, peak(write, freed))
         return self._tracks[level]
 
     @cached_property
     def _cycles(self) -> dict[float, Schedule]:
         write = self._settings.write
-        return {
-            peak: _schedule(self._settings, peak) for peak in (write.compression, write.tension)
-        }
+        return {e: _schedule(self._settings, e) for e in (write.compression, write.tension)}
 
 
-def _schedule(settings: Settings, peak: float) -> Schedule:
+def _schedule(settings: Settings, strain: float) -> Schedule:
     """Return a write of the next level as the device makes it, whatever the ticks."""
-    cycle = StrainCycle.planned(settings.write, peak, settings.actuator.max_rate)
+    cycle = Cycle.planned(settings.write, strain, settings.actuator.max_rate)
     duration = cycle.duration + settings.write.final_settle
     return Schedule(cycle.strain(np.arange(0.0, duration, DT)), DT)
 

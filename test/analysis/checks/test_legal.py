@@ -13,8 +13,8 @@ import pytest
 
 from mlmem_ros.analysis import checks
 from mlmem_ros.analysis.checks import Verdict, check
-from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import Settings, SettingsError
+from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import ActuatorSettings
 from mlmem_ros.physics import CASE_II
 
@@ -81,7 +81,7 @@ def test_without_a_gain_a_carrier_that_does_not_travel_is_judged():
 def test_runs_that_take_too_long_are_not_made():
     """An actuator as slow as is legal takes a thousand million time units for a ramp."""
     settings = Settings(actuator=ActuatorSettings(max_rate=1e-9))
-    assert StrainCycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
+    assert Cycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
     report = check(CASE_II, settings)
     for name in ('launch_write', 'launch_erase', 'write_steps'):
         assert report[name].verdict is Verdict.WARN

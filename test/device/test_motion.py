@@ -7,9 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.analysis.strain_cycle import StrainCycle
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration
-from mlmem_ros.device.procedures.blocks import cycle
+from mlmem_ros.device.actuator import Actuator
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.procedures.blocks import strain
 from mlmem_ros.device.settings import ActuatorSettings, CycleSettings
 from mlmem_ros.physics import CASE_II
 
@@ -29,11 +30,11 @@ def test_it_is_what_the_device_does(calibration, times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
     element = MemoryElement(CASE_II, settings, calibration)
-    procedure, seen = cycle(element, PEAK, times), []
+    procedure, seen = strain(element, Cycle.planned(times, PEAK)), []
     for _ in procedure:
         element.advance()
         seen.append(element.actuator.strain)
-    told = StrainCycle.planned(times, PEAK, max_rate)
+    told = Cycle.planned(times, PEAK, max_rate)
     assert len(seen) * element.tick == pytest.approx(told.duration, abs=3 * element.tick)
     if max_rate == 2e-3:  # nothing is put off to the next tick
         assert told.duration == 1000.0 + times.ease
@@ -43,11 +44,28 @@ def test_it_is_what_the_device_does(calibration, times, max_rate):
 
 def test_a_slow_actuator_stretches_the_ramps_and_no_wait():
     """Half as steep again at its steepest as on the average: 1.5 x 0.03 / 1e-5 for each ramp."""
-    told = StrainCycle.planned(PLAIN, PEAK, 1e-5)
+    told = Cycle.planned(PLAIN, PEAK, 1e-5)
     assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
 
 
-def test_waits_of_no_length_are_no_segments():
-    told = StrainCycle.planned(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
-    assert told.segments == [(PEAK, 400.0), (0.0, 300.0)]
+def test_waits_of_no_length_are_passed_over():
+    told = Cycle.planned(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
+    assert told.duration == 700.0
     assert told.strain(np.array([0.0, 400.0, 700.0])) == pytest.approx([0.0, PEAK, 0.0])
+
+
+def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
+    """Up, hold, quickly to a small opposite share, and to nothing: each leg a smooth ramp."""
+    legs = [(PEAK, 400.0), (PEAK, 60.0), (-0.1 * PEAK, 20.0), (0.0, 20.0)]
+    pulse = Cycle.through(legs)
+    t = np.linspace(0.0, 520.0, 5201)
+    seen = pulse.strain(t)
+    assert pulse.duration == 500.0
+    assert seen[[0, 4000, 4600, 4800, 5000, 5200]] == pytest.approx(
+        [0.0, PEAK, PEAK, -0.1 * PEAK, 0.0, 0.0], abs=1e-15
+    )
+    moved = Actuator(ActuatorSettings(max_rate=1.0))
+    moved.motion = pulse.profile
+    assert moved.advance(t) == pytest.approx(seen, abs=1e-15)
+    ramps = np.concatenate([each.strain(np.arange(0.0, each.duration)) for each in pulse.motions])
+    assert pulse.strain(np.arange(500.0)) == pytest.approx(ramps, abs=1e-15)

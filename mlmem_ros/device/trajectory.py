@@ -1,21 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A timed strain profile: cubics between points with rates, straight lines without."""
+"""The strain profile that a trajectory command asks for, or why there is none."""
 
 from __future__ import annotations
 
 import itertools
 import sys
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..clipped import clipped
-from ..physics.potential import Array
 from ..words import JOINT
 from .commands import FollowTrajectory
 from .errors import Refused
+from .motion import Profile
 from .settings import ActuatorSettings
 
 MOST_POINTS = 10_000
@@ -26,71 +24,6 @@ LONGEST = 1e12
 
 ROUNDING = 1e-9
 """Relative excess over a limit that is rounding, not intent."""
-
-
-@dataclass(frozen=True)
-class Profile:
-    """A move of the strain through timed points, one segment after the other.
-
-    With rates a segment is the cubic that has the strains and the rates of its two points
-    (Hermite), without it is a straight line: as `joint_trajectory_controller` has it.
-
-    Attributes:
-        times: Times of the points since the move began in time units: two or more, from 0 on,
-            increasing.
-        strains: Strains of the points.
-        rates: Rates of the points per time unit; empty for straight lines.
-    """
-
-    times: tuple[float, ...]
-    strains: tuple[float, ...]
-    rates: tuple[float, ...] = ()
-
-    @property
-    def duration(self) -> float:
-        """Time from the first point to the last."""
-        return self.times[-1]
-
-    @property
-    def target(self) -> float:
-        """The last strain, which is kept."""
-        return self.strains[-1]
-
-    def strain(self, t: Array) -> Array:
-        """Return the strain at the times since the move began; the target afterwards."""
-        starts, widths, cubics = self._segments
-        segment = np.searchsorted(starts, t, side='right') - 1
-        x = (np.minimum(t, self.duration) - starts[segment]) / widths[segment]
-        c0, c1, c2, c3 = cubics[:, segment]
-        return np.where(t < self.duration, c0 + x * (c1 + x * (c2 + x * c3)), self.target)
-
-    @cached_property
-    def _segments(self) -> tuple[Array, Array, Array]:
-        """Start and width of every segment, and its cubic in its share of the width, (4, k)."""
-        widths, rise = np.diff(self.times), np.diff(self.strains)
-        rates = np.array(self.rates)
-        early, late = (widths * rates[:-1], widths * rates[1:]) if self.rates else (rise, rise)
-        c3 = (early - rise) + (late - rise)
-        c2 = (rise - early) - c3
-        return np.array(self.times[:-1]), widths, np.stack((self.strains[:-1], early, c2, c3))
-
-    def extremes(self) -> tuple[Array, Array]:
-        """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""
-        with np.errstate(all='ignore'):  # lines have no turning points, steps no finite rate
-            _, widths, (c0, c1, c2, c3) = self._segments
-            fastest = _within(-c2 / (3.0 * c3))
-            root = np.sqrt(c2 * c2 - 3.0 * c1 * c3)
-            both = -(c2 + np.copysign(root, c2))  # without cancellation
-            turns = (_within(both / (3.0 * c3)), _within(c1 / both))
-            ends = (np.zeros_like(c0), np.ones_like(c0))
-            strains = [c0 + x * (c1 + x * (c2 + x * c3)) for x in (*ends, *turns)]
-            rates = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / widths for x in (*ends, fastest)]
-        return np.abs(strains).max(axis=0), np.abs(rates).max(axis=0)
-
-
-def _within(x: Array) -> Array:
-    """Return turning points, those outside of their segment or missing moved to its start."""
-    return np.where((x > 0.0) & (x < 1.0), x, 0.0)
 
 
 def planned(

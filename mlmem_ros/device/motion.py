@@ -1,0 +1,198 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A strain over time as a value, which everybody passes on who strains an element.
+
+A `Ramp` is smooth, a `Profile` goes through timed points: these the actuator plays. A `Cycle` is
+ramps and waits one after the other: procedures play it tick by tick, and analysis and figures ask
+for its strain beforehand. A pulse of any shape is one: `Cycle.through([(peak, 400.0), (peak,
+60.0), (-0.1 * peak, 20.0), (0.0, 20.0)])`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..physics.potential import Array
+from .settings import CycleSettings
+
+SMOOTH_PEAK_RATE = 1.5
+"""Fastest change of the smooth ramp x^2 (3 - 2 x), over its mean."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A smooth move, or a wait where it leads nowhere.
+
+    Attributes:
+        start: Strain at the beginning.
+        target: Strain at the end.
+        duration: In time units; 0 is a jump.
+    """
+
+    start: float
+    target: float
+    duration: float
+
+    @classmethod
+    def limited(cls, start: float, target: float, duration: float, max_rate: float) -> Ramp:
+        """Return a move in a time, or in a longer one if the rate limit asks for it."""
+        least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
+        return cls(start, target, max(duration, least))
+
+    @property
+    def still(self) -> bool:
+        """Whether it is a wait."""
+        return self.start == self.target
+
+    def strain(self, t: Array) -> Array:
+        """Return the strain at the times since the motion began; the target afterwards."""
+        if self.duration == 0.0:
+            return np.full_like(t, self.target)
+        x = np.minimum(t, self.duration) / self.duration
+        progress = x * x * (3.0 - 2.0 * x)
+        return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Ramps and waits, one after the other.
+
+    Attributes:
+        motions: In their order; each begins where the one before ends.
+    """
+
+    motions: tuple[Ramp, ...]
+
+    @classmethod
+    def through(
+        cls, legs: Iterable[tuple[float, float]], start: float = 0.0, max_rate: float = math.inf
+    ) -> Cycle:
+        """Return the cycle through targets.
+
+        Args:
+            legs: Target and duration of each motion; the present strain is a wait.
+            start: Strain at the beginning.
+            max_rate: Of the actuator, in strain per time unit; ramps it cannot follow take longer.
+        """
+        motions = []
+        for target, duration in legs:
+            motions.append(Ramp.limited(start, target, duration, max_rate))
+            start = target
+        return cls(tuple(motions))
+
+    @classmethod
+    def planned(cls, times: CycleSettings, peak: float, max_rate: float = math.inf) -> Cycle:
+        """Return a strain cycle: up to a peak, hold, back by a pause if there is one, settle.
+
+        Args:
+            times: Ramp, hold, ease, release and settle.
+            peak: Greatest strain, negative for compression.
+            max_rate: Of the actuator.
+        """
+        rise = cls.through([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
+        return rise + cls.let_go(times, peak, max_rate)
+
+    @classmethod
+    def let_go(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
+        """Return the way back of a strain cycle, from a strain to none, and the rest after it."""
+        ease = [(times.ease_to * strain, times.ease)] if times.ease else []
+        return cls.through([*ease, (0.0, times.release), (0.0, times.settle)], strain, max_rate)
+
+    def __add__(self, other: Cycle) -> Cycle:
+        return Cycle(self.motions + other.motions)
+
+    @property
+    def duration(self) -> float:
+        """Time units from beginning to end."""
+        return sum(motion.duration for motion in self.motions)
+
+    @property
+    def target(self) -> float:
+        """The last strain, which is kept."""
+        return self.motions[-1].target
+
+    def strain(self, t: Array) -> Array:
+        """Return the strain at the times since the cycle began; the target afterwards."""
+        return self.profile.strain(t)
+
+    @cached_property
+    def profile(self) -> Profile:
+        """The same as one timed profile: a smooth ramp is the cubic at rest at both its ends."""
+        timed = [each for each in self.motions if each.duration > 0.0]
+        times = np.cumsum([0.0, *(each.duration for each in timed)])
+        strains = (timed[0].start, *(each.target for each in timed))
+        return Profile(tuple(map(float, times)), strains, (0.0,) * len(strains))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A move of the strain through timed points, one segment after the other.
+
+    With rates a segment is the cubic that has the strains and the rates of its two points
+    (Hermite), without it is a straight line: as `joint_trajectory_controller` has it.
+
+    Attributes:
+        times: Times of the points since the move began in time units: two or more, from 0 on,
+            increasing.
+        strains: Strains of the points.
+        rates: Rates of the points per time unit; empty for straight lines.
+    """
+
+    times: tuple[float, ...]
+    strains: tuple[float, ...]
+    rates: tuple[float, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Time from the first point to the last."""
+        return self.times[-1]
+
+    @property
+    def target(self) -> float:
+        """The last strain, which is kept."""
+        return self.strains[-1]
+
+    def strain(self, t: Array) -> Array:
+        """Return the strain at the times since the move began; the target afterwards."""
+        starts, widths, cubics = self._segments
+        segment = np.searchsorted(starts, t, side='right') - 1
+        x = (np.minimum(t, self.duration) - starts[segment]) / widths[segment]
+        c0, c1, c2, c3 = cubics[:, segment]
+        return np.where(t < self.duration, c0 + x * (c1 + x * (c2 + x * c3)), self.target)
+
+    @cached_property
+    def _segments(self) -> tuple[Array, Array, Array]:
+        """Start and width of every segment, and its cubic in its share of the width, (4, k)."""
+        widths, rise = np.diff(self.times), np.diff(self.strains)
+        rates = np.array(self.rates)
+        early, late = (widths * rates[:-1], widths * rates[1:]) if self.rates else (rise, rise)
+        c3 = (early - rise) + (late - rise)
+        c2 = (rise - early) - c3
+        return np.array(self.times[:-1]), widths, np.stack((self.strains[:-1], early, c2, c3))
+
+    def extremes(self) -> tuple[Array, Array]:
+        """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""
+        with np.errstate(all='ignore'):  # lines have no turning points, steps no finite rate
+            _, widths, (c0, c1, c2, c3) = self._segments
+            fastest = _within(-c2 / (3.0 * c3))
+            root = np.sqrt(c2 * c2 - 3.0 * c1 * c3)
+            both = -(c2 + np.copysign(root, c2))  # without cancellation
+            turns = (_within(both / (3.0 * c3)), _within(c1 / both))
+            ends = (np.zeros_like(c0), np.ones_like(c0))
+            strains = [c0 + x * (c1 + x * (c2 + x * c3)) for x in (*ends, *turns)]
+            rates = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / widths for x in (*ends, fastest)]
+        return np.abs(strains).max(axis=0), np.abs(rates).max(axis=0)
+
+
+def _within(x: Array) -> Array:
+    """Return turning points, those outside of their segment or missing moved to its start."""
+    return np.where((x > 0.0) & (x < 1.0), x, 0.0)
+
+
+Motion = Ramp | Profile
+"""What an actuator is moved by."""
