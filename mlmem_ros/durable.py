@@ -30,6 +30,14 @@ class DurableFile:
             descriptor: Of a file open for writing.
         """
         self._descriptor = descriptor
+        self._written = 0
+
+    def tell(self) -> int:
+        """Return how many bytes were written."""
+        return self._written
+
+    def flush(self) -> None:
+        """Do nothing: nothing is kept back. Who writes into files in general may ask for it."""
 
     def write(self, content: bytes) -> None:
         """Append bytes, all of them, in as many pieces as the system takes.
@@ -39,7 +47,9 @@ class DurableFile:
         """
         rest = memoryview(content)
         while rest:
-            rest = rest[os.write(self._descriptor, rest) :]
+            taken = os.write(self._descriptor, rest)
+            self._written += taken
+            rest = rest[taken:]
 
     def sync(self) -> None:
         """Wait until the disk has all that was written.

@@ -162,7 +162,7 @@ def _parameters(text: str, name: str) -> Mapping[str, Any]:
     """Return what is under `ros__parameters`, that of `/**` and of one node together."""
     try:
         content = yaml.load(text, yaml.BaseLoader)  # every scalar stays the text it is
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise ParameterFileError(
             f'{name}: it must be YAML; {" ".join(str(error).split())}'
         ) from error

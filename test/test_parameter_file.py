@@ -108,6 +108,7 @@ def test_a_path_is_a_path(tmp_path, monkeypatch):
         (wrapped('write: [1, 2]'), ['write must be one value']),
         (wrapped('design: {preset: case_9}'), ['design.preset', 'case_1, case_2', "'case_9'"]),
         ('a: [', ['must be YAML']),
+        ('a: "\\UFFFFFFFF"', ['must be YAML']),
         ('', ['/**', 'ros__parameters']),
         ('write: {tension: 0.05}', ['ros__parameters']),
         ('/a: {ros__parameters: {}}\n/b: {ros__parameters: {}}', ['one node', '/a, /b']),

@@ -2,45 +2,42 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading one MCAP file as far as it can be read, be it whole, cut off or damaged.
 
-The records are walked from the front, in the order they were written, and each chunk is checked
-by its CRC. No index and no summary is needed or trusted, for a killed recorder leaves neither. A
-chunk is taken whole or not at all: the start of a damaged one may look right and be wrong.
+The records are gone through from the front, in the order they were written, and parsed by `mcap`,
+each chunk checked by its CRC. No index and no summary is needed or trusted, for a killed recorder
+leaves neither. A chunk is taken whole or not at all: the start of a damaged one may look right
+and be wrong. What lies behind a damaged length is not searched for.
 """
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
+import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata, Schema
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
+from ..clipped import printable
 from .contents import Loss
 from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME
-from .mcap_records import (
-    HEAD_SIZE,
-    DamageError,
-    find_chunk,
-    parse,
-    parse_message,
-    read_head,
-    records,
-    unpack_chunk,
-)
 
+_HEAD = struct.Struct('<BQ')  # opcode and length of a record
+_READ = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA}
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
-_READ = {
-    Opcode.SCHEMA,
-    Opcode.CHANNEL,
-    Opcode.MESSAGE,
-    Opcode.CHUNK,
-    Opcode.METADATA,
-}
+_LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
+_COMPRESSIONS = {'', 'lz4', 'zstd'}
+
+
+class DamageError(Exception):
+    """A record is not what it claims to be; the text says in which way."""
 
 
 @dataclass
@@ -49,30 +46,19 @@ class Block:
 
     Attributes:
         offset: Where the block begins in the file, in bytes.
-        size: Its length in the file, in bytes.
+        end: Where it ends.
         chunked: Whether it is one chunk.
-        start: Earliest log time, in nanoseconds.
-        end: Latest log time, in nanoseconds.
+        earliest: Earliest log time, in nanoseconds.
+        latest: Latest log time, in nanoseconds.
         counts: Number of messages of each channel.
     """
 
     offset: int
-    size: int
+    end: int
     chunked: bool
-    start: int = 2**64
-    end: int = 0
+    earliest: int = 2**64
+    latest: int = 0
     counts: Counter[int] = field(default_factory=Counter)
-
-    def add(self, channel: int, log_time: int) -> None:
-        """Count a message.
-
-        Args:
-            channel: Id of its channel.
-            log_time: Its log time in nanoseconds.
-        """
-        self.start = min(self.start, log_time)
-        self.end = max(self.end, log_time)
-        self.counts[channel] += 1
 
 
 class McapScan:
@@ -102,22 +88,14 @@ class McapScan:
         self.blocks: list[Block] = []
         self.metadata: str | None = None
         self.losses: list[Loss] = []
-        self._data_ended = False
         with storage_errors(f'read {path}'), path.open('rb') as stream:
-            self._size = stream.seek(0, 2)
-            stream.seek(0)
             magic = stream.read(len(MCAP0_MAGIC))
             if not MCAP0_MAGIC.startswith(magic):
                 raise BagError(f'{path} must be an MCAP file; it begins with {magic!r}.')
-            if magic != MCAP0_MAGIC:
-                self._lose(0, self._size, 'the file ends before its first record')
-            else:
-                self._walk(stream)
+            self._walk(stream)
         self._tell_unknown_channels()
 
-    def messages(
-        self, block: Block, channels: Collection[int]
-    ) -> Iterator[tuple[int, int, int, bytes]]:
+    def messages(self, block: Block, channels: Collection[int]) -> Iterator[Message]:
         """Read the messages of a block.
 
         Args:
@@ -125,118 +103,117 @@ class McapScan:
             channels: Ids of the channels wanted.
 
         Yields:
-            Channel id, log time, publish time and data.
+            The messages as they lie in the block.
 
         Raises:
             BagError: The file has changed since it was scanned.
         """
         with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
             stream.seek(block.offset)
-            content = memoryview(stream.read(block.size))
+            content = BytesIO(stream.read(block.end - block.offset))
+        count = 0
         try:
-            if block.chunked:
-                content = unpack_chunk(content[HEAD_SIZE:])
-            for opcode, record in records(content):
-                if opcode == Opcode.MESSAGE:
-                    channel, log_time, publish_time, data = parse_message(record)
-                    if channel in channels:
-                        yield channel, log_time, publish_time, bytes(data)
+            for _, offset, end in _spans(content, 0):
+                for record in _parsed(content, offset, end):
+                    if isinstance(record, Message):
+                        count += 1
+                        if record.channel_id in channels:
+                            yield record
+            if count != block.counts.total():
+                raise DamageError(f'of {block.counts.total()} messages {count} are left')
         except DamageError as damage:
             raise BagError(f'{self.path} must not change while it is read: {damage}.') from damage
 
     def _walk(self, stream: BinaryIO) -> None:
-        offset = len(MCAP0_MAGIC)
-        while offset < self._size:
-            try:
-                opcode, end = read_head(stream, offset, self._size)
-            except DamageError as damage:
-                offset = self._skip(stream, offset, str(damage))
-                continue
-            if opcode in _READ:
-                content = memoryview(stream.read(end - offset - HEAD_SIZE))
+        start = end = len(MCAP0_MAGIC)
+        opcode, told = 0, ''
+        for opcode, offset, end in _spans(stream, start):
+            if opcode == Opcode.DATA_END:
+                told = '; all messages come before'
+            elif opcode in _READ:
                 try:
-                    self._take(opcode, content, offset)
+                    records = _parsed(stream, offset, end)
                 except DamageError as damage:
-                    self._lose(offset, end - offset, f'the record is damaged: {damage}')
-            elif opcode == Opcode.DATA_END:
-                self._data_ended = True
-            elif opcode == Opcode.FOOTER:
-                self._check_end(stream, end)
-                return
-            offset = end
-        if not self.losses or self.losses[-1].offset + self.losses[-1].size < self._size:
-            self._lose(self._size, 0, 'the file was not closed')
+                    reason = f'the record is damaged: {damage}{told}'
+                    self.losses.append(Loss(self.path, offset, end - offset, reason))
+                else:
+                    self._take(records, offset, end, chunked=opcode == Opcode.CHUNK)
+        size = stream.seek(0, 2)
+        stream.seek(end)
+        if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
+            end = min(end, size)
+            reason = 'it was cut off or damaged' if end < size else 'the file was not closed'
+            self.losses.append(Loss(self.path, end, size - end, reason + told))
 
-    def _take(self, opcode: int, content: memoryview, offset: int) -> None:
-        if opcode == Opcode.SCHEMA:
-            schema = parse(Schema, content)
-            self.schemas[schema.id] = schema
-        elif opcode == Opcode.CHANNEL:
-            channel = parse(Channel, content)
-            self.channels[channel.id] = channel
-        elif opcode == Opcode.METADATA:
-            record = parse(Metadata, content)
-            if record.name == METADATA_NAME:
+    def _take(self, records: list[McapRecord], offset: int, end: int, chunked: bool) -> None:
+        for record in records:
+            # The first definition stands: the summary, which repeats it, is not checked.
+            if isinstance(record, Schema):
+                self.schemas.setdefault(record.id, record)
+            elif isinstance(record, Channel):
+                self.channels.setdefault(record.id, record)
+            elif isinstance(record, Metadata) and record.name == METADATA_NAME:
                 self.metadata = record.metadata.get('serialized_metadata', self.metadata)
-        elif opcode == Opcode.MESSAGE:
-            self._take_message(content, offset)
-        else:
-            self._take_chunk(content, offset)
-
-    def _take_message(self, content: memoryview, offset: int) -> None:
-        channel, log_time, _, _ = parse_message(content)
-        run = self.blocks[-1] if self.blocks else None
-        if run is None or run.chunked or run.offset + run.size != offset or run.size > _RUN_SIZE:
-            run = Block(offset, 0, chunked=False)
+        found = [(m.channel_id, m.log_time) for m in records if isinstance(m, Message)]
+        if not found:
+            return
+        run = self.blocks[-1] if self.blocks and not chunked else None
+        if run is None or run.chunked or run.end != offset or end - run.offset > _RUN_SIZE:
+            run = Block(offset, end, chunked)
             self.blocks.append(run)
-        run.size += HEAD_SIZE + len(content)
-        run.add(channel, log_time)
-
-    def _take_chunk(self, content: memoryview, offset: int) -> None:
-        block = Block(offset, HEAD_SIZE + len(content), chunked=True)
-        schemas: dict[int, Schema] = {}
-        channels: dict[int, Channel] = {}
-        for opcode, record in records(unpack_chunk(content)):
-            if opcode == Opcode.MESSAGE:
-                channel_id, log_time, _, _ = parse_message(record)
-                block.add(channel_id, log_time)
-            elif opcode == Opcode.SCHEMA:
-                schema = parse(Schema, record)
-                schemas[schema.id] = schema
-            elif opcode == Opcode.CHANNEL:
-                channel = parse(Channel, record)
-                channels[channel.id] = channel
-        self.schemas.update(schemas)
-        self.channels.update(channels)
-        if block.counts:
-            self.blocks.append(block)
-
-    def _skip(self, stream: BinaryIO, offset: int, reason: str) -> int:
-        end = find_chunk(stream, offset + 1, self._size) or self._size
-        self._lose(offset, end - offset, reason)
-        return end
-
-    def _check_end(self, stream: BinaryIO, offset: int) -> None:
-        stream.seek(offset)
-        if stream.read() != MCAP0_MAGIC:
-            self._lose(offset, self._size - offset, 'the end of the file is not as it should be')
-
-    def _lose(self, offset: int, size: int, reason: str) -> None:
-        if self._data_ended:
-            reason += '; all messages come before'
-        self.losses.append(Loss(self.path, offset, size, reason))
+        run.end = end
+        run.counts.update(channel for channel, _ in found)
+        run.earliest = min(run.earliest, *(time for _, time in found))
+        run.latest = max(run.latest, *(time for _, time in found))
 
     def _tell_unknown_channels(self) -> None:
         for block in self.blocks:
-            unknown = sum(
-                count for channel, count in block.counts.items() if channel not in self.channels
-            )
+            unknown = sum(n for channel, n in block.counts.items() if channel not in self.channels)
             if unknown:
-                self.losses.append(
-                    Loss(
-                        self.path,
-                        block.offset,
-                        0,
-                        f'{unknown} messages are of channels whose definition is lost',
-                    )
-                )
+                reason = f'{unknown} messages are of channels whose definition is lost'
+                self.losses.append(Loss(self.path, block.offset, 0, reason))
+
+
+def _spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, begin and end of every record, up to a footer or one that is not whole."""
+    size = stream.seek(0, 2)
+    opcode = 0
+    while opcode != Opcode.FOOTER:
+        stream.seek(offset)
+        head = stream.read(_HEAD.size)
+        if len(head) < _HEAD.size:
+            return
+        opcode, length = _HEAD.unpack(head)
+        end = offset + _HEAD.size + length
+        if not opcode or end > size:  # zeros are what some file systems leave after a power cut
+            return
+        yield opcode, offset, end
+        offset = end
+
+
+def _parsed(stream: BinaryIO, offset: int, end: int) -> list[McapRecord]:
+    """Return the record that lies there, or those of a chunk; raise `DamageError`."""
+    stream.seek(offset)
+    content = BytesIO(stream.read(end - offset))
+    try:
+        record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
+        if not isinstance(record, Chunk):
+            return [record]
+        _check_claims(record)
+        return breakup_chunk(record, validate_crc=True)
+    except DamageError:
+        raise
+    except Exception as error:  # parsers and decompressors share no error
+        raise DamageError(printable(str(error) or repr(error), 200)) from error
+
+
+def _check_claims(chunk: Chunk) -> None:
+    """Refuse a chunk that would fill the memory: what it claims to hold would be allocated."""
+    if chunk.compression not in _COMPRESSIONS:
+        raise DamageError(f'its compression {chunk.compression!r} is none of lz4 and zstd')
+    claimed = chunk.uncompressed_size
+    if chunk.compression == 'zstd':
+        size = zstandard.get_frame_parameters(chunk.data).content_size
+        claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
+    if claimed > _LARGEST_CHUNK:
+        raise DamageError(f'it claims to hold {claimed} bytes; at most {_LARGEST_CHUNK} are taken')

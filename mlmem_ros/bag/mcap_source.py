@@ -63,7 +63,7 @@ class McapSource:
         blocks = [block for scan in self._scans for block in scan.blocks]
         if not blocks:
             return None
-        return min(block.start for block in blocks), max(block.end for block in blocks)
+        return min(block.earliest for block in blocks), max(block.latest for block in blocks)
 
     @property
     def metadata_text(self) -> str | None:
@@ -84,7 +84,7 @@ class McapSource:
             BagError: A file has changed since it was opened.
         """
         pending = [
-            (block.start, number, scan, block)
+            (block.earliest, number, scan, block)
             for number, (scan, block) in enumerate(self._blocks(topics))
         ]
         # Blocks by start; a block is read only once the merge has come to its start.
@@ -115,11 +115,11 @@ class McapSource:
             for i, channel in scan.channels.items()
             if channel.topic in topics
         }
-        found = enumerate(scan.messages(block, labels))
         return sorted(
-            (log_time, number, position, Message(*labels[channel], log_time, publish_time, data))
-            for position, (channel, log_time, publish_time, data) in found
-        )
+            (m.log_time, number, position,
+             Message(*labels[m.channel_id], m.log_time, m.publish_time, m.data))
+            for position, m in enumerate(scan.messages(block, labels))
+        )  # fmt: skip
 
     def _collect(self, scan: McapScan) -> None:
         for channel in scan.channels.values():

@@ -17,8 +17,7 @@ from ..durable import make_directory
 from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
 from .ledger import Ledger
-from .mcap_chunk import check_compression
-from .mcap_file import McapFile
+from .mcap_file import COMPRESSIONS, McapFile
 from .metadata import BagMetadata, TopicInfo
 from .qos import RELIABLE, QosProfile, dump_profiles
 
@@ -77,7 +76,9 @@ class BagWriter:
             raise BagError(f'max_duration must be 0 or positive seconds; got {max_duration}.')
         if not sync_interval >= 0:
             raise BagError(f'sync_interval must be 0 or positive seconds; got {sync_interval}.')
-        check_compression(compression)
+        if compression not in COMPRESSIONS:
+            names = ', '.join(COMPRESSIONS)
+            raise BagError(f'compression must be one of {names}; got {compression!r}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Goes into ``metadata.yaml`` with the next sync, split or close; may be changed."""

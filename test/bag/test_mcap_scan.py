@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damage to an MCAP file costs what is damaged and no more."""
 
+import re
 from contextlib import nullcontext
+from io import BytesIO
 from itertools import pairwise
 
 import pytest
+import zstandard
+from mcap.data_stream import RecordBuilder
 from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from mlmem_ros.bag import BagError, BagWriter, jazzy
-from mlmem_ros.bag.mcap_records import encode
 from mlmem_ros.bag.mcap_scan import McapScan
 
 
@@ -30,9 +33,25 @@ def count(i):
 
 
 def found(scan):
-    return [
-        data[4] for block in scan.blocks for *_, data in scan.messages(block, set(scan.channels))
-    ]
+    return [m.data[4] for block in scan.blocks for m in scan.messages(block, set(scan.channels))]
+
+
+class InMemory:
+    """The content of a file, for thousands of them."""
+
+    def __init__(self, content):
+        self.content = content
+
+    def open(self, mode):
+        assert mode == 'rb'
+        return BytesIO(self.content)
+
+
+def encode(*records):
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
 
 
 def test_a_whole_file_has_no_losses(whole):
@@ -41,25 +60,23 @@ def test_a_whole_file_has_no_losses(whole):
     assert McapScan(path).losses == []
 
 
-def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole, tmp_path):
+def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole):
     path, blocks = whole
     content = path.read_bytes()
-    ends = [block.offset + block.size for block in blocks]
-    cut = tmp_path / 'cut.mcap'
+    ends = [block.end for block in blocks]
     for size in range(len(content)):
-        cut.write_bytes(content[:size])
-        scan = McapScan(cut)
+        scan = McapScan(InMemory(content[:size]))
         assert found(scan) == [i for i, end in enumerate(ends) if end <= size]
         assert scan.losses, 'a file that was not closed must not pass as whole'
         assert all(loss.offset + loss.size <= size for loss in scan.losses)
 
 
-def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole, tmp_path):
+def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole):
     path, _ = whole
     content = path.read_bytes()
-    bad = tmp_path / 'bad.mcap'
     for offset in range(len(content)):
-        bad.write_bytes(content[:offset] + bytes([content[offset] ^ 0x55]) + content[offset + 1 :])
+        wrong = bytes([content[offset] ^ 0x55])
+        bad = InMemory(content[:offset] + wrong + content[offset + 1 :])
         # Only the magic, the first eight bytes, decides whether it is an MCAP file at all.
         with pytest.raises(BagError) if offset < 8 else nullcontext():
             assert set(found(McapScan(bad))) <= {0, 1, 2, 3, 4}
@@ -68,24 +85,35 @@ def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole, tmp_path):
 def test_a_damaged_chunk_costs_its_own_messages(whole):
     path, blocks = whole
     content = bytearray(path.read_bytes())
-    content[blocks[2].offset + blocks[2].size - 1] ^= 0xFF
+    content[blocks[2].end - 1] ^= 0xFF
     path.write_bytes(content)
     scan = McapScan(path)
     assert found(scan) == [0, 1, 3, 4]
     (loss,) = scan.losses
-    assert (loss.offset, loss.size) == (blocks[2].offset, blocks[2].size)
+    assert (loss.offset, loss.offset + loss.size) == (blocks[2].offset, blocks[2].end)
     assert 'crc validation failed' in loss.reason
 
 
-def test_after_a_wrong_length_the_next_chunk_is_found(whole):
+def test_what_lies_behind_a_wrong_length_is_lost_and_told(whole):
     path, blocks = whole
     content = bytearray(path.read_bytes())
     content[blocks[1].offset + 1 : blocks[1].offset + 9] = b'\xff' * 8
     path.write_bytes(content)
     scan = McapScan(path)
-    assert found(scan) == [0, 2, 3, 4]
+    assert found(scan) == [0]
     (loss,) = scan.losses
-    assert (loss.offset, loss.offset + loss.size) == (blocks[1].offset, blocks[2].offset)
+    assert (loss.offset, loss.offset + loss.size) == (blocks[1].offset, len(content))
+
+
+def test_a_closed_file_whose_first_chunk_is_damaged_has_its_definitions(whole):
+    """They stand in the first chunk, and again in the summary."""
+    path, blocks = whole
+    content = bytearray(path.read_bytes())
+    content[blocks[0].end - 1] ^= 0xFF
+    path.write_bytes(content)
+    scan = McapScan(path)
+    assert found(scan) == [1, 2, 3, 4]
+    assert [channel.topic for channel in scan.channels.values()] == ['/n']
 
 
 def test_zeros_at_the_end_are_told(whole):
@@ -96,7 +124,6 @@ def test_zeros_at_the_end_are_told(whole):
     scan = McapScan(path)
     assert found(scan) == [0, 1, 2]
     assert scan.losses[0].size == 4096
-    assert 'zeros' in scan.losses[0].reason
 
 
 def test_a_cut_summary_costs_no_message(whole):
@@ -128,7 +155,7 @@ def test_files_of_other_writers_are_read(tmp_path, compression, chunked):
     scan = McapScan(path)
     assert found(scan) == list(range(10))
     assert scan.losses == []
-    assert all(a.offset + a.size <= b.offset for a, b in pairwise(scan.blocks))
+    assert all(a.end <= b.offset for a, b in pairwise(scan.blocks))
 
 
 def test_messages_whose_channel_is_lost_are_told(tmp_path):
@@ -158,7 +185,7 @@ def test_a_file_that_changes_while_it_is_read_is_told(whole):
     path, blocks = whole
     scan = McapScan(path)
     content = bytearray(path.read_bytes())
-    content[blocks[1].offset + blocks[1].size - 1] ^= 0xFF
+    content[blocks[1].end - 1] ^= 0xFF
     path.write_bytes(content)
     with pytest.raises(BagError, match=r'bag_0\.mcap must not change while it is read: crc'):
         found(scan)
@@ -178,3 +205,37 @@ def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
     assert scan.schemas == {1: schema}
     assert scan.channels == {7: channel}
     assert [(block.chunked, block.counts) for block in scan.blocks] == [(False, {7: 1})]
+
+
+def file_of(**changes):
+    """Return a file of one uncompressed chunk that holds a message, with something changed."""
+    message = encode(Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b''))
+    values = {
+        'compression': '', 'data': message, 'message_start_time': 0, 'message_end_time': 0,
+        'uncompressed_crc': 0, 'uncompressed_size': len(message),
+    }  # fmt: skip
+    definitions = encode(Channel(7, '/n', 'cdr', {}, 0))
+    chunk = encode(Chunk(**values | changes))
+    return InMemory(MCAP0_MAGIC + definitions + chunk + encode(Footer(0, 0, 0)) + MCAP0_MAGIC)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'told'),
+    [
+        ({'compression': 'lzma'}, "its compression 'lzma' is none of lz4 and zstd"),
+        ({'uncompressed_size': 2**27 + 1}, 'it claims to hold 134217729 bytes; at most 134217728'),
+        (
+            {'compression': 'zstd', 'data': zstandard.compress(bytes(2**28))},
+            'it claims to hold 268435456 bytes',
+        ),
+        ({'uncompressed_crc': 1}, 'crc'),
+        ({'compression': 'zstd'}, 'zstd|frame|header'),
+        ({'data': b'\x05'}, 'damaged'),
+    ],
+)
+def test_a_chunk_that_lies_is_damaged(changes, told):
+    assert not McapScan(file_of()).losses
+    scan = McapScan(file_of(**changes))
+    (loss,) = scan.losses
+    assert re.search(told, loss.reason, re.IGNORECASE)
+    assert scan.blocks == []

@@ -1,10 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""metadata.yaml is written as by rosbag2 Jazzy (version 9) and read from any version."""
+"""metadata.yaml says what rosbag2 Jazzy's would (version 9), and is read from any version."""
 
+import json
 import re
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -155,19 +157,24 @@ rosbag2_bagfile_information:
 """
 
 
-def test_an_empty_bag_is_described_to_the_byte():
+def said(text):
+    """Return what a YAML text says to yaml-cpp: texts, in their order, and null."""
+    return json.dumps(yaml.load(re.sub(r'(?m): null$', ': ~', text), yaml.BaseLoader))
+
+
+def test_an_empty_bag_is_described_as_by_rosbag2():
     file = FileInfo('bag_0.mcap')
     metadata = BagMetadata(files=(file,), relative_file_paths=('bag_0.mcap',))
-    assert metadata.text() == EMPTY_TEXT
+    assert said(metadata.text()) == said(EMPTY_TEXT)
 
 
-def test_a_bag_is_described_to_the_byte():
-    assert METADATA.text() == TEXT
+def test_a_bag_is_described_as_by_rosbag2():
+    assert said(METADATA.text()) == said(TEXT)
 
 
 def test_the_mcap_record_holds_the_same_without_the_root():
-    lines = TEXT.splitlines()[1:]
-    assert METADATA.record_text() == '\n'.join(line.removeprefix('  ') for line in lines)
+    (root,) = json.loads(said(TEXT)).values()
+    assert said(METADATA.record_text()) == json.dumps(root)
 
 
 def test_what_is_written_is_read():
@@ -220,7 +227,7 @@ def test_custom_data_is_strings():
 def test_the_file_is_written_and_renewed(tmp_path):
     BagMetadata().write(tmp_path)
     METADATA.write(tmp_path)
-    assert (tmp_path / 'metadata.yaml').read_text() == TEXT
+    assert (tmp_path / 'metadata.yaml').read_text() == METADATA.text()
     assert read_metadata(tmp_path) == METADATA
     assert [file.name for file in tmp_path.iterdir()] == ['metadata.yaml']  # nothing left over
 

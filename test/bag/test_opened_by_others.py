@@ -105,7 +105,7 @@ def test_rosbags_finds_qos_and_custom_data(bag):
         latched, reliable = connection.ext.offered_qos_profiles
         assert latched.durability == QosDurability.TRANSIENT_LOCAL
         assert reliable.reliability == QosReliability.RELIABLE
-        assert reader.readers[0].storage.metadata.custom == {'a': 1}  # its YAML takes it so
+        assert reader.readers[0].storage.metadata.custom == {'a': '1'}
 
 
 def test_rclpy_reads_our_cdr_and_we_read_its():

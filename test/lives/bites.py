@@ -163,7 +163,7 @@ def session_begun_within_a_tick(_):
 
 @_bite((mcap_file.McapFile, 'sync'))
 def recording_not_synced(_):
-    return lambda self: self._finish_chunk()
+    return lambda self: self._writer.flush()
 
 
 @_bite((durable, 'close_quietly'))
