@@ -40,7 +40,7 @@ setup(
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
     packages=find_packages(exclude=['test', 'test.*']),
-    package_data={f'{PACKAGE}.studies.bench': ['*.c'], f'{PACKAGE}.ros': ['*.xml']},
+    package_data={f'{PACKAGE}.bench': ['*.c'], f'{PACKAGE}.ros': ['*.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

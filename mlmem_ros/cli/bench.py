@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from ..studies.bench import registry
+    from ..bench import registry
     from .console import plain_console
 
     console = plain_console(aside=arguments.json)

@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_proof(parser: argparse.ArgumentParser) -> None:
-    from ..studies.run import cores
+    from ..paper.run import cores
 
     parser.add_argument(
         '--sample', type=int, metavar='N',

@@ -20,15 +20,15 @@ from .output import add_json, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..studies.run import Done
-    from ..studies.study import Study
+    from ..paper.figure import Study
+    from ..paper.run import Done
 
 SUMMARY = "draw the paper's figures from our simulation, judge its claims"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
-    from ..studies.run import cores
+    from ..paper.run import cores
 
     parser.add_argument('names', nargs='*', metavar='FIGURE', help='as 2b; all if none is given')
     parser.add_argument('--output', type=Path, default=Path('reproduction'), help='folder')
@@ -44,9 +44,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """
-    from ..studies.registry import STUDIES, select
-    from ..studies.report import write_report
-    from ..studies.study import Quality
+    from ..paper.figure import Quality
+    from ..paper.page import write_report
+    from ..paper.registry import STUDIES, select
     from .console import plain_console
 
     console = plain_console(aside=arguments.json)
@@ -97,8 +97,8 @@ def _draw(
         TimeRemainingColumn,
     )
 
-    from ..studies.run import run
-    from ..studies.study import Quality
+    from ..paper.figure import Quality
+    from ..paper.run import run
 
     columns = (
         TextColumn('{task.description:<26}'), BarColumn(), TimeElapsedColumn(),
@@ -121,8 +121,8 @@ def _print_findings(console: Console, studies: list[Study], output: Path) -> lis
     """Print and return the verdict on every claim for which these studies have all the data."""
     from rich.text import Text
 
-    from ..studies.claims import CLAIMS, Verdict
-    from ..studies.report import load_all
+    from ..paper.claims import CLAIMS, Verdict
+    from ..paper.page import load_all
     from .console import plain_table
 
     data = load_all(output, studies)

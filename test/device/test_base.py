@@ -22,8 +22,8 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.base import Base, BaseState
 from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
+from mlmem_ros.paper.figures.retention import harmonic
 from mlmem_ros.physics import CASE_II, Chain, StateError, level_of
-from mlmem_ros.studies.figures.retention import harmonic
 
 from . import rig
 

@@ -10,9 +10,9 @@ from mlmem_ros.analysis.checks import Verdict, check
 from mlmem_ros.analysis.designer import propose
 from mlmem_ros.analysis.steps_up import scaled
 from mlmem_ros.device import Calibration, Settings, preset
+from mlmem_ros.paper.upward import writes
 from mlmem_ros.parameter_file import load
 from mlmem_ros.studies.proof import Proof, Tally
-from mlmem_ros.studies.upward import writes
 
 
 def test_four_levels_are_found_and_proven():

@@ -1,0 +1,99 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A memory node that watches itself: run by the benchmark `node` as a process of its own.
+
+It prints one JSON line when it is ready. Every number that it reads then is a time in seconds
+for which it watches itself, idle, and prints what it saw as one more line; between them it serves,
+until its standard input is closed.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import select
+import sys
+import time
+from array import array
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+
+from ..device.loop_statistics import LoopStatistics
+from ..ros.node import MemoryNode
+from ..ros.run import POLL
+
+
+class Watched(LoopStatistics):
+    """Keeps every lateness."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.all = array('f')
+
+    def count(self, lateness: float, busy: float) -> None:
+        """Take the times of one tick."""
+        super().count(lateness, busy)
+        self.all.append(lateness)
+
+
+def main(begun: float) -> None:
+    """Run a node, print, serve.
+
+    Args:
+        begun: When the process was started, in seconds since the epoch.
+    """
+    rclpy.init()
+    node = MemoryNode()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    node.start()
+    gc.freeze()
+    _tell({'ready': time.time() - begun})
+    while True:
+        executor.spin_once(timeout_sec=0.1)
+        if select.select([sys.stdin], [], [], 0.0)[0]:
+            if not (line := sys.stdin.readline()):
+                break
+            _tell(_watch(node, executor, float(line)))
+    node.close()
+    rclpy.shutdown()
+
+
+def _watch(node: MemoryNode, executor: SingleThreadedExecutor, seconds: float) -> dict[str, float]:
+    """Return what is seen of a node, turned as `memory_node` turns it."""
+    loop = node.host.open_loop()
+    statistics = loop.statistics = Watched()
+    used, begun = time.process_time(), time.monotonic()
+    while (now := time.monotonic()) - begun < seconds:
+        executor.spin_once(timeout_sec=min(POLL, begun + seconds - now))
+    used = time.process_time() - used
+    late = 1e3 * np.array(statistics.all)
+    p50, p99 = np.percentile(late, (50.0, 99.0))
+    return {
+        'share': 100.0 * used / (now - begun),
+        'busy': 1e6 * statistics.busy,
+        'p50': float(p50),
+        'p99': float(p99),
+        'worst': float(late.max()),
+        'ticks': statistics.ticks,
+        'overruns': statistics.overruns,
+        'factor': statistics.ticks * loop.tick_seconds / (now - begun),
+        'memory': _resident(),
+    }
+
+
+def _tell(values: dict[str, float]) -> None:
+    print(json.dumps(values), flush=True)
+
+
+def _resident() -> float:
+    """Return the resident memory in MB."""
+    lines = Path('/proc/self/status').read_text(encoding='ascii').splitlines()
+    return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith('VmRSS'))
+
+
+if __name__ == '__main__':
+    main(float(sys.argv[1]))

@@ -1,0 +1,231 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""General solvers on the problem of the comparisons, each with its best settings.
+
+A peer is made once, with all that it compiles, and then solves from the start to the end at a
+setting: a tolerance, relative and absolute, or a step.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from ..physics.potential import Array
+from .problem import Problem
+
+Solve = Callable[[float], Array]
+"""From a setting to the displacements at the end, shape (N,)."""
+
+TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
+
+RightHandSide = Callable[..., Array]
+
+
+class Missing(Exception):
+    """A peer is not installed, or cannot express the problem; the message tells."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A solver that is ready.
+
+    Attributes:
+        ladder: Settings, cheapest first.
+        solve: From a setting to the end.
+    """
+
+    ladder: Sequence[float]
+    solve: Solve
+
+
+Maker = Callable[[Problem, float], Peer]
+
+
+def _needs(package: str) -> Callable[[Maker], Maker]:
+    """Turn a missing package into `Missing`."""
+
+    def decorate(maker: Maker) -> Maker:
+        def made(problem: Problem, duration: float) -> Peer:
+            try:
+                return maker(problem, duration)
+            except ModuleNotFoundError as error:
+                raise Missing(f'{error.name} is missing; pip install {package}') from error
+
+        return made
+
+    return decorate
+
+
+@numba.njit(error_model='numpy')
+def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
+    """Return d(u, v)/dt: a compiled loop, which a Python solver calls."""
+    n = len(height)
+    out = np.empty(2 * n)
+    for j in range(n):
+        x = y[j]
+        left = y[j - 1] if j > 0 else x
+        right = y[j + 1] if j < n - 1 else x
+        z = x + c
+        force = height[j] * math.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z)
+        out[j] = y[n + j]
+        out[n + j] = left - 2.0 * x + right - force - eta * y[n + j]
+    return out
+
+
+def _numpy_rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
+    """Return the same as one writes it with NumPy."""
+    x, velocity = np.split(y, 2)
+    z = x + c
+    force = -height * np.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z) - eta * velocity
+    stretch = np.diff(x)
+    force[:-1] += stretch
+    force[1:] -= stretch
+    return np.concatenate((velocity, force))
+
+
+def _scipy(method: str, right: RightHandSide, problem: Problem, duration: float) -> Peer:
+    from scipy.integrate import solve_ivp
+
+    p, height = problem.design, problem.height
+    start = np.concatenate((problem.start, np.zeros(p.N)))
+
+    def rhs(t: float, y: Array) -> Array:
+        return right(y, height, p.eta, p.a, p.b, p.c)
+
+    def solve(tolerance: float) -> Array:
+        options: dict[str, Any] = {'method': method, 'rtol': tolerance, 'atol': tolerance}
+        solution = solve_ivp(rhs, (0.0, duration), start, t_eval=[duration], **options)
+        return np.asarray(solution.y[: p.N, -1])
+
+    return Peer(TOLERANCES, solve)
+
+
+@_needs('heyoka')
+def _heyoka(problem: Problem, duration: float) -> Peer:
+    """Taylor's method, compiled for every tolerance."""
+    import heyoka as hy
+
+    p, n = problem.design, problem.design.N
+    u, v = hy.make_vars(*(f'u{j}' for j in range(n))), hy.make_vars(*(f'v{j}' for j in range(n)))
+    equations = []
+    for j in range(n):
+        z = u[j] + p.c
+        slope = p.a + 3.0 * p.b * z * z
+        force = float(problem.height[j]) * hy.sin(z * (p.a + p.b * z * z)) * slope
+        pull = hy.sum([u[max(j - 1, 0)], u[min(j + 1, n - 1)], -2.0 * u[j]])
+        equations += [(u[j], v[j]), (v[j], pull - force - p.eta * v[j])]
+    start = np.zeros(2 * n)
+    start[::2] = problem.start
+
+    @functools.cache
+    def integrator(tolerance: float) -> Any:
+        return hy.taylor_adaptive(equations, start, tol=tolerance, compact_mode=True)
+
+    def solve(tolerance: float) -> Array:
+        taylor = integrator(tolerance)
+        taylor.time = 0.0
+        taylor.state[:] = start
+        taylor.propagate_until(duration)
+        return np.array(taylor.state[::2])
+
+    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
+
+
+def _diffrax(method: str) -> Maker:
+    @_needs('diffrax')
+    def maker(problem: Problem, duration: float) -> Peer:
+        import diffrax
+        import jax
+        import jax.numpy as jnp
+
+        jax.config.update('jax_enable_x64', True)
+        p, height = problem.design, jnp.asarray(problem.height)
+
+        def rhs(t: Any, y: Any, _: Any) -> Any:
+            x, velocity = y
+            z = x + p.c
+            force = height * jnp.sin(z * (p.a + p.b * z * z)) * (p.a + 3.0 * p.b * z * z)
+            around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
+            return velocity, around - 2.0 * x - force - p.eta * velocity
+
+        term, solver = diffrax.ODETerm(rhs), getattr(diffrax, method)()
+        start = jnp.asarray(problem.start), jnp.zeros(p.N)
+
+        @jax.jit
+        def end(y: Any, tolerance: Any) -> Any:
+            controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+            solution = diffrax.diffeqsolve(
+                term, solver, 0.0, duration, None, y, stepsize_controller=controller,
+                max_steps=None, adjoint=diffrax.ForwardMode(),
+            )  # fmt: skip
+            return solution.ys[0][-1]
+
+        return Peer(TOLERANCES, lambda tolerance: np.asarray(end(start, tolerance)))
+
+    return maker
+
+
+@_needs('mujoco')
+def _mujoco(problem: Problem, duration: float) -> Peer:
+    """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
+
+    MuJoCo has no such potential, so it is evaluated by our compiled loop before each step, which
+    the symplectic Euler method of the simulator allows.
+    """
+    import mujoco
+
+    p, n = problem.design, problem.design.N
+    bodies = ''.join(
+        f'<body pos="{j} 0 0"><joint name="u{j}" type="slide" axis="1 0 0" damping="{p.eta!r}"/>'
+        '<geom type="sphere" size="0.1" mass="1" contype="0" conaffinity="0"/></body>'
+        for j in range(n)
+    )
+    springs = ''.join(
+        f'<fixed stiffness="1" springlength="0"><joint joint="u{j}" coef="-1"/>'
+        f'<joint joint="u{j + 1}" coef="1"/></fixed>'
+        for j in range(n - 1)
+    )
+    text = (
+        '<mujoco><option gravity="0 0 0" integrator="Euler"><flag contact="disable" '
+        'eulerdamp="disable"/></option>'
+        f'<worldbody>{bodies}</worldbody><tendon>{springs}</tendon></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data, height = mujoco.MjData(model), problem.height
+
+    def solve(dt: float) -> Array:
+        mujoco.mj_resetData(model, data)
+        steps = round(duration / dt)
+        model.opt.timestep = duration / steps
+        data.qpos[:] = problem.start
+        for _ in range(steps):
+            _on_site(data.qpos, height, p.a, p.b, p.c, data.qfrc_applied)
+            mujoco.mj_step(model, data)
+        return np.array(data.qpos)
+
+    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
+
+
+@numba.njit(error_model='numpy')
+def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
+    for j in range(len(u)):
+        z = u[j] + c
+        out[j] = -height[j] * math.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z)
+
+
+PEERS: dict[str, Maker] = {
+    'SciPy DOP853': _needs('scipy')(functools.partial(_scipy, 'DOP853', _rhs)),
+    'SciPy DOP853, NumPy': _needs('scipy')(functools.partial(_scipy, 'DOP853', _numpy_rhs)),
+    'SciPy LSODA': _needs('scipy')(functools.partial(_scipy, 'LSODA', _rhs)),
+    'heyoka': _heyoka,
+    'diffrax Tsit5': _diffrax('Tsit5'),
+    'diffrax Dopri8': _diffrax('Dopri8'),
+    'MuJoCo': _mujoco,
+}

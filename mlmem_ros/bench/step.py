@@ -1,0 +1,131 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The step: what the device relies on, against the step, and where the default stands.
+
+No times here: errors of either integrator against the fourth-order one at a fine step.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from ..device.motion import Profile
+from ..device.settings import ProbeSettings, WriteSettings
+from ..device.transducer import Transducer
+from ..physics import (
+    CASE_II,
+    INTEGRATORS,
+    NOH_BATHE,
+    PEFRL,
+    Chain,
+    Integrator,
+    substep_times,
+    walls,
+)
+from ..physics.energy import energy
+from ..physics.equilibrium import resting_wall
+from ..physics.potential import Array
+from .comparison import Comparison
+from .measure import Entry
+
+TITLE = 'error of echo delay, wall path and energy against the step'
+
+STEPS = {NOH_BATHE: (4.0, 2.0), PEFRL: (2.0,)}
+"""Steps beside those below, over the default: those that are stable and not accurate."""
+
+FINEST = 1.0 / 32.0
+
+TICK = 20.0
+PROBE = ProbeSettings()
+LEVELS = (0, 3, 7)
+
+
+def run(repeats: int) -> list[Comparison]:
+    """Return the errors of both integrators; repeats would not change them."""
+    exact = {name: quantity(_fitted(FINEST), PEFRL) for name, quantity in QUANTITIES.items()}
+    return [_errors(integrator, exact) for integrator in INTEGRATORS.values()]
+
+
+def _errors(integrator: Integrator, exact: dict[str, Array]) -> Comparison:
+    default = integrator.accurate_step
+    entries = []
+    for name, quantity in QUANTITIES.items():
+        for factor in (*STEPS[integrator], 2.0**0.5, 1.0, 0.5**0.5, 0.5, 0.25):
+            error = np.abs(quantity(_fitted(factor * default), integrator) - exact[name]).max()
+            entries.append(Entry(name, (max(float(error), 1e-16),), factor * default))
+    return Comparison(
+        f'step_{integrator.name}',
+        f'Error of {integrator.name} against the step; the default is {default:g}',
+        'error',
+        f'against pefrl with a step of {FINEST:g}; the echoes of levels {LEVELS}, a wall that is '
+        'freed from level 0 and caught at level 1, and a wave packet without damping',
+        entries,
+        axis='step',
+        measured=False,
+    )
+
+
+def _fitted(dt: float) -> float:
+    """Return the step next to dt of which a tick is a whole number."""
+    return TICK / round(TICK / dt)
+
+
+def _echo_delays(dt: float, integrator: Integrator) -> Array:
+    return np.array([_echo_delay(level, dt, integrator) for level in LEVELS])
+
+
+def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
+    chain = Chain(CASE_II, dt, integrator)
+    chain.place(resting_wall(CASE_II, level))
+    transducer = Transducer(chain, {'left': PROBE, 'right': PROBE})
+    detector = transducer.fire('left')
+    steps = round(TICK / dt)
+    while detector.delay is None and detector.time < 1200.0:
+        drive = transducer.drive(steps)
+        transducer.record(chain.advance(np.zeros(integrator.substeps * steps), drive))
+    return np.nan if detector.delay is None else detector.delay
+
+
+def _wall_path(dt: float, integrator: Integrator) -> Array:
+    """Return the wall's position after every tick of one write step."""
+    settings = WriteSettings()
+    hold, end = settings.ramp + settings.hold, settings.release
+    strains = 0.0, settings.compression, settings.compression, 0.0
+    cycle = Profile((0.0, settings.ramp, hold, hold + end), strains)
+    chain = Chain(CASE_II, dt, integrator)
+    chain.place(resting_wall(CASE_II, 0))
+    within = substep_times(round(TICK / dt), dt, integrator)
+    path = []
+    for tick in range(round((cycle.duration + settings.settle) / TICK)):
+        chain.advance(CASE_II.end_displacement(1.0) * cycle.strain(TICK * tick + within))
+        path.append(walls(CASE_II, chain.configuration)[0].position)
+    return np.array(path)
+
+
+def _resting_place(dt: float, integrator: Integrator) -> Array:
+    return _wall_path(dt, integrator)[-1:]
+
+
+def _energy(dt: float, integrator: Integrator) -> Array:
+    """Return the energy of a packet after 2000 time units without damping, over its own."""
+    design = dataclasses.replace(CASE_II, eta=0.0)
+    rest = resting_wall(design, 3)
+    packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
+    chain = Chain(design, dt, integrator)
+    chain.place(rest)
+    ground = energy(chain).total
+    chain.place(rest + packet)
+    start = energy(chain).total
+    chain.rest(round(2000.0 / dt))
+    return np.array([(energy(chain).total - ground) / (start - ground)])
+
+
+QUANTITIES: dict[str, Callable[[float, Integrator], Array]] = {
+    'echo delay, time units': _echo_delays,
+    'wall path, sites': _wall_path,
+    'resting place, sites': _resting_place,
+    'energy after 2000': _energy,
+}

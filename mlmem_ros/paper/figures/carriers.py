@@ -1,0 +1,138 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: which carriers return an echo at all, and which thresholds then read every level."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...device.echo import Echo, blanking
+from ...device.settings import ProbeSettings
+from ...physics import CASE_II
+from ...physics.dispersion import band
+from ...physics.equilibrium import resting_wall
+from ...studies.style import INK, MARK, S1, S2, axes_grid, label, new_figure
+from ..echoes import PAPER, PRINTED, detect, listen, without_wall
+from ..figure import Data, Quality
+
+THRESHOLDS = np.geomspace(1e-6, 2e-2, 431)
+
+SPACING = 20.0
+"""Least difference of the delays of two neighbouring levels that counts as distinct."""
+
+COMPENSATED = 0.002
+"""The device's gain decay, eta / 2; the paper's plain threshold has none."""
+
+
+def compute(quality: Quality) -> Data:
+    """Return echo strength, ring-down and usable thresholds for a sweep of carriers, both ends.
+
+    Returns:
+        Data with `omega`; per end: `echo` (carrier x level), the greatest v_c of what the wall
+        alone returns; `quiet` (carrier), the greatest v_c of an element without a wall; and
+        `plain`, `compensated` (carrier x 2), least and greatest threshold at which the delays of
+        all levels are distinct and in order, NaN where there is none.
+    """
+    levels = quality.pick((0, 3, 7), tuple(range(CASE_II.levels)))
+    walls = [resting_wall(CASE_II, level) for level in levels]
+    data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
+    for end in ('left', 'right'):
+        low, high = (1.0, 2.5) if end == 'left' else (0.4, 1.2)
+        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end == 'left' else (0.62, 0.7)
+        omega = np.unique(np.r_[np.linspace(low, high, quality.pick(4, 51)), printed])
+        rows = [_one_carrier(float(o), walls, end) for o in omega]
+        data[f'omega_{end}'] = omega
+        for name in ('echo', 'quiet', 'plain', 'compensated'):
+            data[f'{name}_{end}'] = np.array([row[name] for row in rows])
+    data['bands'] = np.array([band(CASE_II.k_s1), band(CASE_II.k_s2)])
+    return data
+
+
+def _one_carrier(omega: float, walls: list[np.ndarray], end: str) -> Data:
+    duration = 1400.0
+    probe = dataclasses.replace(PAPER, omega_c=omega)
+    silence, dt = without_wall(CASE_II, probe, end, duration)
+    heard = [listen(CASE_II, v, probe, end, duration)[0] for v in walls]
+    echoes = [detect(displacement, dt, probe, end) for displacement in heard]
+    alone = [detect(displacement - silence, dt, probe, end) for displacement in heard]
+    background = detect(silence, dt, probe, end)
+    late = background.t > blanking(probe)
+    row: Data = {
+        'echo': [float(echo.v_c.max()) for echo in alone],
+        'quiet': float(background.v_c[late].max()),
+    }
+    for name, decay in (('plain', 0.0), ('compensated', COMPENSATED)):
+        row[name] = _usable(echoes, probe, decay, 1.0 if end == 'left' else -1.0)
+    return row
+
+
+def _usable(
+    echoes: list[Echo], probe: ProbeSettings, decay: float, sign: float
+) -> tuple[float, float]:
+    """Return the least and greatest threshold of the longest run that tells all levels."""
+    delays = []
+    for echo in echoes:
+        late = echo.t > blanking(probe)
+        highest = np.maximum.accumulate(np.where(late, echo.v_c * np.exp(decay * echo.t), 0.0))
+        first = np.searchsorted(highest, THRESHOLDS, side='right')
+        delays.append(np.where(first < len(highest), echo.t[np.minimum(first, len(echo.t) - 1)],
+                               np.nan))  # fmt: skip
+    good = np.all(sign * np.diff(np.array(delays), axis=0) > SPACING, axis=0)
+    edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
+    if not len(edges):
+        return float('nan'), float('nan')
+    starts, stops = edges[::2], edges[1::2]
+    longest = int(np.argmax(stops - starts))
+    return float(THRESHOLDS[starts[longest]]), float(THRESHOLDS[stops[longest] - 1])
+
+
+def draw(data: Data) -> Any:
+    """Draw strength over carrier above, usable thresholds below; left and right end."""
+    figure = new_figure(7.0, 4.6)
+    grid = axes_grid(figure, 2, 2, sharex='col')
+    for column, end in enumerate(('left', 'right')):
+        upper, lower = grid[:, column]
+        omega = data[f'omega_{end}']
+        color = S2 if end == 'left' else S1
+        for number, level in enumerate(data['levels']):
+            shade = 0.3 + 0.7 * (number + 1) / len(data['levels'])
+            upper.semilogy(omega, data[f'echo_{end}'][:, number], color=color, alpha=shade, lw=1)
+            if number in (0, len(data['levels']) - 1):
+                upper.annotate(f'{level}', (omega[0], data[f'echo_{end}'][0, number]), (-3, 0),
+                               textcoords='offset points', ha='right', va='center',
+                               fontsize=6.5, color=color)  # fmt: skip
+        upper.semilogy(
+            omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=INK, ls=':', label='ring-down'
+        )
+        upper.set(ylim=(1e-7, 2e-2), ylabel='greatest $v_c$' if end == 'left' else '')
+        lower.set(ylim=(1e-6, 2e-2), ylabel='threshold $v_{th}$' if end == 'left' else '')
+        lower.set(xlabel=r'carrier $\omega_c$', yscale='log')
+        for name, alpha in (('compensated', 0.25), ('plain', 0.6)):
+            low, high = data[f'{name}_{end}'].T
+            lower.fill_between(omega, low, high, color=color, alpha=alpha, lw=0)
+        for axes in (upper, lower):
+            for (low, high), tint in zip(data['bands'], (S1, S2), strict=True):
+                for edge in (low, high):
+                    if omega[0] < edge < omega[-1]:
+                        axes.axvline(edge, color=tint, lw=0.7, ls='--')
+        text = 'left end, in $s_2$' if end == 'left' else 'right end, in $s_1$'
+        label(upper, 'ab'[column], f'{text}: echo of each level')
+        label(lower, 'cd'[column], 'thresholds that read every level')
+    grid[0, 0].legend(loc='lower left')
+    left = grid[1, 0]
+    for probe, text, shift in ((PAPER, 'our reading', -45), (PRINTED, 'as printed', 0)):
+        left.plot(probe.omega_c, probe.v_th, 'o', color=MARK, ms=5, zorder=5)
+        left.annotate(
+            f'{text}: {probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),
+            (-7, shift), textcoords='offset points', ha='right', va='center', fontsize=7,
+            color=MARK, arrowprops={'arrowstyle': '-', 'color': MARK, 'lw': 0.5},
+        )  # fmt: skip
+    grid[1, 1].fill_between([], [], color=INK, alpha=0.6, lw=0, label='plain')
+    grid[1, 1].fill_between([], [], color=INK, alpha=0.25, lw=0, label='times $e^{-\\eta t/2}$')
+    grid[1, 1].plot([], [], color=S1, lw=0.7, ls='--', label='band edges of $s_1$')
+    grid[1, 1].plot([], [], color=S2, lw=0.7, ls='--', label='band edges of $s_2$')
+    grid[1, 1].legend(loc='lower left')
+    return figure

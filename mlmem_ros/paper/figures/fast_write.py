@@ -1,0 +1,119 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: how fast a write can be, and how far its peaks may be off."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+
+from ...device.motion import Cycle
+from ...device.settings import WriteSettings, peak
+from ...parameter_file import load
+from ...physics import Chain, Design
+from ...physics.equilibrium import resting_wall
+from ...physics.potential import Array
+from ...studies.style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
+from ...studies.trace import strain_chain, wall_path
+from ..figure import Data, Quality
+from ..upward import distance, passes
+
+PLAIN = 'bits_3'
+"""The paper's element with its slow ramps: what the others are compared with."""
+
+SHIPPED = (
+    'fast', 'bits_1', 'bits_2', 'damped_bits_3', 'bits_4', 'damped_bits_4', 'bits_5', 'bits_6',
+    'bits_8',
+)  # fmt: skip
+"""The configurations that write fast."""
+
+STEPS = 128
+"""Steps that a point of a map may take, if the rows from both ends' levels take no more."""
+
+
+def starts(design: Design) -> list[int]:
+    """Return the levels that writes are started from: all up to sixteen, else some of either end.
+
+    The row from level k and that from the k-th last one are as many steps together as there are
+    levels: as many pairs as fit into `STEPS` are taken, and one at least.
+    """
+    steps = range(design.levels - 1)
+    pairs = max(1, STEPS // design.levels)
+    return sorted({*steps[:pairs], *steps[-pairs:]})
+
+
+def factors_of(design: Design, factors: Array) -> Array:
+    """Return the factors on the peaks that are tried: of the largest elements every second."""
+    return factors[::2] if design.levels > STEPS else factors
+
+
+def compute(quality: Quality) -> Data:
+    """Map which peaks write every level from every lower one, and follow two writes.
+
+    Returns:
+        The names of the `maps`, the plain schedule's first; per name the factors on the peaks,
+        shape (m,), `NAME_factors`, whether all writes upward succeed (compression x tension,
+        m x m), `NAME_passed`, and the time per level, `NAME_time`; and the wall's path of a plain
+        and a fast write of the paper's levels 0 to 7.
+    """
+    factors = np.array(quality.pick([0.3, 1.0], np.round(np.arange(0.4, 1.65, 0.1), 1)))
+    names = quality.pick((PLAIN, 'fast', 'bits_2'), (PLAIN, *SHIPPED))
+    data: Data = {'maps': np.array(names)}
+    for name in names:
+        design, settings = load(name)
+        data[f'{name}_factors'] = tried = factors_of(design, factors)
+        first = quality.pick([0], starts(design))
+        data[f'{name}_passed'] = passes(design, settings.write, tried, first)
+        data[f'{name}_time'] = np.array(Cycle.planned(settings.write, 1.0).duration)
+    for kind, name in (('plain', PLAIN), ('fast', 'fast')):
+        design, settings = load(name)
+        path = _path(design, settings.write, quality.pick(1, design.levels - 1))
+        data |= {f'{kind}_{key}': value for key, value in path.items()}
+    return data
+
+
+def _path(design: Design, write: WriteSettings, last: int) -> Data:
+    """Return time, strain and wall of one write from level 0 up."""
+    cycle = Cycle(())
+    for level in range(last):
+        cycle += Cycle.planned(write, peak(write, design.freed_by_compression(level)))
+    chain = Chain(design)
+    chain.place(resting_wall(design, 0))
+    trace = strain_chain(chain, cycle, 20.0)
+    wall = wall_path(design, trace.configuration)
+    return {'t': np.array(trace.t), 'strain': np.array(trace.strain), 'wall': wall}
+
+
+def draw(data: Data) -> Any:
+    """Draw two writes over each other, and the maps."""
+    figure = new_figure(7.4, 6.4)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(1.0, 1.5))
+    wall, strain = axes_grid(upper, 2, 1, sharex=True, height_ratios=(2.0, 1.0))[:, 0]
+    for name, color in (('plain', FAINT), ('fast', S2)):
+        wall.plot(data[f'{name}_t'] / 1e3, data[f'{name}_wall'], color=color, lw=0.9, label=name)
+        strain.plot(data[f'{name}_t'] / 1e3, 1e3 * data[f'{name}_strain'], color=color, lw=0.8)
+    wall.set(ylabel='wall $X$ (cells)')
+    wall.legend(loc='lower right')
+    label(wall, 'a', "levels 0 to 7 of the paper's element")
+    strain.set(ylabel=r'$\varepsilon\times10^3$', xlabel=r'time $t\times10^{-3}$')
+    columns = 5
+    panels = axes_grid(lower, -(-len(data['maps']) // columns), columns, sharex=True, sharey=True)
+    for axes in panels.ravel()[len(data['maps']) :]:
+        axes.set_visible(False)
+    for axes, name, letter in zip(panels.ravel(), data['maps'], 'bcdefghijk', strict=False):
+        factors, passed = data[f'{name}_factors'], data[f'{name}_passed']
+        axes.pcolormesh(
+            factors, factors, passed, cmap=ListedColormap(['#e8e8e8', S2]), vmin=0, vmax=1,
+            shading='nearest', edgecolors='w', lw=0.4,
+        )  # fmt: skip
+        far = distance(factors, passed)
+        angle = np.linspace(0.0, 2.0 * np.pi, 100)
+        if np.isfinite(far):
+            axes.plot(1.0 + far * np.cos(angle), 1.0 + far * np.sin(angle), ':', color=INK, lw=0.8)
+        axes.plot(1.0, 1.0, '+', color=MARK, ms=9, mew=2)
+        axes.set_aspect('equal')
+        label(axes, letter, f'{name}\n{data[f"{name}_time"]:g}')
+    panels[-1, 0].set(xlabel='tension, over its own', ylabel='compression, over its own')
+    return figure

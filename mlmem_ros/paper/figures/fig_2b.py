@@ -1,0 +1,107 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fig. 2b: where a pinned wall is while the strain grows, s_min before, at, after the defect."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...analysis.quasistatic import DEPARTURE, depinning_strain
+from ...physics import CASE_I, Chain, Design, substep_times
+from ...physics.equilibrium import resting_wall
+from ...studies.style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
+from ...studies.trace import wall_position
+from ..figure import Data, Quality
+
+SITES = (81.0, 100.0, 119.0)
+"""Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""
+
+LARGEST = 0.06
+"""Strain at the end of the growth, either sign."""
+
+
+def compute(quality: Quality) -> Data:
+    """Return the wall's path under growing strain, by time integration and by equilibria.
+
+    The strain grows linearly; NaN marks a wall that has left through an end.
+    """
+    duration = quality.pick(20_000.0, 300_000.0)
+    data: Data = {'j_0': np.array(SITES), 'defect': CASE_I.J, 'largest': LARGEST}
+    for number, j_0 in enumerate(SITES):
+        design = dataclasses.replace(CASE_I, j_0=j_0)
+        for name, sign in (('compression', -1.0), ('tension', 1.0)):
+            strain, path = _grow(design, sign, duration)
+            data['strain'] = strain
+            data[f'path_{name}_{number}'] = path
+            data[f'depin_{name}_{number}'] = _departure(strain, path)
+            data[f'static_{name}_{number}'] = abs(depinning_strain(design, 0, sign, LARGEST))
+    return data
+
+
+def _grow(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return |strain| and the wall's position while the strain grows slowly."""
+    chain = Chain(design)
+    chain.place(resting_wall(design, 0))
+    looks = 480
+    steps = round(duration / looks / chain.dt)
+    times = substep_times(steps, chain.dt)
+    strain = LARGEST * np.arange(1, looks + 1) / looks
+    path = np.empty(looks)
+    for look in range(looks):
+        progress = (look * steps * chain.dt + times) / (looks * steps * chain.dt)
+        chain.advance(design.end_displacement(sign * LARGEST) * progress)
+        path[look] = wall_position(design, chain.configuration)
+    return strain, path - design.J
+
+
+def _departure(strain: np.ndarray, path: np.ndarray) -> float:
+    """Return the strain at which the wall leaves its defect, NaN if it stays."""
+    left = ~(np.abs(path) < DEPARTURE)
+    return float(strain[left.argmax()]) if left.any() else float('nan')
+
+
+def draw(data: Data) -> Any:
+    """Draw the three columns of the paper's first row."""
+    figure = new_figure(6.8, 2.7)
+    grid = axes_grid(figure, 1, 3, sharey=True)[0]
+    where = ('before', 'at', 'after')
+    for number, axes in enumerate(grid):
+        valley = data['j_0'][number] - data['defect']
+        for y, color, style in ((0.0, FAINT, '-'), (valley, MARK, '--')):
+            axes.axhline(y, color=color, lw=0.6, ls=style, zorder=0)
+        for name, color in (('compression', COMPRESSION), ('tension', TENSION)):
+            path = data[f'path_{name}_{number}']
+            strain = 1e3 * data['strain']
+            axes.plot(strain, path, color=color, lw=1.4, label=name)
+            _mark(axes, data, name, number, color)
+            gone = np.flatnonzero(np.isnan(path))
+            if len(gone) and gone[0]:
+                last = gone[0] - 1
+                end = 99.0 if path[last] > 0 else -99.0
+                axes.annotate(
+                    '', (strain[gone[0]], end), (strain[last], path[last]),
+                    arrowprops={'arrowstyle': '->', 'color': color, 'lw': 1.2},
+                )  # fmt: skip
+        axes.set(xlabel=r'$|\varepsilon|\times10^3$', ylim=(-100, 100), xlim=(0, 30))
+        roman = 'i' * (number + 1)
+        label(axes, f'b.{roman}', rf'$s_{{\min}}$ {where[number]} the defect')
+    grid[0].set_ylabel('wall $x = X - 100$ (cells)')
+    grid[0].annotate(r'$s_{\min}$', (29, -19), (0, -2), textcoords='offset points', color=MARK,
+                     ha='right', va='top', fontsize=7)  # fmt: skip
+    grid[1].legend(loc='lower left')
+    return figure
+
+
+def _mark(axes: Any, data: Data, name: str, number: int, color: str) -> None:
+    strain, static = data[f'depin_{name}_{number}'], data[f'static_{name}_{number}']
+    if np.isnan(strain):
+        return
+    axes.plot(1e3 * static, 0.0, 'o', color=color, ms=3.5, zorder=5)
+    up = name == 'compression'
+    axes.annotate(
+        f'{1e3 * static:.1f}', (1e3 * static, 0.0), (-3, 8 if up else -12),
+        textcoords='offset points', fontsize=7, color=color, ha='right',
+    )  # fmt: skip

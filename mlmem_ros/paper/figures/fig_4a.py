@@ -1,0 +1,113 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fig. 4a: the wall driven from level to level by strain cycles, as the device does it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...device import Settings, Write, new_element
+from ...device.settings import TimeSettings
+from ...physics import CASE_II
+from ...studies.style import FAINT, INK, axes_grid, contour, label, new_figure, phase_bar
+from ...studies.trace import Trace, wall_path, watch
+from ..figure import Data, Quality
+
+DETAIL = 3
+"""The step of the inset starts at this level: x = 0, as in the paper."""
+
+
+def compute(quality: Quality) -> Data:
+    """Write level 0, then go up one level at a time; note field, strain and wall.
+
+    Returns:
+        Data with t, strain, field (one row per tick), wall, and per write its level, success,
+        attempts and the ticks it took.
+    """
+    design = CASE_II
+    levels = quality.pick(range(4), range(design.levels))
+    tick = quality.pick(20.0, 10.0)
+    settings = dataclasses.replace(Settings(), time=TimeSettings(tick=tick))
+    element = new_element(design, settings)
+    watch(element, Write(0), Trace())  # the paper's figure begins with the wall at level 0
+    trace, begun, start = Trace(), [], element.ticks
+    for level in levels[1:]:
+        begun.append((element.ticks - start) * tick)
+        watch(element, Write(level), trace)
+    wall = wall_path(design, trace.configuration)
+    return {
+        't': np.array(trace.t) - start * tick,
+        'strain': np.array(trace.strain),
+        'field': np.array(trace.configuration, dtype=np.float32),
+        'wall': wall,
+        'begun': np.array(begun),
+        'levels': np.array(levels[1:]),
+        'success': np.array([outcome.success for outcome in trace.outcomes]),
+        'attempts': np.array([outcome.attempts for outcome in trace.outcomes]),
+        'read': np.array([o.reading.level if o.reading else -2 for o in trace.outcomes]),
+    }
+
+
+def draw(data: Data) -> Any:
+    """Draw contour over strain schedule, and the step from x = 0 with its four numbers."""
+    figure = new_figure(7.2, 4.4)
+    left, right = figure.subfigures(1, 2, width_ratios=(2.1, 1.0))
+    upper, lower = axes_grid(left, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
+    t, x = data['t'] / 1e3, CASE_II.sites - 100.0
+    thin = max(1, len(t) // 1200)
+    mesh = contour(upper, t[::thin], x, data['field'][::thin])
+    for level in range(CASE_II.levels):
+        upper.axhline(CASE_II.defect(level) - 100.0, color=FAINT, lw=0.3)
+    upper.plot(t, data['wall'] - 100.0, color=INK, lw=0.6)
+    ticks = [CASE_II.defect(level) - 100.0 for level in range(CASE_II.levels)]
+    upper.set_yticks(
+        ticks, [f'{x:.0f}   {CASE_II.code(m)}' for m, x in enumerate(ticks)], fontsize=6.5
+    )
+    upper.set_ylabel('$x = j - 100$,  level')
+    label(upper, 'a.i', r'configuration $\Delta_j$')
+    phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
+    lower.plot(t, 1e3 * data['strain'], color=INK, lw=0.8)
+    lower.axhline(0.0, color=FAINT, lw=0.5)
+    lower.set(
+        xlim=(t[0], t[-1]), xlabel=r'time $t \times 10^{-3}$', ylabel=r'$\varepsilon\times10^3$'
+    )
+    label(lower, 'a.ii', 'strain schedule: tension up, compression down')
+    _detail(right, data)
+    return figure
+
+
+def _detail(figure: Any, data: Data) -> None:
+    """Draw the step that begins at x = 0: position and strain against time, numbered."""
+    steps = list(data['levels'])
+    step = steps.index(DETAIL + 1) if DETAIL + 1 in steps else len(steps) - 1
+    home = CASE_II.defect(int(steps[step]) - 1) - 100.0
+    begin = data['begun'][step]
+    chosen = (data['t'] >= begin) & (data['t'] <= begin + 4200.0)
+    t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - 100.0
+    upper, lower = axes_grid(figure, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
+    contour(upper, t, CASE_II.sites - 100.0, data['field'][chosen])
+    upper.plot(t, wall, color=INK, lw=0.9)
+    for y in (home, home + 25.0):
+        upper.axhline(y, color=INK, lw=0.5, ls=':')
+    upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$')
+    for number, (when, where) in enumerate(_events(t, wall, home), 1):
+        upper.annotate(
+            str(number), (when, where), (0, -13), textcoords='offset points', fontsize=7,
+            ha='center', va='center', bbox={'boxstyle': 'circle,pad=0.15', 'fc': 'w', 'lw': 0.6},
+        )  # fmt: skip
+    label(upper, 'inset', f'from $x={home:.0f}$')
+    lower.plot(t, 1e3 * data['strain'][chosen], color=INK, lw=0.8)
+    lower.axhline(0.0, color=FAINT, lw=0.5)
+    lower.set(xlabel=r'$t\times10^{-3}$', ylabel=r'$\varepsilon\times10^3$')
+
+
+def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, float]]:
+    """Return where (1) it leaves, (2) is held under strain, (3) drifts on, (4) is pinned."""
+    leaves = int(np.argmax(wall > home + 2.0))
+    held = int(np.argmin(np.abs(t - (t[leaves] + 0.5))))
+    drifts = len(wall) - 1 - int(np.argmax(wall[::-1] < home + 21.0))
+    pinned = int(np.argmin(np.abs(t - (t[drifts] + 0.6))))
+    return [(float(t[i]), float(wall[i])) for i in (leaves, held, drifts, pinned)]

@@ -1,0 +1,89 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fig. 5: the memory reset by a kink that is driven to the wall, from every level."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...device import Erase, Settings, Write, new_element
+from ...device.settings import TimeSettings
+from ...physics import CASE_II, level_of
+from ...studies.style import FAINT, INK, S2, axes_grid, contour, label, new_figure, phase_bar
+from ...studies.trace import Trace, watch
+from ..figure import Data, Quality
+
+
+def compute(quality: Quality) -> Data:
+    """Write each level and erase it; keep field and strain of the last level's erase.
+
+    Returns:
+        Data with t, strain, field of the longest erase, and per level the outcome, the strain
+        cycles and the time it took, and what is left in the true configuration.
+    """
+    design = CASE_II
+    levels = quality.pick((0, 2), tuple(range(design.levels)))
+    settings = dataclasses.replace(Settings(), time=TimeSettings(tick=20.0))
+    rows = []
+    for level in levels:
+        element = new_element(design, settings)
+        written = watch(element, Write(level), Trace())
+        trace, start = Trace(), element.ticks
+        outcome = watch(element, Erase(), trace)
+        left = level_of(design, element.chain.configuration)
+        strain = np.array(trace.strain)
+        cycles = _excursions(strain) - 1  # the first strains the element for the launch
+        rows.append((level, written.success, outcome.success, left, cycles, len(strain)))
+    table = np.array(rows)
+    return {
+        't': (np.array(trace.t) - start * element.tick),
+        'strain': strain,
+        'field': np.array(trace.configuration, dtype=np.float32),
+        'levels': table[:, 0],
+        'written': table[:, 1].astype(bool),
+        'erased': table[:, 2].astype(bool),
+        'left': table[:, 3],
+        'cycles': table[:, 4],
+        'duration': table[:, 5] * element.tick,
+    }
+
+
+def _excursions(strain: np.ndarray) -> int:
+    """Return how often the strain leaves zero."""
+    away = np.abs(strain) > 1e-9
+    return int(np.count_nonzero(away[1:] & ~away[:-1]) + away[0])
+
+
+def draw(data: Data) -> Any:
+    """Draw the erase of the last level as a contour, and the cost of every level."""
+    figure = new_figure(7.2, 3.8)
+    left, right = figure.subfigures(1, 2, width_ratios=(2.3, 1.0))
+    upper, lower = axes_grid(left, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
+    t, x = data['t'] / 1e3, CASE_II.sites - 100.0
+    thin = max(1, len(t) // 1000)
+    mesh = contour(upper, t[::thin], x, data['field'][::thin])
+    for level in range(CASE_II.levels):
+        upper.axhline(CASE_II.defect(level) - 100.0, color=FAINT, lw=0.3)
+    upper.set_yticks([CASE_II.defect(m) - 100.0 for m in range(CASE_II.levels)])
+    upper.set_ylabel('$x = j - 100$')
+    label(upper, 'i', f'a kink erases level {data["levels"][-1]}')
+    phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
+    lower.plot(t, 1e3 * data['strain'], color=INK, lw=0.8)
+    lower.axhline(0.0, color=FAINT, lw=0.5)
+    lower.set(
+        xlim=(t[0], t[-1]), xlabel=r'time $t\times10^{-3}$', ylabel=r'$\varepsilon\times10^3$'
+    )
+    label(lower, 'ii', 'strain')
+    axes = axes_grid(right)[0, 0]
+    colors = [S2 if blank == -1 else '0.7' for blank in data['left']]
+    axes.bar(data['levels'], data['cycles'], color=colors, width=0.6)
+    for level, cycles in zip(data['levels'], data['cycles'], strict=True):
+        axes.annotate(f'{cycles}', (level, cycles), (0, 2), textcoords='offset points',
+                      ha='center', fontsize=7)  # fmt: skip
+    axes.set(xlabel='level erased', ylabel='strain cycles after the launch')
+    axes.set_xticks(data['levels'])
+    label(axes, 'ours', 'blue: blank after')
+    return figure

@@ -1,0 +1,117 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: walls of both signs in the uniform gradient of Case I: speed, direction, profile."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...analysis.landscape import uniform
+from ...physics import CASE_I, Chain, Design
+from ...physics.held_wall import hold_walls
+from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
+from ...studies.trace import wall_path
+from ..figure import Data, Quality
+
+DESIGN = dataclasses.replace(CASE_I, beta=0.0)
+"""Case I without its defect: nothing but the gradient."""
+
+START = 25.0
+
+ENTRANCE = 1000.0
+"""Time from which the speed is taken: four damping times after the wall was let go."""
+
+
+def compute(quality: Quality) -> Data:
+    """Let both kinds of wall go at rest, and return path, speed and change of profile.
+
+    Returns:
+        Data with, per wall, `path` and `speed` over `t`, and `profile`, the root-mean-square
+        departure over 41 cells from the resting wall of the uniform element at the same place;
+        and `path_defect`, that of an anti-kink which meets the defect of Case I.
+    """
+    duration, every = quality.pick(2600.0, 4200.0), 10.0
+    data: Data = {'eta': np.array(DESIGN.eta), 'gamma': np.array(DESIGN.gamma)}
+    for name in ('anti_kink', 'kink'):
+        flat = uniform(DESIGN)
+        chain = Chain(DESIGN)
+        chain.place(_resting(flat, START, name))
+        steps = round(every / chain.dt)
+        fields = []
+        for _ in range(round(duration / every)):
+            chain.rest(steps)
+            fields.append(chain.configuration)
+        path = wall_path(DESIGN, fields)
+        data['t'] = every * np.arange(1, len(path) + 1)
+        data[f'path_{name}'] = path
+        data[f'speed_{name}'] = np.gradient(path, data['t'])
+        looks = range(0, len(path), quality.pick(40, 10))
+        data['t_profile'] = data['t'][list(looks)]
+        data[f'profile_{name}'] = np.array(
+            [_departure(flat, fields[i], float(path[i]), name) for i in looks]
+        )
+    data['path_defect'], data['defect'] = _into_the_defect(duration, every), np.array(CASE_I.J)
+    return data
+
+
+def _into_the_defect(duration: float, every: float) -> np.ndarray:
+    """Return the path of an anti-kink that is let go before the defect of Case I."""
+    chain = Chain(CASE_I)
+    chain.place(_resting(uniform(CASE_I), CASE_I.J - 50.0, 'anti_kink'))
+    fields = []
+    for _ in range(round(duration / every)):
+        chain.rest(round(every / chain.dt))
+        fields.append(chain.configuration)
+    return wall_path(CASE_I, fields)
+
+
+def _resting(flat: Design, position: float, name: str) -> np.ndarray:
+    """Return a wall at rest in the uniform element; a kink is a mirrored anti-kink."""
+    mirrored = name == 'kink'
+    place = flat.N + 1 - position if mirrored else position
+    (v,) = hold_walls(flat, np.array([place]), np.zeros(flat.N)).v
+    return v[::-1] if mirrored else v
+
+
+def _departure(flat: Design, configuration: np.ndarray, position: float, name: str) -> float:
+    near = np.abs(flat.sites - position) <= 20.0
+    difference = (configuration - _resting(flat, position, name))[near]
+    return float(np.sqrt(np.mean(difference**2)))
+
+
+def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
+    """Return the terminal speed -gamma / (2 eta alpha): gradient force over viscous drag.
+
+    A wall's energy is E sqrt(alpha), its drag eta E sqrt(alpha) times its speed.
+    """
+    alpha = 1.0 + data['gamma'] * position
+    return np.asarray(-data['gamma'] / (2.0 * data['eta'] * alpha))
+
+
+def draw(data: Data) -> Any:
+    """Draw path, speed and change of profile of both walls."""
+    figure = new_figure(7.0, 2.5)
+    path, speed, profile = axes_grid(figure, 1, 3)[0]
+    t = data['t'] / 1e3
+    for name, color, text in (('anti_kink', S2, 'anti-kink'), ('kink', S1, 'kink')):
+        path.plot(t, data[f'path_{name}'], color=color, label=text)
+        speed.plot(t, 1e3 * data[f'speed_{name}'], color=color, lw=0.9)
+        profile.plot(data['t_profile'] / 1e3, 1e3 * data[f'profile_{name}'], color=color)
+    path.plot(t, data['path_defect'], color='0.5', lw=0.9, ls='--', label='with the defect')
+    forecast = closed_form(data, data['path_anti_kink'])
+    speed.plot(t, 1e3 * forecast, color=INK, lw=0.8, ls='--', label=r'$|\gamma|/(2\eta\alpha)$')
+    path.legend()
+    speed.legend(loc='lower right')
+    speed.set_ylim(0.0, None)
+    profile.set_ylim(0.0, None)
+    for axes, letter, text, unit in (
+        (path, 'a', 'both move right', 'wall $X$ (cells)'),
+        (speed, 'b', 'at constant speed', r'speed $\times10^3$'),
+        (profile, 'c', 'with a permanent profile', r'rms departure $\times10^3$'),
+    ):
+        axes.set(xlabel=r'time $t\times10^{-3}$', ylabel=unit)
+        label(axes, letter, text)
+    return figure

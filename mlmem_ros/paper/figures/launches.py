@@ -1,0 +1,133 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: which launches start a wall: a kicked cell, as printed for Fig. 5, and a moved one."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from ...device.motion import Cycle
+from ...device.pulse import Move
+from ...device.settings import EraseSettings, WriteSettings
+from ...physics import CASE_II, Chain, Drive, level_of, substep_times, walls
+from ...studies.style import FAINT, INK, MARK, S1, axes_grid, label, new_figure
+from ...studies.trace import strain_chain
+from ..figure import Data, Quality
+
+PRINTED_VELOCITY = -0.6148
+
+KICK_STRAINS = (0.0, -0.03)
+"""Without strain as printed, and under the compression that our erase is launched with."""
+
+
+def compute(quality: Quality) -> Data:
+    """Kick or move the first cell and see which wall is left when the strain is released.
+
+    Returns:
+        Data with `kick_velocity`, `kink` (strain x velocity: where the kink rests in an element
+        that was active throughout, NaN for no kink) and `kinks` (how many walls there are);
+        `speed`, `strain`, `level` (strain x speed: the level after moving the first cell of a
+        blank element; 8 stands for active throughout, -1 for blank, -2 for no level).
+    """
+    velocity = np.unique(np.r_[np.linspace(-3.0, 0.0, quality.pick(7, 121)), PRINTED_VELOCITY])
+    kicked = [[_kick(float(v), strain) for v in velocity] for strain in KICK_STRAINS]
+    speed = np.geomspace(0.01, 2.0, quality.pick(3, 24))
+    strain = np.linspace(0.0, 0.06, quality.pick(3, 21))
+    level = [[_move(float(v), float(e)) for v in speed] for e in strain]
+    return {
+        'kick_velocity': velocity,
+        'kick_strain': np.array(KICK_STRAINS),
+        'kink': np.array([[position for position, _ in row] for row in kicked]),
+        'kinks': np.array([[count for _, count in row] for row in kicked]),
+        'speed': speed,
+        'strain': strain,
+        'level': np.array(level),
+        'printed': np.array(PRINTED_VELOCITY),
+        'device': np.array([WriteSettings().launch_speed, WriteSettings().start_strain]),
+    }
+
+
+def _kick(velocity: float, strain: float) -> tuple[float, int]:
+    """Return where the kink of a kicked first cell rests, and the number of walls."""
+    times = EraseSettings()
+    chain = Chain(CASE_II)
+    chain.place(np.full(CASE_II.N, CASE_II.D_s2))
+    if strain:
+        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
+    state = chain.state()
+    state[1, 0] = velocity
+    state[2, 0] -= CASE_II.eta * velocity
+    chain.restore(state, V_N=chain.V_N, steps_done=chain.steps_done)
+    chain.rest(math.ceil(times.hold / chain.dt))
+    if strain:
+        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
+    chain.rest(math.ceil(times.settle / chain.dt))
+    found = walls(CASE_II, chain.configuration)
+    kinks = [wall.position for wall in found if not wall.anti_kink]
+    if len(kinks) == 1:
+        return kinks[0], len(found)
+    gone = not found and chain.configuration[0] < CASE_II.D_barrier
+    return (float(CASE_II.N) if gone else math.nan), len(found)
+
+
+def _move(speed: float, strain: float) -> int:
+    """Return the level after the first cell of a blank element was moved under a strain."""
+    times = WriteSettings()
+    chain = Chain(CASE_II)
+    if strain:
+        strain_chain(chain, Cycle.through([(strain, times.ramp)]), times.ramp)
+    move = Move(chain.end(1), CASE_II.D_s2, speed)
+    steps = math.ceil((move.duration + times.hold) / chain.dt)
+    at = substep_times(steps, chain.dt)
+    drive = Drive(1, move.at(at[at <= move.duration]))
+    chain.advance(np.full(2 * steps, chain.V_N), drive)
+    if strain:
+        strain_chain(chain, Cycle.through([(0.0, times.release)], strain), times.release)
+    chain.rest(math.ceil(times.settle / chain.dt))
+    if chain.configuration.min() > CASE_II.D_barrier:
+        return CASE_II.levels
+    return level_of(CASE_II, chain.configuration)
+
+
+def threshold_velocity(data: Data, row: int = 0) -> float:
+    """Return the slowest kick that leaves a kink, or none if no kick does."""
+    made = ~np.isnan(data['kink'][row])
+    return float(data['kick_velocity'][made].max()) if made.any() else math.nan
+
+
+def draw(data: Data) -> Any:
+    """Draw the kink's resting place over the kick, and the level over speed and strain."""
+    figure = new_figure(7.0, 2.9)
+    kick, move = axes_grid(figure, 1, 2)[0]
+    for row, (color, marker) in enumerate(((INK, 'o'), (S1, 'x'))):
+        strain = 1e3 * data['kick_strain'][row]
+        kick.plot(
+            data['kick_velocity'], data['kink'][row], marker, color=color, ms=3,
+            label=rf'$\varepsilon={strain:.0f}\times10^{{-3}}$',
+        )  # fmt: skip
+    kick.axvline(data['printed'], color=MARK, lw=1.0, ls='--')
+    kick.annotate(f'printed\n{data["printed"]:g}', (data['printed'], 205.0), (4, 0),
+                  textcoords='offset points', fontsize=7, color=MARK, va='top')  # fmt: skip
+    for level in range(CASE_II.levels):
+        kick.axhline(CASE_II.defect(level), color=FAINT, lw=0.3, zorder=0)
+    kick.set(xlabel=r'initial velocity $\dot v_1$ (kick)', ylabel='kink rests at $j$',
+             ylim=(0, CASE_II.N + 5), xlim=(-3.1, 0.1))  # fmt: skip
+    kick.legend(loc='lower right')
+    label(kick, 'a', 'a kicked cell: no mark, no kink')
+    colors = ['#000000', '#e8e8e8', *(f'C{n}' for n in range(8)), S1]
+    names = ['no level', 'blank', *(str(n) for n in range(8)), 'all active']
+    mesh = move.pcolormesh(
+        data['speed'], 1e3 * data['strain'], data['level'], cmap=ListedColormap(colors),
+        norm=BoundaryNorm(np.arange(-2.5, 9.0), 11), shading='nearest', edgecolors='w', lw=0.4,
+    )  # fmt: skip
+    bar = figure.colorbar(mesh, ax=move, ticks=range(-2, 9), pad=0.01)
+    bar.ax.set_yticklabels(names)
+    bar.ax.tick_params(labelsize=6.5)
+    move.plot(data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=9, mec='k', mew=0.6)
+    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=r'strain $\times10^3$')
+    label(move, 'b', 'a moved cell: level (star: the device)')
+    return figure

@@ -1,0 +1,82 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: which peak strains move the wall by exactly one level, and which way it can move."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from ...device.motion import Cycle
+from ...device.settings import CycleSettings, WriteSettings
+from ...physics import CASE_II, Chain, level_of
+from ...physics.equilibrium import resting_wall
+from ...studies.style import INK, MARK, axes_grid, label, new_figure
+from ...studies.trace import strain_chain, wall_position
+from ..figure import Data, Quality
+
+LOST = 9
+"""Stands for a wall that is not at rest at a level: between levels, or gone."""
+
+
+def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
+    """Return the level after one strain cycle from a resting wall, and the wall's shift.
+
+    Returns:
+        The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
+        a wall that has left through an end counts as standing there.
+    """
+    chain = Chain(CASE_II)
+    chain.place(resting_wall(CASE_II, level))
+    strain_chain(chain, Cycle.planned(times, peak), 500.0)
+    place = wall_position(CASE_II, chain.configuration)
+    if np.isnan(place):
+        place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)
+    return level_of(CASE_II, chain.configuration), place - CASE_II.defect(level)
+
+
+def compute(quality: Quality) -> Data:
+    """Return the levels and cells moved by one cycle (level x peak), of either sign."""
+    times, settings = CycleSettings(), WriteSettings()
+    levels = range(CASE_II.levels)
+    peaks = 1e-3 * quality.pick(
+        np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
+    )
+    moved = np.full((len(levels), len(peaks)), LOST)
+    shift = np.zeros(moved.shape)
+    for row, level in enumerate(levels):
+        for column, peak in enumerate(peaks):
+            after, shift[row, column] = cycle_once(level, float(peak), times)
+            if after >= 0:
+                moved[row, column] = after - level
+    return {
+        'peaks': peaks,
+        'levels': np.array(levels),
+        'moved': moved,
+        'shift': shift,
+        'by_compression': np.array([CASE_II.freed_by_compression(m) for m in levels]),
+        'device': np.array([settings.compression, settings.tension]),
+    }
+
+
+def draw(data: Data) -> Any:
+    """Draw what one cycle does to every level, over the peak strain."""
+    figure = new_figure(6.4, 2.9)
+    axes = axes_grid(figure)[0, 0]
+    moved = np.clip(data['moved'], -1, 4)
+    colors = ['#000000', '#e8e8e8', '#2c7fb8', '#fdae61', '#f46d43', '#a50026']
+    mesh = axes.pcolormesh(
+        1e3 * data['peaks'], data['levels'], moved, cmap=ListedColormap(colors),
+        norm=BoundaryNorm(np.arange(-1.5, 5.0), 6), edgecolors='w', lw=0.6, shading='nearest',
+    )  # fmt: skip
+    bar = figure.colorbar(mesh, ax=axes, ticks=range(-1, 5), pad=0.01)
+    bar.ax.set_yticklabels(['back', 'stays', '+1', '+2', '+3', 'lost or more'])
+    axes.axvline(0.0, color=INK, lw=0.5)
+    for peak in data['device']:
+        axes.axvline(1e3 * peak, color=MARK, lw=1.0, ls='--')
+    axes.set(xlabel=r'peak strain $\varepsilon\times10^3$', ylabel='level before the cycle')
+    axes.set_yticks(data['levels'])
+    label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
+    return figure

@@ -1,0 +1,121 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: how stiff the substrate has to be for Eq. (1a) alone to do, with Eq. (1b) beside it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from ...device.motion import Cycle
+from ...device.settings import CycleSettings, WriteSettings, peak
+from ...physics import CASE_II, Chain, Design, level_of
+from ...physics.equilibrium import resting_wall
+from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
+from ...studies.trace import strain_chain, wall_path
+from ..echoes import PAPER, detect, listen
+from ..figure import Data, Quality
+
+EVERY = 10.0
+"""Time between looks."""
+
+LAST = 50
+"""Looks at the end of a cycle, 500 time units, over which a wall that still rings is averaged."""
+
+SETTLE = 4000.0
+"""Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
+
+
+def compute(quality: Quality) -> Data:
+    """Make a cycle from every level with Eq. (1a) alone and with Eq. (1b), over s_min.
+
+    Returns:
+        Data with `s_min` and `levels`; `moved` (s_min x level), levels moved by a cycle (NaN:
+        no level); `difference` (s_min x level), the distance in cells between the mean place of
+        the wall at the end of the cycle and that with the rigid substrate; `echo` (s_min), the
+        greatest difference of v_1 after a pulse over its amplitude; `delay` (s_min x 2), the
+        echo's delay with the elastic and the rigid substrate; and the paths from level 1.
+    """
+    s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
+    levels = range(quality.pick(2, CASE_II.levels - 1))
+    rigid = [_cycle(CASE_II, level) for level in levels]
+    v = resting_wall(CASE_II, 1)
+    moved, difference, paths, echoes, delays = [], [], [], [], []
+    for s in s_min:
+        design = dataclasses.replace(
+            CASE_II, s_min=float(s), s_max=3.0 * float(s), substrate='elastic'
+        )
+        cycles = [_cycle(design, level) for level in levels]
+        moved.append([end - level for (_, end), level in zip(cycles, levels, strict=True)])
+        difference.append(
+            [
+                abs(path[-LAST:].mean() - ideal[-LAST:].mean())
+                for (path, _), (ideal, _) in zip(cycles, rigid, strict=True)
+            ]
+        )
+        paths.append(cycles[1][0])
+        other, dt = listen(design, v, PAPER, duration=400.0, settle=SETTLE)
+        # The same step for both, or the integrator's own dispersion would be compared.
+        heard, _ = listen(CASE_II, v, PAPER, duration=400.0, dt=dt)
+        echoes.append(float(np.abs(other - heard).max()) / PAPER.A)
+        pair = [detect(sound, dt, PAPER).delay for sound in (other, heard)]
+        delays.append([np.nan if delay is None else delay for delay in pair])
+    return {
+        's_min': s_min,
+        'levels': np.array(levels),
+        'by_compression': np.array([CASE_II.freed_by_compression(level) for level in levels]),
+        'moved': np.array(moved, dtype=float),
+        'difference': np.array(difference),
+        'echo': np.array(echoes),
+        'delay': np.array(delays),
+        't': EVERY * np.arange(1, len(rigid[1][0]) + 1),
+        'path_rigid': rigid[1][0],
+        'paths': np.array(paths),
+    }
+
+
+def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
+    """Return the wall's path through a cycle and the level after it, NaN for none."""
+    settings, times = WriteSettings(), CycleSettings()
+    compress = design.freed_by_compression(level)
+    chain = Chain(design)
+    chain.place(resting_wall(design, level))
+    trace = strain_chain(chain, Cycle.planned(times, peak(settings, compress)), EVERY)
+    end = level_of(design, chain.configuration)
+    return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
+
+
+def draw(data: Data) -> Any:
+    """Draw a step's paths, and how far the elastic substrate is from the rigid one."""
+    figure = new_figure(7.0, 2.8)
+    left, right = axes_grid(figure, 1, 2, width_ratios=(1.2, 1.0))[0]
+    t = data['t'] / 1e3
+    for row, s_min in enumerate(data['s_min']):
+        shade = 0.25 + 0.75 * row / max(1, len(data['s_min']) - 1)
+        color = S2 if data['moved'][row, 1] == 1 else S1
+        left.plot(t, data['paths'][row], color=color, alpha=shade, lw=0.8, label=f'{s_min:g}')
+    left.plot(t, data['path_rigid'], color=INK, lw=0.7, ls='--', label='rigid')
+    for site in (50, 75):
+        left.axhline(site, color=FAINT, lw=0.4, zorder=0)
+    left.set(xlabel=r'time $t\times10^{-3}$', ylabel='wall $X$ (cells)', ylim=(43, 87))
+    left.legend(title=r'$s_{\min}/k_r$', ncols=2, loc='upper left', title_fontsize=7)
+    label(left, 'a', 'one cycle from level 1 (red: fails)')
+    kinds = (('compression', data['by_compression']), ('tension', ~data['by_compression']))
+    for (text, chosen), marker in zip(kinds, 'os', strict=True):
+        good = np.all(data['moved'][:, chosen] == 1, axis=1)
+        x, y = data['s_min'], np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
+        right.loglog(x, y, '-', color='0.8', lw=0.8)
+        listed = ', '.join(str(level) for level in data['levels'][chosen])
+        right.loglog(x[good], y[good], marker, color=S2, ms=5, label=f'{text}, from {listed}')
+        right.loglog(x[~good], y[~good], marker, color=S1, ms=5, mfc='none', label='  fails')
+    right.loglog(
+        data['s_min'], data['echo'], '^', color=MARK, ms=4, label='echo, share of the pulse'
+    )
+    right.set(xlabel=r'least substrate stiffness $s_{\min}/k_r$',
+              ylabel='greatest difference (cells)')  # fmt: skip
+    right.legend(fontsize=6.5, loc='lower left', bbox_to_anchor=(0.0, -0.02))
+    right.set_ylim(1e-7, 30.0)
+    label(right, 'b', 'elastic against rigid substrate')
+    return figure

@@ -1,0 +1,144 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmarks compare what is equal. No time is asserted here."""
+
+import itertools
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.bench import node, peers, recorder, registry
+from mlmem_ros.bench.c_program import NoCompiler, c_runner
+from mlmem_ros.bench.comparison import Comparison
+from mlmem_ros.bench.measure import Contender, Entry, Spread, measure
+from mlmem_ros.bench.plain import numba_runner, numpy_runner
+from mlmem_ros.bench.problem import STEP, Problem
+from mlmem_ros.bench.session_traffic import traffic
+from mlmem_ros.bench.verlet import verlet
+from mlmem_ros.cli.main import main
+
+
+@pytest.fixture(scope='module')
+def problem():
+    return Problem.of_size(225)
+
+
+@pytest.mark.parametrize('make', [numpy_runner, numba_runner, c_runner])
+def test_every_kernel_makes_the_same_steps(problem, make):
+    if make is c_runner and shutil.which('gcc') is None:
+        pytest.skip('gcc is missing')
+    chain, other = problem.chain(dt=STEP), make(problem)
+    chain.rest(200)
+    other.advance(200)
+    np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
+
+
+@pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is missing')
+def test_the_c_program_leaves_the_processors_arithmetic_alone(problem):
+    """What -ffast-math does to denormal numbers must not reach our own kernels."""
+    c_runner(problem)
+    assert np.float64(5e-324) * np.float64(1.0) > 0.0
+    assert np.finfo(np.float64).tiny / np.float64(2.0) > 0.0
+
+
+def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
+    monkeypatch.setattr(shutil, 'which', lambda _: None)
+    with pytest.raises(NoCompiler, match='gcc is missing'):
+        c_runner(problem)
+
+
+def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
+    exact = peers.PEERS['SciPy DOP853'](problem, 20.0).solve(1e-13)
+    solve = verlet(problem, 20.0)
+    coarse, fine = (np.abs(solve(dt) - exact).max() for dt in (0.25, 0.125))
+    assert coarse < 1e-2
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize('name', ['SciPy DOP853', 'SciPy DOP853, NumPy', 'SciPy LSODA'])
+def test_scipy_solves_the_same_problem(problem, name):
+    chain = problem.chain(dt=0.01)
+    chain.rest(2000)
+    solution = peers.PEERS[name](problem, 20.0).solve(1e-9)
+    np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
+
+
+def test_a_peer_that_is_not_installed_is_skipped_with_a_word(problem, monkeypatch):
+    monkeypatch.setitem(__import__('sys').modules, 'mujoco', None)
+    with pytest.raises(peers.Missing, match='mujoco is missing; pip install mujoco'):
+        peers.PEERS['MuJoCo'](problem, 1.0)
+
+
+@pytest.mark.parametrize('name', recorder.WRITERS)
+def test_every_writer_records_all_messages(tmp_path, name):
+    messages = traffic(1.0)
+    with recorder.WRITERS[name](tmp_path / 'bag') as put:
+        for message in messages:
+            put(message)
+    reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
+    counts = {topic: info.message_count for topic, info in reader.topics.items()}
+    assert sum(counts.values()) == len(messages) == 303
+    assert counts['/mlmem/field'] == 100
+
+
+def test_contenders_take_turns(monkeypatch):
+    calls = []
+    ticks = itertools.count()
+    contenders = [Contender(n, lambda n=n: calls.append(n), work=2.0) for n in 'ab']
+    monkeypatch.setattr('mlmem_ros.bench.measure.LEAST_SECONDS', 0.0)
+    entries = measure(contenders, 2, scale=10.0, clock=lambda: float(next(ticks)))
+    assert ''.join(calls) == 'aabb' + 'ab' + 'ba'  # twice to warm up, then there and back
+    assert [entry.samples for entry in entries] == [(5.0, 5.0), (5.0, 5.0)]
+
+
+def test_a_ratio_is_taken_round_by_round():
+    slow, fast = Entry('slow', (2.0, 20.0, 4.0)), Entry('fast', (1.0, 10.0, 2.0))
+    assert slow.over(fast) == Spread(2.0, 2.0, 2.0)
+
+
+def test_a_comparison_is_kept_whole(tmp_path):
+    entries = [Entry('a', (1.0, 2.0, 3.0), x=1.0), Entry('b', (2.0, 4.0, 6.0), x=2.0)]
+    for axis, measured in itertools.product(('', 'length'), (True, False)):
+        made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
+        assert made.table().row_count == 2
+        data, plot = made.save(tmp_path)
+        kept = json.loads(data.read_text(encoding='utf-8'))
+        assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
+        assert kept['skipped'] == {'d': 'no'}
+        assert kept['host']['versions']['numpy'] == np.__version__
+        assert not measured or kept['ratios'][1]['median'] == 2.0
+        assert plot.stat().st_size > 1000
+
+
+def test_benchmarks_are_found_by_name():
+    assert registry.select([]) == list(registry.BENCHMARKS)
+    assert registry.select(['recorder', 'kernel']) == ['kernel', 'recorder']
+    with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
+        registry.select(['x'])
+    for name in registry.BENCHMARKS:
+        module = registry.load(name)
+        assert module.TITLE
+        assert callable(module.run)
+
+
+@pytest.mark.parametrize(
+    'arguments', [['--minutes', '1'], ['kernel', '--minutes', '1'], ['node', '--minutes', 'nan']]
+)
+def test_minutes_are_for_the_node_alone(arguments, capsys, tmp_path):
+    assert main(['bench', *arguments, '--output', str(tmp_path)]) == 2
+    assert 'mlmem bench node --minutes 10' in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_node_is_watched_for_a_time():
+    """A tick is 2 ms: as many as fit were run or skipped, give or take a rest of 20."""
+    pytest.importorskip('rclpy')
+    (comparison,) = node.run(1, minutes=0.05)
+    seen = {entry.name: entry.spread.median for entry in comparison.entries}
+    ticks = seen[node.NAMES['ticks']] + seen[node.NAMES['overruns']]
+    assert ticks == pytest.approx(0.05 * 60.0 / 0.002, abs=40)
+    assert seen[node.NAMES['p50']] <= seen[node.NAMES['p99']] <= seen[node.NAMES['worst']]
+    assert 0.0 < seen[node.NAMES['share']] < 100.0

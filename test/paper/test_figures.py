@@ -1,0 +1,89 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every figure, drawn from small data: a picture with ink on it, a vector file, its data."""
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mlmem_ros.paper.figure import load_data
+from mlmem_ros.paper.registry import BY_NAME, STUDIES, select
+
+STILL = [study.name for study in STUDIES if study.name != 's1']
+DOCS = Path(__file__).parents[2] / 'docs' / 'figures'
+
+
+@pytest.mark.parametrize('name', STILL)
+def test_a_figure_is_written_as_png_svg_and_data(name, small, tmp_path):
+    study = BY_NAME[name]
+    files = {file.suffix: file for file in study.save(small[name], tmp_path)}
+    assert set(files) == {'.npz', '.png', '.svg'}
+    assert {file.stem for file in files.values()} == {study.stem}
+    picture = np.asarray(Image.open(files['.png']).convert('L'))
+    assert picture.shape[0] > 150
+    assert picture.shape[1] > 400
+    assert 0.005 < np.mean(picture < 200) < 0.7  # ink, and paper
+    root = ElementTree.parse(files['.svg']).getroot()
+    assert root.tag.endswith('svg')
+    assert len(list(root.iter())) > 100
+    kept = load_data(files['.npz'])
+    assert set(kept) == set(small[name])
+    for key, value in small[name].items():
+        np.testing.assert_array_equal(kept[key], np.asarray(value))
+
+
+def test_the_same_data_give_the_same_files(small, tmp_path):
+    for folder in ('a', 'b'):
+        (tmp_path / folder).mkdir()
+        BY_NAME['3a'].save(small['3a'], tmp_path / folder)
+    for ending in ('png', 'svg'):
+        one, other = ((tmp_path / f / f'fig_3a.{ending}').read_bytes() for f in 'ab')
+        assert one == other
+
+
+def test_the_film_moves(small, tmp_path):
+    files = {file.suffix: file for file in BY_NAME['s1'].save(small['s1'], tmp_path)}
+    with Image.open(files['.gif']) as film:
+        frames = len(small['s1']['t'])
+        assert 1 < film.n_frames <= frames  # equal neighbours are joined
+        pictures = []
+        for frame in (0, film.n_frames // 2, film.n_frames - 1):
+            film.seek(frame)
+            pictures.append(np.asarray(film.convert('L')))
+    assert pictures[0].shape[1] > 400
+    assert np.any(pictures[0] != pictures[1])
+    assert np.any(pictures[1] != pictures[2])
+    assert small['s1']['success'].all()
+
+
+def test_the_committed_pictures_are_all_there_and_small():
+    for study in STUDIES:
+        ending, limit = ('gif', 2_000_000) if study.name == 's1' else ('png', 200_000)
+        file = DOCS / f'{study.stem}.{ending}'
+        assert file.stat().st_size < limit, file.name
+
+
+@pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])
+def test_a_figure_is_called_as_a_person_calls_it(text):
+    assert [study.name for study in select([text])] == ['2b']
+
+
+def test_figures_come_in_the_order_of_the_paper():
+    assert [study.name for study in select(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
+    assert select([]) == list(STUDIES)
+
+
+def test_an_unknown_figure_is_refused_with_those_that_are_known():
+    with pytest.raises(KeyError, match=r'figure must be one of 1c, 2a, .*check; got .6x'):
+        select(['2a', '6x'])
+
+
+def test_every_file_of_the_folder_is_registered():
+    folder = Path(__file__).parents[2] / 'mlmem_ros' / 'paper' / 'figures'
+    modules = {file.stem for file in folder.glob('*.py')} - {'__init__'}
+    assert modules == {study.module for study in STUDIES}
+    names = {study.name for study in STUDIES}
+    assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names
