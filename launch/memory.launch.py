@@ -28,7 +28,7 @@ from mlmem_ros.device import PRESETS
 from mlmem_ros.device.presets import DEFAULT
 from mlmem_ros.host.design_check import WAS_SKIP
 from mlmem_ros.parameter_file import node_parameters
-from mlmem_ros.ros.declarations import declarations
+from mlmem_ros.ros.node.declarations import declarations
 
 TRUTH = {'true': True, 'false': False}
 OLD_WORDS = {'design.check': (WAS_SKIP,)}

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.errors import NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .ros.bank import BankFailed, MemoryBank, Word
-    from .ros.client import MemoryClient
-    from .ros.reply import Reply
-    from .ros.standalone import standalone
+    from .ros.client.bank import BankFailed, MemoryBank, Word
+    from .ros.client.client import MemoryClient
+    from .ros.client.reply import Reply
+    from .ros.client.standalone import standalone
 
 __version__ = '0.1.0'
 
@@ -40,11 +40,11 @@ __all__ = [
 
 _HOMES = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'ros.bank': ('BankFailed', 'MemoryBank', 'Word'),
-    'ros.client': ('MemoryClient',),
+    'ros.client.bank': ('BankFailed', 'MemoryBank', 'Word'),
+    'ros.client.client': ('MemoryClient',),
     'contract.errors': ('NoAnswer', 'RequestError', 'RequestFailed', 'RequestRefused'),
-    'ros.reply': ('Reply',),
-    'ros.standalone': ('standalone',),
+    'ros.client.reply': ('Reply',),
+    'ros.client.standalone': ('standalone',),
 }
 """Modules, and the names that are at home there."""
 

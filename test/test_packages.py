@@ -42,7 +42,7 @@ assert '\\n' not in str(refused.value)
 
 def test_the_node_is_made_of_nothing_more_than_its_host():
     pytest.importorskip('rclpy')
-    done = python('import mlmem_ros.ros.run, mlmem_ros.ros.main')
+    done = python('import mlmem_ros.ros.node.run, mlmem_ros.ros.main')
     assert done.returncode == 0, done.stderr
 
 

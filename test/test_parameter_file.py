@@ -16,7 +16,7 @@ from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError
-from mlmem_ros.ros.declarations import groups
+from mlmem_ros.ros.node.declarations import groups
 
 CONFIG = Path(__file__).parent.parent / 'config'
 

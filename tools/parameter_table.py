@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mlmem_ros.described import Description
-from mlmem_ros.ros.declarations import declarations
+from mlmem_ros.ros.node.declarations import declarations
 
 README = Path(__file__).resolve().parent.parent / 'README.md'
 BEGIN, END = '<!-- parameters: begin -->', '<!-- parameters: end -->'

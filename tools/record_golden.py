@@ -21,8 +21,8 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
 from mlmem_ros import MemoryClient, standalone
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import RELIABLE
-from mlmem_ros.ros.standalone import wait_until
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'
 SPARSE = ('publish.field_every:=100', 'publish.wall_every:=100', 'publish.joint_states_every:=20')

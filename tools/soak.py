@@ -39,7 +39,7 @@ from visualization_msgs.msg import MarkerArray
 
 from mlmem_ros import RequestFailed
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.ros.standalone import standalone, wait_until
+from mlmem_ros.ros.client.standalone import standalone, wait_until
 
 STREAMS = {
     'level': Int16,

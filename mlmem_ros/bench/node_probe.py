@@ -21,9 +21,8 @@ import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from ..device.loop_statistics import LoopStatistics
-from ..ros.node import MemoryNode
-from ..ros.run import POLL
+from ..ros.node.node import MemoryNode
+from ..ros.node.run import POLL
 
 
 class Watched(LoopStatistics):

@@ -210,7 +210,7 @@ def check_node(name: str, wait: float) -> Finding:
         wait: How long to wait for it, in seconds.
     """
     from ..contract.errors import RequestError
-    from ..ros.standalone import standalone
+    from ..ros.client.standalone import standalone
 
     what = f'node {name}'
     try:

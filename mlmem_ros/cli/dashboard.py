@@ -16,7 +16,7 @@ from rich.text import Text
 from ..device import BLANK, UNDECODABLE, describe_level
 
 if TYPE_CHECKING:
-    from ..ros.monitor import Status, View
+    from ..ros.client.monitor import Status, View
 
 SPARKS = ' ▁▂▃▄▅▆▇█'
 COLOURS = ('green', 'yellow', 'red', 'magenta')

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..contract.answers import Decoded
-    from ..ros.client import MemoryClient
+    from ..ros.client.client import MemoryClient
 
 SUMMARY = 'write every level up and some down through ROS 2, read each back, show it'
 
@@ -106,8 +106,8 @@ def _write_and_read(console: Console, name: str) -> list[Row]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     from std_msgs.msg import Float64MultiArray
 
+    from ..ros.client.standalone import standalone
     from ..ros.qos import SENSOR_DATA
-    from ..ros.standalone import standalone
 
     columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
     rows: list[Row] = []
@@ -127,7 +127,7 @@ def _write_and_read(console: Console, name: str) -> list[Row]:
 
 
 def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Row:
-    from ..ros.standalone import wait_until
+    from ..ros.client.standalone import wait_until
 
     begun = time.monotonic()
     client.write(asked).wait()

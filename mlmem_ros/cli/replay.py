@@ -21,7 +21,7 @@ from ..clipped import printable
 from .output import add_json, print_json
 
 if TYPE_CHECKING:
-    from ..ros.play import Played
+    from ..ros.client.play import Played
     from ..session.replay import Progress
     from ..session.report import ReplayReport
 
@@ -72,7 +72,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
 def _into_node(arguments: argparse.Namespace) -> int:
     from ..contract.errors import RequestError
-    from ..ros.play import play
+    from ..ros.client.play import play
     from ..session.data import load
     from .console import complain
 

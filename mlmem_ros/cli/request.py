@@ -15,8 +15,8 @@ from .output import add_json, print_json
 
 if TYPE_CHECKING:
     from ..contract.answers import Answer, Decoded
-    from ..ros.client import MemoryClient
-    from ..ros.reply import Reply
+    from ..ros.client.client import MemoryClient
+    from ..ros.client.reply import Reply
 
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
@@ -48,7 +48,7 @@ def run(
         Exit status: 0 when it succeeded, 1 when it did not or no node answers.
     """
     from ..contract.errors import RequestError, RequestFailed
-    from ..ros.standalone import standalone
+    from ..ros.client.standalone import standalone
 
     try:
         with standalone(arguments.node) as client:

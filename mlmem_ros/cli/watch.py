@@ -36,8 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
     from rich.live import Live
 
     from ..contract.errors import RequestError
-    from ..ros.monitor import WANTED, Monitor
-    from ..ros.standalone import standalone, wait_until
+    from ..ros.client.monitor import WANTED, Monitor
+    from ..ros.client.standalone import standalone, wait_until
     from .console import plain_console
     from .dashboard import dashboard
 

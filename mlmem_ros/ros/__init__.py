@@ -1,3 +1,3 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The ROS 2 side: node, parameters, messages and client. Thin: the device does the work."""
+"""The ROS 2 side of the contract: the node, its clients and its views. No physics here."""

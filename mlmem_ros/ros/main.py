@@ -31,11 +31,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
     from .announcing import announce_often
-    from .command_line import ros_arguments
+    from .node.command_line import ros_arguments
 
     announce_often(os.environ)
     given = ros_arguments(sys.argv if arguments is None else arguments)
-    from .run import run  # a second or two, in which a signal must not raise
+    from .node.run import run  # a second or two, in which a signal must not raise
 
     return 0 if received else run(given, received)
 

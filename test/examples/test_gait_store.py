@@ -10,8 +10,8 @@ import pytest
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros import standalone
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import LATCHED, RELIABLE, SENSOR_DATA
-from mlmem_ros.ros.standalone import wait_until
 
 pytest_plugins = ['mlmem_ros.testing']
 

@@ -15,8 +15,8 @@ from rclpy.task import Future
 from std_msgs.msg import Int16
 
 from mlmem_ros import BankFailed, MemoryBank, MemoryClient, RequestRefused, standalone
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import LATCHED
-from mlmem_ros.ros.standalone import wait_until
 
 ELEMENTS = 3
 QUICK = {

@@ -22,8 +22,8 @@ from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from mlmem_ros.host import Journal
-from mlmem_ros.ros.boundary import Boundary
-from mlmem_ros.ros.run import ENDED
+from mlmem_ros.ros.node.boundary import Boundary
+from mlmem_ros.ros.node.run import ENDED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
@@ -48,7 +48,7 @@ def test_a_defect_is_answered_as_every_refusal_is(own):
     def broken(request, response):
         raise RuntimeError('broken')
 
-    broken.__module__ = 'mlmem_ros.ros.services' if own else 'rclpy.parameter_service'
+    broken.__module__ = 'mlmem_ros.ros.node.services' if own else 'rclpy.parameter_service'
     service = SimpleNamespace(srv_name='/mlmem/request', callback=broken)
     journal = Journal(logging.getLogger())
     Boundary(SimpleNamespace(services=[service]), journal).guard_services()

@@ -7,7 +7,7 @@ from robot import Robot, values
 
 from mlmem_ros import __version__
 from mlmem_ros.cli.main import main as mlmem
-from mlmem_ros.ros.command_line import ros_arguments
+from mlmem_ros.ros.node.command_line import ros_arguments
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from mlmem_ros.cli.main import main
 from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
 from mlmem_ros.ros.announcing import announce_often
-from mlmem_ros.ros.play import play
+from mlmem_ros.ros.client.play import play
 from mlmem_ros.session.data import load
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
@@ -138,7 +138,7 @@ def test_an_answer_as_json(memory, robot, inside):
 def test_a_client_loads_neither_the_material_nor_the_compiler():
     """What `mlmem read` takes of its own is what it imports, and until it finds the node."""
     program = (
-        'import sys, mlmem_ros.cli.main as cli, mlmem_ros.ros.standalone\n'
+        'import sys, mlmem_ros.cli.main as cli, mlmem_ros.ros.client.standalone\n'
         'try:\n    cli.main(["read", "--help"])\n'
         'except SystemExit:\n    pass\n'
         'print(*(name for name in ("numba", "scipy", "rich", "mlmem_ros.device") '

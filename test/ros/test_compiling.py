@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros import compiling
+from mlmem_ros.ros.node import compiling
 
 NODE = SimpleNamespace(get_logger=lambda: logging.getLogger('test'))
 TEXT = 'compiling the kernels of the rigid substrate (pefrl)'

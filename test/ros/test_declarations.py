@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every parameter is declared once, with a default that is legal."""
 
-from mlmem_ros.ros.declarations import declarations
+from mlmem_ros.ros.node.declarations import declarations
 
 
 def test_every_parameter_has_a_name_of_its_own_and_says_what_it_is():

@@ -18,18 +18,18 @@ from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.ros.diagnostics.faults import FaultsComponent
-from mlmem_ros.ros.diagnostics.health import ERROR, OK, WARN, Health, Hysteresis
-from mlmem_ros.ros.diagnostics.loop import LoopComponent
-from mlmem_ros.ros.diagnostics.material import (
+from mlmem_ros.ros.node.diagnostics.faults import FaultsComponent
+from mlmem_ros.ros.node.diagnostics.health import ERROR, OK, WARN, Health, Hysteresis
+from mlmem_ros.ros.node.diagnostics.loop import LoopComponent
+from mlmem_ros.ros.node.diagnostics.material import (
     AUDIT_EVERY,
     LARGEST_IMBALANCE,
     LEAST_EXCHANGE,
     MaterialComponent,
 )
-from mlmem_ros.ros.diagnostics.memory import MemoryComponent
-from mlmem_ros.ros.diagnostics.recorder import RecorderComponent
-from mlmem_ros.ros.diagnostics.transducer import TransducerComponent
+from mlmem_ros.ros.node.diagnostics.memory import MemoryComponent
+from mlmem_ros.ros.node.diagnostics.recorder import RecorderComponent
+from mlmem_ros.ros.node.diagnostics.transducer import TransducerComponent
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 

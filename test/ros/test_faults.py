@@ -10,8 +10,8 @@ from robot import SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.errors import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Read, SetFaults
-from mlmem_ros.ros.play import play
-from mlmem_ros.ros.standalone import standalone
+from mlmem_ros.ros.client.play import play
+from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
 

@@ -19,7 +19,7 @@ from test_signals import check_closed
 
 from mlmem_ros.device import PRESETS, preset
 from mlmem_ros.parameter_file import text_of
-from mlmem_ros.ros.declarations import declarations
+from mlmem_ros.ros.node.declarations import declarations
 
 CHECKOUT = Path(__file__).parents[2]
 

@@ -8,8 +8,8 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-from mlmem_ros.ros.namesakes import LOOKS
-from mlmem_ros.ros.node import MemoryNode
+from mlmem_ros.ros.node.namesakes import LOOKS
+from mlmem_ros.ros.node.node import MemoryNode
 
 WARNING = 'another node named /twin is there'
 

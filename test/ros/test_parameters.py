@@ -13,7 +13,7 @@ from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.ros.parameters import ParameterError, ParameterSet
+from mlmem_ros.ros.node.parameters import ParameterError, ParameterSet
 
 
 @pytest.fixture(scope='module')

@@ -13,7 +13,7 @@ import pytest
 from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
-from mlmem_ros.ros.run import NOT_SAVED
+from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 

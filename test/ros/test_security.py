@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from mlmem_ros.contract.errors import RequestFailed, RequestRefused
-from mlmem_ros.ros.standalone import standalone
+from mlmem_ros.ros.client.standalone import standalone
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
 RULES = {

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from mlmem_ros.ros.run import ENDED, NOT_SAVED
+from mlmem_ros.ros.node.run import ENDED, NOT_SAVED
 
 NUMBERS = (0.0, -0.0, 1e-9, 0.01, -0.03, 0.08, 1.0, -1e9, 1e308, 5e-324, math.nan, math.inf)
 PATHS = ('', '{folder}/session', '/', '.', '~nosuchuser/x', 'x' * 300, '{folder}/no/such/way')

@@ -19,7 +19,7 @@ import pytest
 from rich.console import Console
 
 from mlmem_ros.cli.dashboard import SPARKS, dashboard, sparkline
-from mlmem_ros.ros.monitor import Status, View
+from mlmem_ros.ros.client.monitor import Status, View
 
 CALM = {'publish.wall_every': 50, 'publish.joint_states_every': 50, 'publish.field_every': 0}
 COMMAND = [sys.executable, '-m', 'mlmem_ros.cli.main', 'watch']

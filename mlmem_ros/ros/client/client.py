@@ -1,0 +1,278 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory from a robot's code: a client on a node that the robot has anyway."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
+
+from diagnostic_msgs.srv import SelfTest
+from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from std_srvs.srv import SetBool, Trigger
+
+from ...contract.answers import (
+    Answer,
+    Calibrated,
+    Decoded,
+    Done,
+    Paused,
+    Recorded,
+    SelfTested,
+    Stepped,
+    parse,
+    parse_self_test,
+)
+from ...contract.errors import RequestRefused
+from ...contract.requests import message_of
+from ..qos import EVERY_ONE
+from .line import Call, Line
+from .reply import Reply, Steps
+
+SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
+
+
+class MemoryClient:
+    """Writes, reads and erases the element behind a memory node.
+
+    Every method returns a `Reply` at once: await it in a callback that is `async def`, or
+    `.wait()` for it where nothing else has to go on in this thread. A callback that awaits keeps
+    its callback group to itself meanwhile: give it `group`, or the timers of the node's default
+    group stand still. One client serves one element; make as many on a node as there are
+    elements, or a `MemoryBank`.
+
+    Every reply raises `NoAnswer` when the node or its answer does not come in time,
+    `RequestRefused` when the node did not take the request and `RequestFailed` when it could
+    not fulfil it. A program that is no node takes `standalone`.
+
+    Attributes:
+        node: The node it is built on.
+        name: Full name of the memory node.
+        group: Callback group for callbacks that await; one of them runs at a time.
+    """
+
+    def __init__(self, node: Node, name: str = 'mlmem', *, patience: float = 10.0) -> None:
+        """Build a client on a node; nothing is sent.
+
+        Args:
+            node: A node of the robot.
+            name: Name of the memory node; a relative one is looked for beside `node`, in its
+                namespace, and remappings apply.
+            patience: How long the memory node may take to appear, in seconds.
+        """
+        self.node = node
+        self.name = node.resolve_service_name(name)
+        self._name = name
+        self.group = MutuallyExclusiveCallbackGroup()
+        self._group = ReentrantCallbackGroup()  # of what brings answers
+        self._line = Line(node, self._group, self.name, patience)
+        self._clients: dict[str, Any] = {}
+
+    def ready(self, timeout: float = 10.0) -> Reply[None]:
+        """Wait until the node is there.
+
+        Args:
+            timeout: Longest wait in seconds; it overrides the client's patience.
+        """
+        line = Line(self.node, self._group, self.name, timeout)
+        return Reply(line, 'ready', self._ready(), timeout + 1.0)
+
+    def write(self, level: int, timeout: float = 60.0) -> Reply[Decoded]:
+        """Write a level, verified by an echo.
+
+        Args:
+            level: 0 ... p - 1.
+            timeout: Longest wait for the answer in seconds.
+
+        Raises:
+            ValueError: The level is no whole number from 0.
+        """
+        if isinstance(level, bool) or not isinstance(level, int) or level < 0:
+            raise ValueError(f'level must be a whole number from 0; got {level!r}')
+        return self._request('write', Decoded, timeout, f'write {level}', level=level)
+
+    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Decoded]:
+        """Fire a pulse and decode its echo.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+            end: The end to probe for this once: left, right or both; empty for the node's
+                `read.end`.
+        """
+        return self._request('read', Decoded, timeout, end=end)
+
+    def erase(self, timeout: float = 60.0) -> Reply[Decoded]:
+        """Make the element blank.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._request('erase', Decoded, timeout)
+
+    def calibrate(self, timeout: float = 120.0) -> Reply[Calibrated]:
+        """Learn the echo delay of every level, and restore the content.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._request('calibrate', Calibrated, timeout)
+
+    def self_test(self, timeout: float = 120.0) -> Reply[SelfTested]:
+        """Write and read every level, test actuator and transducers, and restore the content.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('self_test', self._self_test(), timeout)
+
+    def abort(self, timeout: float = 10.0) -> Reply[Done]:
+        """Stop the running procedure and bring the strain to zero.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._request('abort', Done, timeout)
+
+    def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
+        """Hold the element's time, or let it run on.
+
+        Args:
+            hold: Whether to hold it.
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('pause', self._pause(bool(hold)), timeout)
+
+    def step(self, timeout: float = 10.0) -> Reply[Stepped]:
+        """Run one tick while time is held.
+
+        Args:
+            timeout: Longest wait for the answer in seconds.
+        """
+        return self._converse('step', self._step(), timeout)
+
+    def follow(
+        self,
+        times: Sequence[float],
+        strains: Sequence[float],
+        rates: Sequence[float] = (),
+        timeout: float = 10.0,
+    ) -> Reply[Answer]:
+        """Strain the element along a timed profile, by hand.
+
+        The reply is there when the profile has been taken; one that the element cannot follow,
+        and any while a procedure runs, is refused.
+
+        Args:
+            times: Seconds from the beginning of every point, increasing.
+            strains: Strain of every point.
+            rates: Its rate in 1/s, for a smooth profile; none for straight lines.
+            timeout: Longest wait for the answer in seconds.
+        """
+        columns = {'times': times, 'strains': strains, 'rates': rates}
+        points = {name: [float(value) for value in column] for name, column in columns.items()}
+        return self._request('follow', Answer, timeout, **points)
+
+    def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
+        """Start or stop recording a session.
+
+        Args:
+            on: Whether to start.
+            path: The bag, on the node's machine; empty: the node's `record.path`. Where it exists
+                the time is added to its name.
+            timeout: Longest wait for the answer in seconds.
+        """
+        what = 'record' if on else 'stop recording'
+        return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
+
+    def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
+        """Ask for parameters of the node.
+
+        Args:
+            names: Their names, such as `design.N`.
+            timeout: Longest wait for the answer in seconds.
+
+        Returns:
+            A reply with their values by name; it is refused when the node lacks one of them.
+        """
+        return self._converse('parameters', self._parameters(names), timeout)
+
+    def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
+        """Set parameters of the node that may be set while it runs, as those of `faults`.
+
+        Args:
+            values: Values by name, such as `{'faults.actuator_stuck': True}`.
+            timeout: Longest wait for the answer in seconds.
+
+        Returns:
+            A reply; it is refused when the node does not take one of them, with the reason.
+        """
+        return self._converse('set_parameters', self._set(values), timeout)
+
+    # --- conversations -------------------------------------------------------------------
+
+    def _ready(self) -> Steps[None]:
+        yield Call(self._client('request', SetParametersAtomically))
+
+    def _request(
+        self,
+        name: str,
+        kind: type[SomeAnswer],
+        timeout: float,
+        what: str = '',
+        **arguments: Any,
+    ) -> Reply[SomeAnswer]:
+        """Ask for what `requests` names, with its arguments."""
+
+        def steps() -> Steps[SomeAnswer]:
+            response = yield Call(self._client('request', SetParametersAtomically), message)
+            return parse(kind, response.result.successful, response.result.reason)
+
+        message = message_of(name, **arguments)
+        return self._converse(what or name, steps(), timeout)
+
+    def _set(self, values: Mapping[str, Any]) -> Steps[None]:
+        parameters = [
+            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
+        ]
+        request = SetParameters.Request(parameters=parameters)
+        response = yield Call(self._client('set_parameters', SetParameters), request)
+        for name, result in zip(values, response.results, strict=True):
+            if not result.successful:
+                refused = f'parameter {name} was refused: {result.reason}'
+                raise RequestRefused({'error': refused})
+
+    def _self_test(self) -> Steps[SelfTested]:
+        response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())
+        return parse_self_test(response)
+
+    def _pause(self, hold: bool) -> Steps[Paused]:
+        response = yield Call(self._client('pause', SetBool), SetBool.Request(data=hold))
+        return parse(Paused, response.success, response.message)
+
+    def _step(self) -> Steps[Stepped]:
+        response = yield Call(self._client('step', Trigger), Trigger.Request())
+        return parse(Stepped, response.success, response.message)
+
+    def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
+        request = GetParameters.Request(names=list(names))
+        response = yield Call(self._client('get_parameters', GetParameters), request)
+        if len(response.values) != len(names):  # rclpy answers none when it lacks one
+            raise RequestRefused({'error': f'one of {", ".join(names)} is no parameter of it'})
+        return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
+
+    def _converse(self, what: str, steps: Steps[Any], timeout: float) -> Reply[Any]:
+        return Reply(self._line, what, steps, timeout)
+
+    def _client(self, service: str, kind: type[Any]) -> Any:
+        """Return the rclpy client of a service; made at first use, for each slows the node."""
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(
+                kind,
+                f'{self._name}/{service}',
+                qos_profile=EVERY_ONE,
+                callback_group=self._group,
+            )
+        return self._clients[service]

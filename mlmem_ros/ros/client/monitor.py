@@ -1,0 +1,135 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a running node tells on its topics, kept as the newest of each: for those who look."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...contract import told, topics
+from ..qos import SENSOR_DATA, profile
+from .client import MemoryClient
+
+WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.gain_decay')
+"""Parameters that turn messages into what is shown."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """A component's health or a procedure's end.
+
+    Attributes:
+        severity: 0 good, 1 warning, 2 error, 3 stale.
+        text: What it says.
+        values: Its keys and values, all as texts.
+    """
+
+    severity: int
+    text: str
+    values: Mapping[str, str]
+
+    @classmethod
+    def of(cls, message: Any) -> Status:
+        """Return the status that a message tells."""
+        return cls(message.level[0], message.message, told.values(message))
+
+
+@dataclass
+class View:
+    """The newest that was heard of an element; None is not heard yet.
+
+    Attributes:
+        name: Full name of the node.
+        cells: Number of cells.
+        period: Cells from one level to the next.
+        max_strain: Largest strain that the actuator gives.
+        level: Level that was decoded last.
+        walls: True wall positions in sites.
+        strain: Substrate strain, tension positive.
+        echo: v_c of the last echo in cells over time, the damping made up for.
+        outcome: How the last procedure ended.
+        health: Status of every component, by its name.
+        heard: When a message came last, on the clock of `time.monotonic`.
+    """
+
+    name: str
+    cells: int
+    period: int
+    max_strain: float
+    level: int | None = None
+    walls: list[float] | None = None
+    strain: float | None = None
+    echo: list[float] | None = None
+    outcome: Status | None = None
+    health: dict[str, Status] = field(default_factory=dict)
+    heard: float = field(default_factory=time.monotonic)
+
+    @property
+    def silence(self) -> float:
+        """Seconds since the last message."""
+        return time.monotonic() - self.heard
+
+
+class Monitor:
+    """Listens to a node.
+
+    Attributes:
+        view: What was heard; the thread that turns the client's node renews it.
+    """
+
+    def __init__(self, client: MemoryClient, parameters: Mapping[str, Any]) -> None:
+        """Listen.
+
+        Args:
+            client: A client of the node.
+            parameters: The node's parameters, at least those that are `WANTED`.
+        """
+        self.view = View(
+            client.name,
+            cells=parameters['design.N'],
+            period=parameters['design.J'],
+            max_strain=parameters['actuator.max_strain'],
+        )
+        self._length = parameters['design.N'] * parameters['scale.length']
+        self._gain_decay = parameters['probe.gain_decay']
+        self._prefix = f'{client.name[1:]}: '
+        for topic, listen in (
+            (topics.LEVEL, self._on_level),
+            (topics.OUTCOME, self._on_outcome),
+            (topics.ECHO, self._on_echo),
+            (topics.WALL, self._on_wall),
+            (topics.JOINT_STATES, self._on_joint_states),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
+        ):
+            name = f'{client.name}/{topic.name}' if topic.name[0] != '/' else topic.name
+            newest = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
+            client.node.create_subscription(topic.kind, name, listen, newest)
+
+    def _on_level(self, message: Any) -> None:
+        self.view.level = message.data
+
+    def _on_outcome(self, message: Any) -> None:
+        self.view.outcome = Status.of(message)
+
+    def _on_echo(self, message: Any) -> None:
+        t, _, v_c = told.echo(message)
+        self.view.echo = (v_c * np.exp(self._gain_decay * t)).tolist()
+
+    def _on_wall(self, message: Any) -> None:
+        self.view.walls = list(message.data)
+        self.view.heard = time.monotonic()
+
+    def _on_joint_states(self, message: Any) -> None:
+        self.view.strain = told.displacement(message) / self._length
+        self.view.heard = time.monotonic()
+
+    def _on_diagnostics(self, message: Any) -> None:
+        for status in message.status:
+            if status.name.startswith(self._prefix):
+                self.view.health[status.name.removeprefix(self._prefix)] = Status.of(status)
+                self.view.heard = time.monotonic()

@@ -1,0 +1,242 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Playing the recorded commands of a session into a running node, at the recorded pace."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64
+
+from ...contract import told
+from ...contract.errors import RequestFailed, RequestRefused
+from ...device import (
+    BLANK,
+    Abort,
+    Calibrate,
+    Command,
+    Disturb,
+    Erase,
+    FollowTrajectory,
+    Outcome,
+    Read,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Settings,
+    Write,
+    describe_level,
+)
+from ...device.settings import ScaleSettings
+from ...session.data import SessionData
+from ...session.replay import element_of
+from ...session.report import agreeing, ending
+from ..qos import LATCHED, RELIABLE
+from .client import MemoryClient
+from .reply import Reply
+from .standalone import POLL, standalone, wait_until
+
+Progress = Callable[[int, int], None]
+
+ANY_TIME = (Abort, Disturb, SetFaults)
+"""Commands that do not wait for a procedure to end."""
+
+NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults)
+"""Commands that begin no procedure."""
+
+PATIENCE = 120.0
+"""Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """How a session went in a running node.
+
+    Attributes:
+        heard: How the node's procedures ended; see `ending`.
+        recorded: How they ended when they were recorded.
+        lost: What is missing of the recording, a line each.
+        hints: What was otherwise before the first command, a line each.
+    """
+
+    heard: list[str]
+    recorded: list[str]
+    lost: list[str]
+    hints: list[str]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every procedure that was recorded ended as then, and none is missing."""
+        agree = agreeing(self.recorded, self.heard) == len(self.recorded)
+        return bool(self.recorded) and agree and not self.lost
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence: in capitals what keeps it from being yes."""
+        if not self.recorded:
+            return 'NOTHING TO COMPARE: the bag tells on ~/outcome of no procedure that ended'
+        if agreeing(self.recorded, self.heard) < len(self.recorded):
+            why = '; see what was otherwise beforehand' if self.hints else ''
+            return f'THE LEVELS DIFFER from those that were recorded{why}'
+        agree = 'every procedure ended as it was recorded'
+        lost = 'NOT WHOLE: part of the recording is lost; in what is left, '
+        return f'{lost}{agree}' if self.lost else agree
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a program: plain values alone."""
+        return {'verdict': self.verdict, 'passed': self.passed, **asdict(self)}
+
+
+def play(session: SessionData, name: str, progress: Progress) -> Played:
+    """Send the commands of a session to a node and listen to how its procedures end.
+
+    The node is read first, for what it holds is what it plays from.
+
+    Args:
+        session: The recorded session; its stamped commands are sent, or where there are none
+            (another recorder's bag) its command messages.
+        name: Name of the node.
+        progress: Called with milliseconds done and to do.
+
+    Returns:
+        What was heard, beside what was recorded.
+
+    Raises:
+        RequestError: There is no such node, it is busy, or a procedure did not end.
+    """
+    schedule = _schedule(session)
+    heard: list[str] = []
+    begun = 0
+
+    def listen(status: DiagnosticStatus) -> None:
+        heard.append(ending(told.values(status)))
+
+    def all_ended() -> None:
+        wait_until(lambda: len(heard) >= begun, f'the end of a procedure of {name}', PATIENCE)
+
+    with standalone(name) as client:
+        client.ready().wait()
+        settings = session.settings if session.header else Settings()
+        send = _sender(client, settings.scale)
+        client.node.create_subscription(
+            DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
+        )
+        hints = [*_otherwise(session, client), *_other_content(session, client)]
+        time.sleep(1.0)  # what is latched from before is none of ours
+        heard.clear()
+        start = time.monotonic()
+        for due, command in schedule:
+            while (left := due - (time.monotonic() - start)) > 0.0:
+                progress(round(1e3 * (due - left)), round(1e3 * schedule[-1][0]))
+                time.sleep(min(left, POLL))
+            if not isinstance(command, ANY_TIME):  # the node may be slower than the recorded one
+                all_ended()
+            send(command)
+            begun += not isinstance(command, NO_END)
+        all_ended()
+    recorded = [ending(values) for _, values in session.outcomes]
+    return Played(heard, recorded, session.lost, hints)
+
+
+def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
+    """Yield which of the node's settings are not those of a session."""
+    if session.header is None:
+        return
+    groups = {'design': asdict(session.design), **session.settings.as_dict()}
+    recorded = {
+        f'{group}.{name}': value
+        for group, values in groups.items()
+        for name, value in values.items()
+    }
+    try:
+        present = client.parameters(*recorded).wait()
+    except RequestRefused:  # a node of another version, whose parameters have other names
+        return
+    for name, value in recorded.items():
+        if present[name] != value:
+            yield f'{name} of {client.name} is {present[name]}; when it was recorded, {value}'
+
+
+def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
+    """Yield what the node holds, where the session began with another content."""
+    try:
+        present = describe_level(client.read().wait().level)
+    except RequestRefused:
+        raise
+    except RequestFailed as error:  # it was read, but could not be decoded
+        present = str(error)
+    recorded = _content_before(session)
+    if present != recorded:
+        yield (
+            f'{client.name} held another content: {present}; when it was recorded, {recorded}. '
+            f'Bring it there first, such as by mlmem erase or mlmem write'
+        )
+
+
+def _content_before(session: SessionData) -> str:
+    """Return what a read tells of the state in which a session began."""
+    if session.header is None:
+        return describe_level(BLANK)  # as `replay_commands` takes it
+    element = element_of(session)
+    element.apply(Read())
+    while not (ended := [event for event in element.advance() if isinstance(event, Outcome)]):
+        pass
+    (outcome,) = ended
+    return outcome.error or describe_level(outcome.reading.level if outcome.reading else BLANK)
+
+
+def _schedule(session: SessionData) -> list[tuple[float, Command]]:
+    if not session.stamped:
+        return session.commands
+    settings = session.settings
+    tick_seconds = settings.time.tick * settings.scale.time
+    first = session.stamped[0][0]
+    return [((tick - first) * tick_seconds, command) for tick, command in session.stamped]
+
+
+def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], None]:
+    node, name = client.node, client.name
+    publishers: dict[type[Any], Any] = {
+        SetStrain: node.create_publisher(Float64, f'{name}/strain', RELIABLE),
+        Disturb: node.create_publisher(Imu, f'{name}/disturbance', RELIABLE),
+    }
+    requests: dict[type[Any], Callable[[], Any]] = {
+        Erase: client.erase,
+        Calibrate: client.calibrate,
+        SelfTest: client.self_test,
+        Abort: client.abort,
+    }
+    wait_until(
+        lambda: all(publisher.get_subscription_count() for publisher in publishers.values()),
+        f'a subscriber of the topics of {name}',
+    )
+
+    def unheeded(reply: Reply[Any]) -> None:
+        reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
+
+    def send(command: Command) -> None:
+        match command:
+            case SetStrain(strain):
+                publishers[SetStrain].publish(Float64(data=strain))
+            case FollowTrajectory():
+                unheeded(client.follow(command.times, command.strains, command.rates))
+            case Read(end):
+                unheeded(client.read(end=end))
+            case Write(level):
+                unheeded(client.write(level))
+            case Disturb(acceleration):
+                message = Imu()
+                message.linear_acceleration.x = acceleration * scale.acceleration
+                publishers[Disturb].publish(message)
+            case SetFaults(faults):
+                values = {f'faults.{name}': value for name, value in asdict(faults).items()}
+                unheeded(client.set_parameters(values))
+            case _:
+                unheeded(requests[type(command)]())
+
+    return send

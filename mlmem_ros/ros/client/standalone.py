@@ -1,0 +1,82 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A client for programs that are no ROS nodes: commands, notebooks, tools."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from ...contract.errors import NoAnswer
+from .client import MemoryClient
+
+POLL = 0.02
+"""Seconds between two looks at a condition."""
+
+
+@contextmanager
+def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
+    """Join the ROS graph with a client, its node and a thread that turns it, and leave it again.
+
+    ::
+
+        with standalone() as memory:
+            memory.write(5).wait()
+
+    Context and signals are its own, so it disturbs no rclpy of the program. Callbacks of
+    subscriptions that are made on `memory.node` run in its thread.
+
+    Args:
+        name: Name of the memory node, with its namespace if it has one.
+    """
+    context = Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    node = Node(
+        f'mlmem_client_{os.getpid()}_{time.time_ns() % 10**6}',
+        context=context,
+        use_global_arguments=False,
+        start_parameter_services=False,
+    )
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    over = Future()
+    thread = threading.Thread(
+        target=executor.spin_until_future_complete, args=(over,), name='mlmem-client', daemon=True
+    )
+    thread.start()
+    try:
+        yield MemoryClient(node, name)
+    finally:
+        over.set_result(None)
+        thread.join()  # an executor must not be shut down while it spins
+        executor.shutdown()
+        node.destroy_node()
+        rclpy.try_shutdown(context=context)
+
+
+def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
+    """Wait in the program's thread until a condition holds.
+
+    Args:
+        condition: Asked again and again; what the client's callbacks change may make it true.
+        what: What is waited for, for the message.
+        timeout: Longest wait in seconds.
+
+    Raises:
+        NoAnswer: It does not hold in time.
+    """
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            raise NoAnswer(f'{what} did not come within {timeout:g} s')
+        time.sleep(POLL)

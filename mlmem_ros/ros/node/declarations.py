@@ -1,0 +1,77 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every parameter of the node: name, default, meaning. It needs no ROS: documents use it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from ...described import Description, descriptions
+from ...device import PRESETS, Preset, preset
+from ...device.faults import Faults
+from ...device.presets import DEFAULT
+from ...host.design_check import CHOICES
+from ...host.settings import FileSettings, PublishSettings, RecordSettings, StateSettings
+
+LIVE = {
+    'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
+    'time.speed': (
+        1.0,
+        Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
+    ),
+}
+"""Parameters that may be set at any time, as those of `parameters.LIVE_GROUPS`;
+all others only while the node is unconfigured."""
+
+AUTOSTART = (True, Description('configure and activate at the start'))
+
+PRESET = (
+    DEFAULT,
+    Description(
+        'shipped element: what design, actuator, write, erase, probe, probe_right, read and time '
+        'are where they are not given',
+        choices=tuple(PRESETS),
+    ),
+)
+
+CHECK = (
+    'refuse',
+    Description('what a design that fails its check does at configure', choices=CHOICES),
+)
+
+
+OF_A_PRESET = ('design', 'actuator', 'write', 'erase', 'probe', 'probe_right', 'read', 'time')
+"""Groups that a preset that is set later gives its values; the others are the robot's own."""
+
+
+def groups(chosen: Preset | None = None) -> dict[str, Any]:
+    """Return the defaults of every group by the prefix of its parameters.
+
+    Args:
+        chosen: The preset; by default the one that a node starts from.
+    """
+    chosen = chosen or preset(DEFAULT)
+    return {
+        'design': chosen.design,
+        **chosen.settings.groups(),
+        'publish': PublishSettings(),
+        'record': RecordSettings(),
+        'state': StateSettings(),
+        'files': FileSettings(),
+        'faults': Faults(),
+    }
+
+
+def declarations() -> Iterator[tuple[str, Any, Description]]:
+    """Yield every parameter: name, default and description."""
+    for name, (default, description) in {
+        **LIVE,
+        'autostart': AUTOSTART,
+        'design.preset': PRESET,
+        'design.check': CHECK,
+    }.items():
+        yield name, default, description
+    for prefix, defaults in groups().items():
+        for field, description in descriptions(defaults):
+            yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

@@ -1,0 +1,53 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics the node listens to: commands without an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+
+from ...contract import topics
+from ...contract.commands import OF_TOPIC
+from ...host import Host
+from ..qos import profile
+
+
+class Inlets:
+    """Turns command messages into commands; a refusal is logged, and no message does harm."""
+
+    def __init__(self, node: Node, host: Host) -> None:
+        self._host = host
+        for topic in topics.COMMANDS:
+            name = f'~/{topic.name}'
+            listener = self._listener(topic, name, node.resolve_topic_name(name))
+            node.create_subscription(topic.kind, name, listener, profile(topic.qos), raw=True)
+
+    def _listener(self, topic: topics.Topic, name: str, full: str) -> Callable[[bytes], None]:
+        kind, make = topic.kind, OF_TOPIC[topic.name]
+        journal = self._host.journal
+
+        def listen(cdr: bytes) -> None:
+            try:
+                message = deserialize_message(cdr, kind)
+            except Exception as error:  # the middleware's, of bytes that are no such message
+                journal.refused(name, f'the message must be a {kind.__name__}; {error}')
+                return
+            with journal.guarded(name):
+                if (recording := self._host.recording) is not None:
+                    recording.put(full, cdr)
+                answer = self._host.submit_scaled(lambda units: make(message, units))
+                answer.add_done_callback(told)
+
+        def told(answer: Future[Any]) -> None:
+            if (refusal := answer.exception()) is not None:
+                element = self._host.element
+                scaled = topic is topics.STRAIN_TRAJECTORY and element is not None
+                unit = f' (a strain of 1 is {element.units.elongation:g} m)' if scaled else ''
+                journal.refused(name, f'{refusal}{unit}')
+
+        return listen

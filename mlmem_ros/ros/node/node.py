@@ -1,0 +1,230 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The memory node: a managed node around a host."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
+
+from ...device import Event
+from ...device.pacing import SteadyPacer
+from ...host import REFUSALS, Host
+from .boundary import Boundary
+from .compiling import telling_compilation
+from .diagnostics import Diagnostics
+from .fault_parameters import FaultParameters
+from .inlets import Inlets
+from .namesakes import Namesakes
+from .outlets import Outlets
+from .parameters import ParameterError, ParameterSet
+from .recorded import session_plan
+from .services import Services
+from .sim_time import SimTimePacer
+from .speedometer import Speedometer
+
+TEND = 1.0
+"""Seconds between two looks of the host at disks and intervals."""
+
+
+class MemoryNode(LifecycleNode):
+    """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
+
+    configure   checks the design, compiles, builds the device, restores its saved content
+    activate    lets its time run and records, if a path says so
+    deactivate  aborts what runs, brings the strain to zero, holds the state and saves it
+    cleanup     releases the device
+
+    A transition that fails says why and leaves the node in the state it was in; a device that
+    fails while active, and a defect anywhere in a transition, leave it unconfigured.
+
+    Attributes:
+        host: Keeps the element; it knows no ROS.
+    """
+
+    def __init__(self, name: str = 'mlmem', **options: Any) -> None:
+        """Declare parameters, services and command topics.
+
+        Args:
+            name: Name of the node, unless a remapping gives another.
+            options: For `rclpy.lifecycle.LifecycleNode`.
+
+        Raises:
+            ParameterError: A parameter has the wrong type or is out of range.
+            SettingsError: Settings contradict each other.
+        """
+        super().__init__(name, **options)
+        self.host = Host(
+            self.get_logger(),
+            lambda: self.get_clock().now().nanoseconds,
+            name=self.get_fully_qualified_name(),
+            failed=self._wake,
+        )
+        boundary = Boundary(self, self.host.journal)
+        self._given = ParameterSet(self, self.host)
+        self._inlets = Inlets(self, self.host)
+        self._requests = Services(self, self.host)
+        self._diagnostics = Diagnostics(self, self.host, boundary)
+        self._faults = FaultParameters(self, self.host, boundary)
+        self._speedometer = Speedometer(self, self.host, boundary)
+        self._namesakes = Namesakes(self, self.host.journal, boundary)
+        self._outlets: Outlets | None = None
+        self._starting = False
+        self._awaits_clock = True
+        self._refusal: Exception | None = None
+        self.add_post_set_parameters_callback(boundary.guarded('time.speed', self._set_speed))
+        boundary.every(TEND, 'looking after disks and clock', self._tend)
+        boundary.guard_services()
+
+    def start(self) -> None:
+        """Configure and activate, as a node does that starts itself.
+
+        Raises:
+            One of `REFUSALS`: The transition that failed.
+        """
+        self._starting = True
+        for transition in (self.trigger_configure, self.trigger_activate):
+            if transition() != TransitionCallbackReturn.SUCCESS and self._refusal is not None:
+                raise self._refusal
+        self._starting = False
+
+    @property
+    def waiting(self) -> int:
+        """How many requests have not been answered yet."""
+        return self._requests.waiting
+
+    def mind_failure(self) -> None:
+        """Take a node whose device has failed out of its active state; by its executor."""
+        if self.host.failure is not None:
+            with self.host.journal.guarded('minding a failure'):
+                self.trigger_deactivate()  # by way of its error handling: unconfigured
+
+    def close(self) -> None:
+        """Stop time where it runs, save the content, close the session file."""
+        loop = self.host.loop
+        with self.host.journal.guarded('closing'):
+            self.host.close()
+        if loop is not None:
+            self._speedometer.end(loop)
+        self._release()
+
+    # --- transitions ---------------------------------------------------------------------
+
+    def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Build the device."""
+        return self._attempt('configure', self._configure)
+
+    def on_activate(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Let time run."""
+        return self._attempt('activate', self._activate)
+
+    def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Hold the state, with no strain."""
+        return self._attempt('deactivate', self._deactivate)
+
+    def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Release the device."""
+        return self._attempt('clean up', self._clean_up)
+
+    def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Hold, save and release."""
+        return self._attempt('shut down', self.close)
+
+    def on_error(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Release a device that failed: the node is unconfigured afterwards."""
+        with self.host.journal.guarded('handling an error'):
+            self.host.fail()
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _attempt(self, transition: str, work: Callable[[], None]) -> TransitionCallbackReturn:
+        try:
+            work()
+        except (*REFUSALS, ParameterError) as error:
+            self._refusal = error
+            if self.host.failure is not None:
+                return TransitionCallbackReturn.ERROR
+            if not self._starting:
+                self.host.journal.error(f'cannot {transition}: {error}')
+            return TransitionCallbackReturn.FAILURE
+        except Exception as error:
+            self._refusal = error
+            self.host.journal.exception(transition, error)
+            return TransitionCallbackReturn.ERROR
+        return TransitionCallbackReturn.SUCCESS
+
+    # --- what they do --------------------------------------------------------------------
+
+    def _configure(self) -> None:
+        given = self._given.values()
+        self.get_logger().info('preparing the device')
+        integrator = given.settings.time.integrator
+        with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
+            element = self.host.configure(given)
+        self._given.lock(given.design.levels)
+        self._outlets = Outlets(self, element, given.publish, self.host)
+        self.get_logger().info(
+            f'ready: {given.design.levels} levels, {given.design.N} cells, '
+            f'{given.design.substrate} substrate, '
+            f'{1e3 * element.tick * given.settings.scale.time:g} ms ticks'
+        )
+
+    def _activate(self) -> None:
+        given = self._given.values()
+        sim_time = self.get_parameter('use_sim_time').value
+        self.host.activate(
+            given,
+            session_plan(self, given.record),
+            self._after_tick,
+            SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
+            self.get_parameter('time.speed').value,
+        )
+        self._awaits_clock = True
+        self._speedometer.begin(self.host.open_loop())
+
+    def _deactivate(self) -> None:
+        loop = self.host.open_loop()
+        self.host.deactivate()
+        self._speedometer.end(loop)
+
+    def _clean_up(self) -> None:
+        self.host.release()
+        self._release()
+
+    def _release(self) -> None:
+        if self._outlets is not None:
+            self._outlets.close()
+        self._outlets = None
+        self._given.locked = False
+
+    # --- while active --------------------------------------------------------------------
+
+    def _after_tick(self, events: Sequence[Event]) -> None:
+        """Publish what happened, in the loop's thread."""
+        if self._outlets is not None:
+            self._outlets.tick(events)
+        if (loop := self.host.loop) is not None:
+            self._diagnostics.tick(loop)
+
+    def _tend(self) -> None:
+        self.host.tend()
+        simulated = self.get_parameter('use_sim_time').value
+        if simulated and self._awaits_clock and self.host.loop is not None:
+            self._awaits_clock = False  # told once each time it is activated
+            if not self.get_clock().now().nanoseconds:
+                self.host.journal.warning(
+                    'use_sim_time is set and no /clock has come yet: time stands still'
+                )
+
+    def _wake(self) -> None:
+        """Have the executor look at a failure, from the loop's thread."""
+        if self.executor is not None:
+            self.executor.wake()
+
+    def _set_speed(self, changed: list[Parameter]) -> None:
+        for parameter in changed:
+            if parameter.name == 'time.speed':
+                self.host.set_speed(parameter.value)

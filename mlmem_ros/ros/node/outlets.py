@@ -1,0 +1,113 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics the node publishes, which a session records as they go over the wire."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rclpy.node import Node
+from rclpy.serialization import serialize_message
+
+from ...contract import messages, topics
+from ...contract.topics import Topic
+from ...device import Event, Heard, MemoryElement, Outcome
+from ...host import Host
+from ...host.settings import PublishSettings
+from ..qos import profile
+from ..views.image import Contour
+from ..views.markers import ChainMarkers
+
+if TYPE_CHECKING:
+    from ...host.recording import Recording
+
+
+class Outlets:
+    """Publishes what the device does, tick by tick, in the loop's thread."""
+
+    def __init__(
+        self, node: Node, element: MemoryElement, settings: PublishSettings, host: Host
+    ) -> None:
+        self._node = node
+        self._host = host
+        self._element = element
+        self._settings = settings
+        self._publishers = {
+            topic: node.create_publisher(topic.kind, f'~/{topic.name}', profile(topic.qos))
+            for topic in topics.STREAMS + topics.VIEWS
+        }
+        self._contour = Contour(element, settings)
+        self._markers = ChainMarkers(element, settings)
+        if element.reading is not None:  # it was restored
+            self.publish(topics.LEVEL, messages.level(element.reading))
+
+    def close(self) -> None:
+        """Publish no more."""
+        for publisher in self._publishers.values():
+            self._node.destroy_publisher(publisher)
+
+    def publish(self, topic: Topic, message: Any) -> None:
+        """Publish a message, and hand it to the recording: serialized once for both."""
+        publisher = self._publishers[topic]
+        if (recording := self._recording(topic)) is not None:
+            cdr = serialize_message(message)
+            publisher.publish(cdr)
+            recording.put(publisher.topic_name, cdr)
+        else:
+            publisher.publish(message)
+
+    def tick(self, events: Sequence[Event]) -> None:
+        """Publish the streams that are due after a tick, and what happened in it."""
+        element, settings, ticks = self._element, self._settings, self._element.ticks
+        if _due(ticks, settings.field_every) and self._watched(topics.FIELD):
+            self.publish(topics.FIELD, messages.field(element))
+        if _due(ticks, settings.wall_every) and self._watched(topics.WALL):
+            self.publish(topics.WALL, messages.wall_positions(element))
+        if _due(ticks, settings.joint_states_every) and self._watched(topics.JOINT_STATES):
+            self.publish(
+                topics.JOINT_STATES,
+                messages.joint_states(element, self._stamp(), settings.frame_id),
+            )
+        self._contour.take()
+        if _due(ticks, settings.image_every) and self._watched(topics.IMAGE):
+            self.publish(topics.IMAGE, self._contour.message(self._stamp()))
+        if _due(ticks, settings.markers_every) and self._watched(topics.MARKERS):
+            self.publish(topics.MARKERS, self._markers.message(self._stamp()))
+        for event in events:
+            if isinstance(event, Heard):
+                self._publish_heard(event)
+            else:
+                self._publish_outcome(event)
+
+    def _watched(self, topic: Topic) -> bool:
+        """Return whether anybody takes a message that is not kept for those who come late."""
+        recorded = self._recording(topic) is not None
+        return recorded or self._publishers[topic].get_subscription_count() > 0
+
+    def _recording(self, topic: Topic) -> Recording | None:
+        """Return the session that takes the messages of a topic, or None."""
+        recording = self._host.recording
+        taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
+        return recording if taken else None
+
+    def _publish_heard(self, heard: Heard) -> None:
+        if self._watched(topics.ECHO):
+            self.publish(topics.ECHO, messages.echo(heard.echo))
+        distance = messages.distance(
+            heard.reading, self._element, self._stamp(), self._settings.frame_id
+        )
+        self.publish(topics.RANGE, distance)
+
+    def _publish_outcome(self, outcome: Outcome) -> None:
+        self.publish(
+            topics.OUTCOME, messages.status(outcome, self._node.get_fully_qualified_name())
+        )
+        self.publish(topics.LEVEL, messages.level(self._element.reading))
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()
+
+
+def _due(ticks: int, every: int) -> bool:
+    return every > 0 and ticks % every == 0

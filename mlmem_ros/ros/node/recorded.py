@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What of a node goes into a session: its topics with their types, and its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rclpy.node import Node
+
+from ...contract import topics
+from ...host import SessionPlan
+from ...host.settings import RecordSettings
+
+
+def session_plan(
+    node: Node, settings: RecordSettings | None = None, path: str = ''
+) -> SessionPlan:
+    """Return what a session of a node shall hold.
+
+    Args:
+        node: A memory node.
+        settings: Where and how; by default by its parameters at this moment.
+        path: Where to instead; empty: where they say.
+
+    Raises:
+        SettingsError: The parameters are out of range together.
+    """
+    if settings is None:
+        values = node.get_parameters_by_prefix('record')
+        settings = RecordSettings(**{name: item.value for name, item in values.items()})
+    if path:
+        settings = replace(settings, path=path)
+    views = topics.VIEWS if settings.views else ()
+    given = node.get_parameters_by_prefix('')
+    return SessionPlan(
+        node.get_fully_qualified_name(),
+        settings,
+        [
+            topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
+            for topic in (*topics.COMMANDS, *topics.STREAMS, *views)
+        ],
+        {name: parameter.value for name, parameter in given.items()},
+    )

@@ -1,0 +1,76 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rolling x-t contour of the configuration as an image, as in Fig. 4a."""
+
+from __future__ import annotations
+
+import array
+import math
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import Image
+
+from ...device import MemoryElement
+from ...host.settings import PublishSettings
+from .palette import COLOURS, Palette
+
+ROWS = 512
+"""Greatest height; of a longer chain every second, third ... cell is shown."""
+
+DEFECT_SHADE = 0.8
+"""Brightness of the lines along the defects, where walls rest."""
+
+EMPTY = 128
+"""Grey of the time before the node was started."""
+
+
+class Contour:
+    """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
+
+    A column is taken every few ticks, which costs next to nothing, so that who subscribes late
+    sees the past too; the message is made only when it is asked for.
+    """
+
+    def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
+        """Begin an empty contour.
+
+        Args:
+            element: The device.
+            settings: `image_span` tells how many ticks the image shows.
+        """
+        self._element = element
+        self._frame_id = settings.frame_id
+        self._every = settings.column_every
+        self._columns = settings.image_span // self._every
+        self._palette = Palette(element.design)
+        self._stride = math.ceil(element.design.N / ROWS)
+        rows = len(range(0, element.design.N, self._stride))
+        defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
+        self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
+        # Twice as wide as the image: every column is kept twice, one width apart, so that the
+        # latest ones always lie side by side.
+        self._pixels = np.full((rows, 2 * self._columns, 3), EMPTY, dtype=np.uint8)
+        self._taken = 0
+
+    def take(self) -> None:
+        """Take a column of the present state where one is due; to be called wherever one is."""
+        if self._element.ticks % self._every:
+            return
+        shown = self._element.chain.configuration[:: self._stride]
+        column = COLOURS[self._palette.indices(shown[::-1])]
+        column[self._lines] = column[self._lines] * DEFECT_SHADE
+        place = self._taken % self._columns
+        self._pixels[:, place] = self._pixels[:, place + self._columns] = column
+        self._taken += 1
+
+    def message(self, stamp: Time) -> Image:
+        """Return the image of the latest columns."""
+        begin = self._taken % self._columns
+        window = self._pixels[:, begin : begin + self._columns]
+        height, width, channels = window.shape
+        image = Image(height=height, width=width, encoding='rgb8', step=width * channels)
+        image.header.stamp = stamp
+        image.header.frame_id = self._frame_id
+        image.data = array.array('B', window.tobytes())
+        return image

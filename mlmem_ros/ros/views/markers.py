@@ -1,0 +1,145 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The element as markers for RViz and Foxglove: cells, substrate, defects, walls and level."""
+
+from __future__ import annotations
+
+import math
+from itertools import zip_longest
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Vector3
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from ...device import MemoryElement, describe_level
+from ...host.settings import PublishSettings
+from ...physics import walls
+from .palette import COLOURS, Palette
+
+CELLS = 500
+"""Most cells shown; of a longer chain every second, third ... is."""
+
+LABELS = 32
+"""Most levels labelled."""
+
+WALLS = 4
+"""Most walls shown: the memory has one, and an erase a second."""
+
+SLENDERNESS = 25.0
+"""Length of the drawn chain over its width."""
+
+GREY = ColorRGBA(r=0.55, g=0.55, b=0.55, a=1.0)
+AMBER = ColorRGBA(r=0.95, g=0.65, b=0.1, a=1.0)
+_CELL_COLOURS = [ColorRGBA(r=r / 255, g=g / 255, b=b / 255, a=1.0) for r, g, b in COLOURS.tolist()]
+
+
+class ChainMarkers:
+    """The element along x, in metres, cell j at j lattice constants from the left end.
+
+    Cells and defects are drawn where they are, moved by the strain and by their own displacement.
+    The markers are made once and only moved afterwards, because making one is what costs.
+    """
+
+    def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
+        """Make the markers.
+
+        Args:
+            element: The device.
+            settings: Their frame.
+        """
+        design, self._unit = element.design, element.settings.scale.length
+        self._element = element
+        self._palette = Palette(design)
+        self._width = design.N * self._unit / SLENDERNESS
+        self._stride = math.ceil(design.N / CELLS)
+        text = min(0.8 * self._width, 0.35 * design.J * self._unit)
+        levels = range(0, design.levels, math.ceil(design.levels / LABELS))
+        self._defects = [design.defect(level) for level in levels]
+
+        self._substrate = _marker('substrate', Marker.CUBE, GREY, y=0.25 * self._width)
+        self._substrate.pose.position.z = -0.25 * self._width
+        self._substrate.scale.z = 0.1 * self._width
+        size, depth = 0.8 * self._stride * self._unit, 0.4 * self._width
+        self._cells = _marker('cells', Marker.CUBE_LIST, GREY, size, self._width, depth)
+        shown = range(0, design.N, self._stride)
+        self._cells.points = [Point() for _ in shown]
+        below, above = -0.5 * self._width - 0.8 * text, self._width + 0.8 * text
+        self._labels = [
+            _text('levels', design.code(level), GREY, text, y=below) for level in levels
+        ]
+        bar = 0.03 * design.J * self._unit
+        self._walls = [
+            _marker('wall', Marker.CUBE, AMBER, bar, 2 * self._width, 0.5 * self._width)
+            for _ in range(WALLS)
+        ]
+        self._wall_labels = [_text('wall label', '', AMBER, text, y=above) for _ in range(WALLS)]
+        self._title = _text('level', '', AMBER, 1.5 * text, y=above + 1.8 * text)
+        self._message = MarkerArray(
+            markers=[
+                self._substrate,
+                self._cells,
+                *self._labels,
+                *self._walls,
+                *self._wall_labels,
+                self._title,
+            ]
+        )
+        for number, marker in enumerate(self._message.markers):
+            marker.id = number
+            marker.header.frame_id = settings.frame_id
+
+    def message(self, stamp: Time) -> MarkerArray:
+        """Return the markers of the present state; the next call changes them."""
+        chain, unit = self._element.chain, self._unit
+        configuration, displacement = chain.configuration, chain.v
+        substrate = displacement - configuration
+        for marker in self._message.markers:
+            marker.header.stamp = stamp
+
+        length = (self._element.design.N + chain.V_N) * unit
+        self._substrate.pose.position.x = 0.5 * length
+        self._substrate.scale.x = length
+        shown = slice(None, None, self._stride)
+        places = ((self._element.design.sites + displacement)[shown] * unit).tolist()
+        for point, place in zip(self._cells.points, places, strict=True):
+            point.x = place
+        indices = self._palette.indices(configuration[shown]).tolist()
+        self._cells.colors = [_CELL_COLOURS[index] for index in indices]
+        for label, site in zip(self._labels, self._defects, strict=True):
+            label.pose.position.x = (site + float(substrate[site - 1])) * unit
+
+        found = walls(self._element.design, configuration)[:WALLS]
+        slots = zip(self._walls, self._wall_labels, strict=True)
+        for (bar, label), wall in zip_longest(slots, found):
+            bar.action = label.action = Marker.DELETE if wall is None else Marker.ADD
+            if wall is not None:
+                place = (wall.position + float(substrate[int(wall.position) - 1])) * unit
+                bar.pose.position.x = label.pose.position.x = place
+                label.text = f'wall {wall.position:.1f}'
+        self._title.text = self._content()
+        self._title.pose.position.x = 0.5 * length
+        return self._message
+
+    def _content(self) -> str:
+        """Return what the device itself believes to hold: it has not seen the wall."""
+        reading = self._element.reading
+        if self._element.procedure:
+            return self._element.procedure
+        if reading is None:
+            return 'not read'
+        code = f' ({reading.code})' if reading.code else ''
+        return describe_level(reading.level) + code
+
+
+def _marker(
+    namespace: str, kind: int, colour: ColorRGBA, x: float = 0.0, y: float = 0.0, z: float = 0.0
+) -> Marker:
+    return Marker(ns=namespace, type=kind, color=colour, scale=Vector3(x=x, y=y, z=z))
+
+
+def _text(namespace: str, text: str, colour: ColorRGBA, height: float, y: float) -> Marker:
+    marker = _marker(namespace, Marker.TEXT_VIEW_FACING, colour, z=height)
+    marker.text = text
+    marker.pose.position.y = y
+    return marker
