@@ -21,6 +21,7 @@ import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
+from ..device.loop_statistics import LoopStatistics
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import POLL
 
