@@ -27,13 +27,16 @@ if TYPE_CHECKING:
 
 SUMMARY = 'run a recorded session again and compare, without ROS or into a running node'
 
+OTHERS = 'case_2'
+"""Preset of the element for a bag that tells of none."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
     parser.add_argument('bag', type=Path, help='session bag, or any bag with our command topics')
     parser.add_argument('--node', default='', help='which node of the bag, if there are several')
     parser.add_argument(
-        '--preset', default='case_2', help='element for a bag that another recorder wrote'
+        '--preset', help=f'element for a bag that another recorder wrote; {OTHERS} unless given'
     )
     parser.add_argument('--ros', metavar='NAME', help='play into the running node of this name')
     add_json(parser)
@@ -53,16 +56,20 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _through_device(arguments: argparse.Namespace) -> int:
+    from ..bag.errors import BagError
     from ..device import new_element, preset
     from ..session.data import load
     from ..session.replay import replay, replay_commands
 
     session = load(arguments.bag, arguments.node)
+    if arguments.preset and session.header is not None:
+        raise BagError('--preset is for a bag that another recorder wrote; this one has its own')
     with _progress() as progress:
         if session.header is not None:
             report = replay(session, progress)
         else:
-            report = replay_commands(new_element(preset(arguments.preset)), session, progress)
+            element = new_element(preset(arguments.preset or OTHERS))
+            report = replay_commands(element, session, progress)
     if arguments.json:
         print_json(report.as_dict())
     else:

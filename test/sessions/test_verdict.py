@@ -68,6 +68,12 @@ def test_it_says_what_was_compared(capsys):
     ]
 
 
+def test_a_session_is_replayed_on_its_own_element_alone(capsys):
+    status, told = replayed(capsys, SESSION, '--preset', 'bits_3')
+    assert status == 2
+    assert '--preset is for a bag that another recorder wrote; this one has its own' in told
+
+
 def test_the_report_as_json(capsys):
     status, told = replayed(capsys, SESSION, '--json')
     report = json.loads(told)
