@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import subprocess
 import sys
@@ -11,6 +12,14 @@ import tempfile
 from pathlib import Path
 
 NODE = [sys.executable, '-m', 'mlmem_ros.ros.main']
+
+LIBC = ctypes.CDLL(None)
+PR_SET_PDEATHSIG = 1
+
+
+def end_with_parent():
+    """Have a process killed when its parent is: a node left over would answer the next run."""
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def literal(value):
@@ -50,8 +59,9 @@ class NodeProcess:
         ) as out:
             self._output = Path(out.name)
             self._process = subprocess.Popen(
-                command, stdout=out, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
-            )
+                command, stdout=out, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
+                preexec_fn=end_with_parent,
+            )  # fmt: skip
 
     @property
     def output(self):
@@ -64,6 +74,10 @@ class NodeProcess:
 
     def signal(self, number):
         self._process.send_signal(number)
+
+    @property
+    def pid(self):
+        return self._process.pid
 
     def exit_status(self, within=20.0):
         """Wait for its end; negative: the signal that killed it."""

@@ -3,7 +3,10 @@
 """Ctrl-C and SIGTERM in the middle of a write: everyone is told, the session is closed."""
 
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import pytest
 import yaml
@@ -110,3 +113,24 @@ def test_a_signal_while_python_still_loads(start):
         assert 'Traceback' not in node.output, delay
         # 0, or the signal itself where not even our handler could be loaded
         assert status in (0, -signal.SIGTERM), delay
+
+
+def test_a_node_ends_with_the_tests_that_started_it(tmp_path):
+    """Or it would answer requests of the next run that claims its domain, from a blank element."""
+    tests = (
+        'import pathlib, sys, time, node_process\n'
+        'print(node_process.NodeProcess(pathlib.Path(sys.argv[1])).pid, flush=True)\n'
+        'time.sleep(60)'
+    )
+    killed = subprocess.Popen(
+        [sys.executable, '-c', tests, str(tmp_path)], stdout=subprocess.PIPE, text=True,
+        cwd=Path(__file__).parent,
+    )  # fmt: skip
+    node = Path('/proc', killed.stdout.readline().strip(), 'stat')
+    assert node.exists()
+    killed.kill()
+    killed.communicate()
+    deadline = time.monotonic() + 10.0
+    while node.exists() and ') Z ' not in node.read_text():  # nobody may have waited for it
+        assert time.monotonic() < deadline
+        time.sleep(0.05)

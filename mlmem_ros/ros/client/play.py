@@ -123,11 +123,11 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
         client.ready().wait()
         settings = session.settings if session.header else Settings()
         send = _sender(client, settings.scale)
+        hints = [*_otherwise(session, client), *_other_content(session, client)]
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
         )
-        hints = [*_otherwise(session, client), *_other_content(session, client)]
-        time.sleep(1.0)  # what is latched from before is none of ours
+        wait_until(lambda: heard, f'the outcome of a read of {name}')  # latched, and none of ours
         heard.clear()
         start = time.monotonic()
         for due, command in schedule:
