@@ -16,7 +16,7 @@ SOURCES = sorted(
 MODULES = {'pickle', 'cPickle', 'dill', 'cloudpickle', 'joblib', 'marshal', 'shelve'}
 FUNCTIONS = {'eval', 'exec', 'os.system', 'os.popen'}
 YAML = {f'yaml.{kind}load{all_}' for kind in ('', 'full_', 'unsafe_') for all_ in ('', '_all')}
-SAFE = {'yaml.SafeLoader', 'yaml.BaseLoader'}
+SAFE = {'yaml.SafeLoader', 'yaml.BaseLoader', 'BaseLoader'}
 ARGUMENTS = {'allow_pickle': True, 'shell': True}
 
 

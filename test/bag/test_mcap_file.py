@@ -10,6 +10,8 @@ from mcap.stream_reader import StreamReader
 from mlmem_ros.bag import BagError, jazzy
 from mlmem_ros.bag.mcap_file import McapFile
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 
 def records(path, **options):
     with path.open('rb') as stream:

@@ -16,6 +16,8 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 from mlmem_ros.bag import BagError, BagWriter, jazzy
 from mlmem_ros.bag.mcap_scan import McapScan
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 
 @pytest.fixture
 def whole(tmp_path):

@@ -11,6 +11,8 @@ from rosbags.interfaces import QosDurability, QosReliability
 
 from mlmem_ros.bag import LATCHED, RELIABLE, SENSOR_DATA, BagWriter, jazzy
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 codec = jazzy()
 message = codec.message
 stamp = message('builtin_interfaces/msg/Time', sec=1, nanosec=2)

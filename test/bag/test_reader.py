@@ -29,6 +29,8 @@ from mlmem_ros.bag import (
     jazzy,
 )
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 FLOAT = 'std_msgs/msg/Float64'
 
 

@@ -11,6 +11,8 @@ import pytest
 
 from mlmem_ros.bag import DROPPED_KEY, BagError, BagReader, BagWriter, Recorder, jazzy
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 DROPPED = '/mlmem/dropped'
 
 

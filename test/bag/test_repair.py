@@ -8,6 +8,8 @@ from rosbags.highlevel import AnyReader
 from mlmem_ros.bag import BagError, BagReader, repair
 from mlmem_ros.bag.mcap_scan import McapScan
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 
 @pytest.fixture
 def damaged(record):

@@ -13,6 +13,8 @@ import pytest
 from mlmem_ros.bag import LATCHED, BagError, BagReader, BagWriter, Message, jazzy
 from mlmem_ros.bag.metadata import read_metadata
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 SECOND = 1_000_000_000
 
 

@@ -19,6 +19,8 @@ from mlmem_ros.cli.main import main
 
 from .tampering import Tampered
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 SESSION = Path(__file__).parent.parent / 'data' / 'aborted_write'
 MOST_TEXT = 5000
 """Characters that a refusal may take on the terminal."""

@@ -19,6 +19,8 @@ from mlmem_ros.session.report import Difference
 from .tampering import Tampered, string
 from .test_replay import JAZZY, WRITE_LEVEL_1_THEN_PROBE, foreign_bag
 
+pytestmark = pytest.mark.usefixtures('quick_disk')
+
 pytest_plugins = ['mlmem_ros.testing']
 
 ROOT = Path(__file__).parent.parent.parent

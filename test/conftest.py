@@ -1,0 +1,15 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of every package may ask for."""
+
+import os
+
+import pytest
+
+
+@pytest.fixture(scope='module')
+def quick_disk():
+    """Let nobody wait for the disk: what a sync is worth is for `lives` to say."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, 'fsync', lambda descriptor: None)
+        yield
