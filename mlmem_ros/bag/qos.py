@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any
 
 from ..clipped import clipped
@@ -86,7 +86,8 @@ SENSOR_DATA = QosProfile(reliability='best_effort')
 """Best effort and volatile: a late sample is worth less than the next."""
 
 
-def dump_profiles(profiles: Iterable[QosProfile]) -> str:
+@lru_cache(maxsize=256)  # most topics offer the same
+def dump_profiles(profiles: tuple[QosProfile, ...]) -> str:
     """Write ``offered_qos_profiles`` as rosbag2 puts it into a channel's metadata.
 
     Args:

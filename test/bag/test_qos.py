@@ -46,16 +46,16 @@ VERSION_4_TEXT = """\
 
 
 def test_a_latched_profile_is_written_to_the_byte():
-    assert dump_profiles([LATCHED]) == LATCHED_TEXT
+    assert dump_profiles((LATCHED,)) == LATCHED_TEXT
 
 
 def test_no_profile_is_an_empty_list():
-    assert dump_profiles([]) == '[]'
+    assert dump_profiles(()) == '[]'
 
 
 @pytest.mark.parametrize('profile', [RELIABLE, LATCHED, SENSOR_DATA, QosProfile(depth=5)])
 def test_profiles_come_back(profile):
-    assert parse_profiles(dump_profiles([profile, RELIABLE])) == (profile, RELIABLE)
+    assert parse_profiles(dump_profiles((profile, RELIABLE))) == (profile, RELIABLE)
 
 
 def test_numbers_of_version_4_are_understood():
