@@ -16,6 +16,7 @@ EXTRAS = {
     'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
     'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],
     'cli': ['rich>=13.0'],
+    'view': ['aiohttp>=3.9'],
     # Studies on many machines, and their tables as Parquet.
     'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
     'test': [
@@ -28,6 +29,8 @@ EXTRAS = {
         'scipy>=1.11',
         'mpmath>=1.3',
         'distributed>=2023.5',
+        'aiohttp>=3.9',
+        'selenium>=4.15',
     ],
     'mutation': ['mutmut>=3.8'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
@@ -40,7 +43,11 @@ setup(
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
     packages=find_packages(exclude=['test', 'test.*']),
-    package_data={f'{PACKAGE}.bench': ['*.c'], f'{PACKAGE}.ros': ['*.xml']},
+    package_data={
+        f'{PACKAGE}.bench': ['*.c'],
+        f'{PACKAGE}.ros': ['*.xml'],
+        f'{PACKAGE}.view': ['static/*', 'static/*/*'],
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

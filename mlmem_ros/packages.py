@@ -11,6 +11,7 @@ DEBIAN = {
     'rich': 'python3-rich',
     'matplotlib': 'python3-matplotlib',
     'scipy': 'python3-scipy',
+    'aiohttp': 'python3-aiohttp',
     'PIL': 'python3-pil',
 }
 """Python packages that Debian and Ubuntu have, by the name that is imported."""

@@ -77,7 +77,7 @@ def test_each_command_installs_what_it_needs(bootstrap, commands, capsys):
     assert bootstrap.main('demo') == 0
     making, installing = commands
     assert 'venv' in making
-    assert installing[-1].endswith('[ros,bag,plot,cli]')
+    assert installing[-1].endswith('[ros,bag,plot,cli,view]')
     assert '650 MB' in capsys.readouterr().out
     commands.clear()
     assert bootstrap.main('demo') == 0

@@ -22,6 +22,7 @@ SUBCOMMANDS = (
     'abort',
     'record',
     'watch',
+    'view',
     'design',
     'figures',
     'margins',

@@ -25,10 +25,13 @@ class TransducerComponent(Component):
         self._text = 'listening'
 
     def after_tick(self, element: MemoryElement) -> None:
-        """Take what the ends do; displacements in cells."""
+        """Take what the ends do, in cells, and the delays they are judged by, in time units."""
         transducer = element.transducer
         self._text = 'driving' if transducer.driving else 'listening'
         self._values = {f'unrest_{end}': transducer.unrest(end) for end in ENDS}
+        for end in element.calibration.ends:
+            delays = element.calibration.table(end).delays
+            self._values[f'delays_{end}'] = ' '.join(f'{delay:g}' for delay in delays)
 
     def health(self, loop: Loop) -> Health:
         """Return what was taken, and the margin of the last echo."""

@@ -1,0 +1,63 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What differs between two sessions: their parameters, and what was asked and came of it."""
+
+from __future__ import annotations
+
+from difflib import SequenceMatcher
+from typing import Any
+
+from .recorded import Recorded
+
+MOST = 200
+"""Lines that are shown of each kind."""
+
+
+def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
+    """Return what differs.
+
+    Args:
+        left: A session.
+        right: Another one.
+
+    Returns:
+        `parameters`: name, value left, value right; paths differ anyway and are left out.
+        `events`: what has no counterpart on the other side, with its time, in their order.
+        `alike`: how many events agree.
+    """
+    names = sorted({*left.parameters, *right.parameters})
+    parameters = [
+        [name, left.parameters.get(name), right.parameters.get(name)]
+        for name in names
+        if left.parameters.get(name) != right.parameters.get(name) and not name.endswith('.path')
+    ]
+    texts = [[_text(event) for event in each.events] for each in (left, right)]
+    events: list[dict[str, Any]] = []
+    alike = 0
+    matcher = SequenceMatcher(None, *texts, autojunk=False)
+    for tag, a, b, c, d in matcher.get_opcodes():
+        if tag == 'equal':
+            alike += b - a
+            continue
+        for row in range(max(b - a, d - c)):
+            events.append(
+                {
+                    'left': _shown(left, a + row) if row < b - a else None,
+                    'right': _shown(right, c + row) if row < d - c else None,
+                }
+            )
+    return {'parameters': parameters[:MOST], 'events': events[:MOST], 'alike': alike}
+
+
+def _text(event: dict[str, Any]) -> str:
+    """Return what has to agree of an event: not its time, nor the last digits of a delay."""
+    values = event.get('values', {})
+    kept = [values[key] for key in ('level', 'attempts') if key in values]
+    return ' '.join([event['kind'], event['text'], *kept])
+
+
+def _shown(session: Recorded, index: int) -> dict[str, Any]:
+    event = session.events[index]
+    level = event.get('values', {}).get('level')
+    text = event['text'] if level is None else f'{event["text"]}, level {level}'
+    return {'t': event['t'], 'kind': event['kind'], 'text': text}

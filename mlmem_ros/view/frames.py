@@ -1,0 +1,60 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What goes to a page: a head of JSON, and numbers behind it as they lie in memory.
+
+A frame is the length of its head (uint32, little-endian), the head, and the body. The head is
+filled up with blanks, so that the body begins at a multiple of four.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+COUNTS = 8000
+"""What the active phase is in a picture of whole numbers; the inactive phase is 0."""
+
+
+def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
+    """Return a frame.
+
+    Args:
+        head: What it tells; numbers that are not finite become null.
+        body: Whole numbers (sent as int16) or real ones (sent as float32), of any shape.
+    """
+    data = b''
+    if body is not None:
+        kind = '<i2' if body.dtype.kind == 'i' else '<f4'
+        head = {**head, 'body': kind[1:]}
+        data = np.ascontiguousarray(body, dtype=kind).tobytes()
+    text = json.dumps(finite(head), separators=(',', ':')).encode()
+    text += b' ' * (-len(text) % 4)
+    return struct.pack('<I', len(text)) + text + data
+
+
+def finite(value: Any) -> Any:
+    """Return a value of JSON with None for every number that JSON does not know."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    return value
+
+
+def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
+    """Return a configuration as whole numbers: 0 inactive, `COUNTS` active.
+
+    Args:
+        field: Configuration Delta_j, of any shape.
+        phases: Configuration of the inactive and of the active phase.
+    """
+    inactive, active = phases
+    scaled = (np.asarray(field, dtype=np.float32) - inactive) * (COUNTS / (active - inactive))
+    return np.clip(np.nan_to_num(scaled), -32768, 32767).astype(np.int16)

@@ -1,0 +1,104 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Who may talk to the server: pages that came from it, and where it is open, who has the token."""
+
+from __future__ import annotations
+
+import hmac
+import time
+from collections.abc import Awaitable, Callable
+
+from aiohttp import web
+
+LOOPBACK = ('127.0.0.1', 'localhost', '::1')
+COOKIE = 'mlmem_view'
+
+HEADERS = {
+    'Content-Security-Policy': (
+        "default-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
+        "frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    ),
+    'X-Frame-Options': 'DENY',
+    'X-Content-Type-Options': 'nosniff',
+    'Referrer-Policy': 'no-referrer',
+    'Cross-Origin-Resource-Policy': 'same-origin',
+    'Cross-Origin-Opener-Policy': 'same-origin',
+    'Cache-Control': 'no-cache',
+}
+"""No other site may frame the page, read what it is sent, or run anything in it."""
+
+Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+class Guard:
+    """Judges requests before anything else sees them.
+
+    Attributes:
+        token: What has to be known; empty on the loopback.
+    """
+
+    def __init__(self, token: str = '') -> None:
+        self.token = token
+
+    def middleware(self) -> Callable[[web.Request, Handler], Awaitable[web.StreamResponse]]:
+        """Return what the server asks first."""
+
+        @web.middleware
+        async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
+            self._check_origin(request)
+            if self.token and not self._known(request.cookies.get(COOKIE, '')):
+                return self._admit(request)
+            response = await handler(request)
+            if not response.prepared:
+                response.headers.update(HEADERS)
+            return response
+
+        return guarded
+
+    def _check_origin(self, request: web.Request) -> None:
+        """Refuse who was sent here by another site, by its origin or by a name of its own."""
+        name = request.url.host or ''
+        if not self.token and name not in LOOPBACK:  # a foreign name that resolves to us
+            raise web.HTTPForbidden(text=f'this server answers as {", ".join(LOOPBACK)} alone')
+        origin = request.headers.get('Origin')
+        if origin is None:
+            if request.headers.get('Upgrade', '').lower() == 'websocket':
+                raise web.HTTPForbidden(text='a page tells its origin')
+        elif origin != f'{request.scheme}://{request.host}':
+            raise web.HTTPForbidden(text='another site must not drive the element')
+
+    def _known(self, token: str) -> bool:
+        return hmac.compare_digest(token.encode(), self.token.encode())
+
+    def _admit(self, request: web.Request) -> web.StreamResponse:
+        """Let in who brings the token, which is kept in a cookie and out of the address."""
+        if not self._known(request.query.get('token', '')):
+            raise web.HTTPForbidden(text='open the address that the server has printed')
+        response = web.HTTPSeeOther('/')
+        response.set_cookie(COOKIE, self.token, httponly=True, samesite='Strict')
+        response.headers.update(HEADERS)
+        return response
+
+
+class Rate:
+    """So many at once, and so many a second."""
+
+    def __init__(self, burst: int, rate: float) -> None:
+        """Begin with a full bucket.
+
+        Args:
+            burst: At once.
+            rate: A second.
+        """
+        self._burst, self._rate = float(burst), rate
+        self._left, self._last = float(burst), time.monotonic()
+
+    def take(self) -> bool:
+        """Return whether one more is granted."""
+        now = time.monotonic()
+        self._left = min(self._burst, self._left + (now - self._last) * self._rate)
+        self._last = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True

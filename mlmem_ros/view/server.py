@@ -1,0 +1,223 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The server of the page: its files, one socket for each open page, sessions and downloads."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import shutil
+import tempfile
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSCloseCode, WSMsgType, web
+
+from .. import __version__
+from ..bag import BagError
+from .differences import differences
+from .frames import finite, packed
+from .guard import Guard, Rate
+from .live import Live
+from .pages import Page
+from .recorded import Recorded, load
+
+STATIC = Path(__file__).parent / 'static'
+
+DEFAULT_PORT = 8742
+"""Where the page is served unless that is taken."""
+
+MESSAGE = 4096
+"""Most bytes of what a page asks."""
+
+BURST, RATE = 20, 30.0
+"""Requests of a page at once, and a second."""
+
+UNDER_WAY = 8
+"""Requests of a page that may be under way."""
+
+PATIENCE = 10.0
+"""Seconds after which a page that takes nothing is let go."""
+
+
+class Server:
+    """Serves a running element, sessions, or both."""
+
+    def __init__(self, guard: Guard, live: Live | None, sessions: Sequence[str] = ()) -> None:
+        """Prepare.
+
+        Args:
+            guard: Who may talk to it.
+            live: The running element, if there is one.
+            sessions: Paths of sessions.
+        """
+        self._live = live
+        self._sessions = list(sessions)
+        self._load = lru_cache(maxsize=4)(load)
+        self.application = web.Application(
+            middlewares=[guard.middleware()], client_max_size=MESSAGE
+        )
+        self.application.add_routes(
+            [
+                web.get('/', self._page),
+                web.get('/about', self._about),
+                web.get('/live', self._socket),
+                web.get('/sessions/{number}', self._session),
+                web.get('/sessions/{number}/bag.zip', self._bag),
+                web.get('/differences/{left}/{right}', self._differences),
+                web.static('/static', STATIC),
+            ]
+        )
+
+    # --- the page ------------------------------------------------------------------------
+
+    async def _page(self, _: web.Request) -> web.StreamResponse:
+        return web.FileResponse(STATIC / 'index.html')
+
+    async def _about(self, _: web.Request) -> web.StreamResponse:
+        return web.json_response(
+            {
+                'version': __version__,
+                'live': self._live is not None,
+                'sessions': [Path(path).name for path in self._sessions],
+            }
+        )
+
+    # --- a running element ---------------------------------------------------------------
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        live = self._live
+        if live is None:
+            raise web.HTTPNotFound(text='there is no running element; this is a session')
+        if live.pages.full:
+            raise web.HTTPServiceUnavailable(text='too many pages are open')
+        socket = web.WebSocketResponse(heartbeat=PATIENCE, max_msg_size=MESSAGE, compress=False)
+        await socket.prepare(request)
+        page = live.open()
+        sender = asyncio.create_task(_send(socket, page))
+        rate, under_way = Rate(BURST, RATE), set[asyncio.Task[None]]()
+        try:
+            async for message in socket:
+                if message.type != WSMsgType.TEXT:
+                    break
+                asked = _parsed(message.data)
+                if asked is None:
+                    break
+                if len(under_way) >= UNDER_WAY or not rate.take():
+                    refusal = {'ok': False, 'kind': 'refused', 'text': 'too much at once'}
+                    page.tell(_answer(asked, refusal))
+                    continue
+                task = asyncio.create_task(_serve(live, page, asked))
+                under_way.add(task)
+                task.add_done_callback(under_way.discard)
+        finally:
+            live.close(page)
+            sender.cancel()
+        return socket
+
+    # --- sessions ------------------------------------------------------------------------
+
+    async def _session(self, request: web.Request) -> web.StreamResponse:
+        session = await self._loaded(request.match_info['number'])
+        return web.Response(body=session.frame, content_type='application/octet-stream')
+
+    async def _differences(self, request: web.Request) -> web.StreamResponse:
+        left = await self._loaded(request.match_info['left'])
+        right = await self._loaded(request.match_info['right'])
+        return web.json_response(finite(differences(left, right)))
+
+    async def _bag(self, request: web.Request) -> web.StreamResponse:
+        path = self._path(request.match_info['number'])
+        if not path.exists():
+            raise web.HTTPNotFound(text=f'{path} is not on this machine')
+        with tempfile.TemporaryDirectory() as folder:
+            archive = await asyncio.to_thread(
+                shutil.make_archive, f'{folder}/bag', 'zip', path.parent, path.name
+            )
+            response = web.FileResponse(
+                archive,
+                headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'},
+            )
+            await response.prepare(request)
+        return response
+
+    async def _loaded(self, number: str) -> Recorded:
+        path = self._path(number)
+        try:
+            return await asyncio.to_thread(self._load, str(path))
+        except BagError as error:
+            raise web.HTTPNotFound(text=str(error)) from error
+
+    def _path(self, number: str) -> Path:
+        """Return the path of a session: one of those it was given, or that pages recorded."""
+        recordings = self._live.recordings if self._live else []
+        paths = recordings if number.startswith('r') else self._sessions
+        try:
+            index = int(number.removeprefix('r'))
+            if index < 0:
+                raise IndexError
+            return Path(paths[index])
+        except (ValueError, IndexError):
+            raise web.HTTPNotFound(text='there is no such session') from None
+
+
+async def _send(socket: web.WebSocketResponse, page: Page) -> None:
+    """Send a page what waits for it, as fast as it takes it; let go one that takes nothing."""
+    try:
+        async for frame in page.frames():
+            await asyncio.wait_for(socket.send_bytes(frame), PATIENCE)
+    except (ConnectionError, RuntimeError):
+        return
+    except asyncio.TimeoutError:
+        await socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
+
+
+async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
+    page.tell(_answer(asked, await live.ask(asked)))
+
+
+def _answer(asked: dict[str, Any], told: dict[str, Any]) -> bytes:
+    number = asked.get('id')
+    return packed({'k': 'answer', 'id': number if isinstance(number, int) else None, **told})
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    try:
+        asked = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return asked if isinstance(asked, dict) else None
+
+
+async def serve(
+    server: Server, host: str, port: int | None, ready: Any, over: asyncio.Event
+) -> None:
+    """Serve until it is over.
+
+    Args:
+        server: What is served.
+        host: Address to listen at.
+        port: Port; None for `DEFAULT_PORT`, or any other one where that is taken.
+        ready: Called with the port when pages can come.
+        over: Set when it is time to end.
+
+    Raises:
+        OSError: The port cannot be had.
+    """
+    runner = web.AppRunner(server.application, access_log=None, shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)
+        try:
+            await site.start()
+        except OSError:
+            if port is not None:
+                raise
+            site = web.TCPSite(runner, host, 0)
+            await site.start()
+        ready(site._server.sockets[0].getsockname()[1])  # type: ignore[union-attr]
+        await over.wait()
+    finally:
+        await runner.cleanup()

@@ -1,0 +1,40 @@
+// Copyright 2026 The mlmem_ros authors
+// SPDX-License-Identifier: Apache-2.0
+// Colours that colour-blind people tell apart: light sand and deep blue differ in lightness, too.
+
+export const COUNTS = 8000; // the active phase in whole numbers; the inactive one is 0
+
+const STOPS = {
+  light: [[-0.25, '#c9791c'], [0, '#f4dfc1'], [0.5, '#ffffff'], [1, '#1c6ab0'], [1.25, '#0b2f55']],
+  dark: [[-0.25, '#e39a45'], [0, '#483b2b'], [0.5, '#0e1319'], [1, '#4396de'], [1.25, '#cfe8ff']],
+};
+
+export const theme = () => document.documentElement.dataset.theme;
+
+/** Return a colour of the style sheet, such as ink. */
+export const tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+const parts = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+const tables = {};
+
+/** Return the colours of -COUNTS / 4 ... 5 COUNTS / 4 in 1024 steps, as pixels. */
+export function table() {
+  return (tables[theme()] ??= Uint32Array.from({ length: 1024 }, (_, i) => {
+    const stops = STOPS[theme()];
+    const value = -0.25 + (1.5 * i) / 1023;
+    const above = Math.max(1, stops.findIndex(([at]) => at >= value));
+    const [a, first] = stops[above - 1], [b, second] = stops[above];
+    const share = (value - a) / (b - a);
+    const [red, green, blue] = parts(first).map((from, k) => Math.round(from + share * (parts(second)[k] - from)));
+    return (255 << 24) | (blue << 16) | (green << 8) | red;
+  }));
+}
+
+/** Return the place of a configuration in the table. */
+export const place = (count) => Math.max(0, Math.min(1023, ((count / COUNTS + 0.25) * 682) | 0));
+
+/** Return a configuration's colour for a canvas. */
+export function css(count) {
+  const pixel = table()[place(count)];
+  return `rgb(${pixel & 255} ${(pixel >> 8) & 255} ${(pixel >> 16) & 255})`;
+}

@@ -1,0 +1,163 @@
+// Copyright 2026 The mlmem_ros authors
+// SPDX-License-Identifier: Apache-2.0
+// What can be done with a running element: every control asks the node, and tells its refusal.
+
+import { say } from './bubble.js';
+import { signed } from './chain.js';
+
+const find = (id) => document.getElementById(id);
+
+export class Controls {
+  /** @param {Wire} wire to ask through; @param {(text, kind) => void} log takes what happened */
+  constructor(wire, log) {
+    this.wire = wire;
+    this.log = log;
+    this.held = false;
+    this.faults = {};
+    for (const button of document.querySelectorAll('.actions [data-do]')) {
+      button.onclick = () => this.ask(button, { do: button.dataset.do });
+    }
+    find('pause').onclick = async () => {
+      const answer = await this.ask(find('pause'), { do: 'pause', hold: !this.held });
+      if (answer.ok) this.hold(answer.details.paused);
+    };
+    find('step').onclick = () => this.ask(find('step'), { do: 'step' });
+    find('speed').onchange = () => this.ask(find('speed'), { do: 'speed', speed: Number(find('speed').value) });
+    this.connectStrain();
+    this.connectFaults();
+    this.connectRecord();
+  }
+
+  /** Ask for something; refusals and failures are shown at the control. */
+  async ask(control, what) {
+    const answer = await this.wire.ask(what);
+    if (!answer.ok) {
+      say(control, answer.text);
+      if (answer.kind === 'refused') this.log(`${what.do}: ${answer.text}`, 'no');
+    }
+    return answer;
+  }
+
+  write(level, control) {
+    return this.ask(control, { do: 'write', level });
+  }
+
+  pick(cell) {
+    find('cell').value = cell;
+    this.showFaults();
+  }
+
+  /** Take what the node's parameters are now. */
+  set(about) {
+    const slider = find('strain');
+    slider.min = -about.max_strain;
+    slider.max = about.max_strain;
+    find('cell').max = about.cells;
+    if (!find('cell').value) find('cell').value = Math.round(about.cells / 2);
+    const speed = String(about.speed), select = find('speed');
+    if (![...select.options].some((option) => option.value === speed)) {
+      select.add(new Option(`${speed}×`, speed));
+    }
+    select.value = speed;
+    this.faults = about.faults;
+    this.showFaults();
+  }
+
+  /** Take what the health says of pausing and recording. */
+  health(parts) {
+    this.hold(parts.loop?.text === 'paused');
+    this.recording(Boolean(parts.recorder?.text) && /^recording/.test(parts.recorder.text));
+  }
+
+  hold(held) {
+    this.held = held;
+    find('pause').textContent = held ? 'Run' : 'Pause';
+    find('step').disabled = !held;
+  }
+
+  /** Follow the strain that is on, unless a hand is on the slider. */
+  strained(strain) {
+    if (this.dragging || this.sending) return;
+    find('strain').value = strain;
+    find('strained').textContent = signed(strain, 3);
+  }
+
+  connectStrain() {
+    const slider = find('strain');
+    slider.addEventListener('pointerdown', () => { this.dragging = true; });
+    addEventListener('pointerup', () => { this.dragging = false; });
+    slider.addEventListener('input', () => {
+      find('strained').textContent = signed(Number(slider.value), 3);
+      this.drag(Number(slider.value));
+    });
+    find('release').onclick = () => this.drag(0);
+  }
+
+  /** Send the newest strain as soon as the one before has been answered. */
+  async drag(strain) {
+    this.wanted = strain;
+    if (this.sending) return;
+    this.sending = true;
+    while (this.wanted != null) {
+      const next = this.wanted;
+      this.wanted = null;
+      const answer = await this.ask(find('strain'), { do: 'strain', strain: next });
+      if (!answer.ok) this.wanted = null;
+      await new Promise((done) => setTimeout(done, 60));
+    }
+    this.sending = false;
+  }
+
+  connectFaults() {
+    const set = (control, name, value) => this.ask(control, { do: 'fault', name, value });
+    const cell = () => Number(find('cell').value);
+    const toggle = (id, name) => {
+      find(id).onclick = () => set(find(id), name, this.faults[name] === cell() ? 0 : cell());
+    };
+    toggle('stick', 'stuck_cell');
+    toggle('weaken', 'weak_cell');
+    find('cell').oninput = () => this.showFaults();
+    find('noise').onchange = () => set(find('noise'), 'sensor_noise', Number(find('noise').value));
+    find('stuck').onclick = () => set(find('stuck'), 'actuator_stuck', !this.faults.actuator_stuck);
+    find('heal').onclick = () => this.ask(find('heal'), { do: 'heal' });
+  }
+
+  showFaults() {
+    const cell = Number(find('cell').value), pressed = (id, on) => find(id).setAttribute('aria-pressed', on);
+    pressed('stick', this.faults.stuck_cell === cell);
+    pressed('weaken', this.faults.weak_cell === cell);
+    pressed('stuck', Boolean(this.faults.actuator_stuck));
+    const noise = [...find('noise').options].find((option) => Number(option.value) === this.faults.sensor_noise);
+    if (noise) find('noise').value = noise.value;
+  }
+
+  connectRecord() {
+    find('record').onclick = async () => {
+      const on = !this.isRecording;
+      const answer = await this.ask(find('record'), { do: 'record', on });
+      if (!answer.ok) return;
+      this.recording(on);
+      const { path, id } = answer.details;
+      this.log(on ? `recording into ${path}` : recorded(path, id));
+      if (!on) say(find('record'), recorded(path, id), true);
+    };
+  }
+
+  recording(on) {
+    this.isRecording = on;
+    find('record').classList.toggle('on', on);
+    find('record').lastElementChild.textContent = on ? 'Stop' : 'Record';
+  }
+}
+
+/** Return a line with a finished recording, to show and to fetch. */
+function recorded(path, id) {
+  const line = document.createElement('span');
+  const link = (text, href, more) => Object.assign(document.createElement('a'), { textContent: text, href, ...more });
+  line.append(
+    `recorded ${path.split('/').pop()}: `,
+    link('open', `/?session=${id}`, { target: '_blank' }), ' · ',
+    link('download', `/sessions/${id}/bag.zip`, { download: '' }),
+  );
+  return line;
+}

@@ -1,0 +1,119 @@
+// Copyright 2026 The mlmem_ros authors
+// SPDX-License-Identifier: Apache-2.0
+// A still as PNG and a film as WebM of what is shown, drawn onto one canvas.
+
+import { tone } from './colours.js';
+import { say } from './bubble.js';
+
+const LONGEST = 120; // seconds of a film
+const PAD = 28, HEAD = 58;
+
+/** Draw all panels as they are on the page, with a caption, onto a canvas. */
+export function compose(shown, scale, canvas = document.createElement('canvas')) {
+  const panels = shown.panels;
+  const boxes = panels.map((panel) => panel.root.getBoundingClientRect());
+  const left = Math.min(...boxes.map((box) => box.left)), top = Math.min(...boxes.map((box) => box.top));
+  const width = Math.max(...boxes.map((box) => box.right)) - left, height = Math.max(...boxes.map((box) => box.bottom)) - top;
+  const across = 2 * Math.round(((width + 2 * PAD) * scale) / 2), down = 2 * Math.round(((height + PAD + HEAD) * scale) / 2);
+  if (canvas.width !== across || canvas.height !== down) { canvas.width = across; canvas.height = down; }
+  const context = canvas.getContext('2d');
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.fillStyle = tone('ground');
+  context.fillRect(0, 0, canvas.width, canvas.height);
+  text(context, shown.caption, PAD, 36, `600 18px Inter, sans-serif`, tone('ink'));
+  if (shown.now != null) text(context, `${shown.now.toFixed(2)} s`, PAD + width, 36, '500 15px Inter, sans-serif', tone('muted'), 'right');
+  context.translate(PAD - left, HEAD - top);
+  for (const panel of panels) drawPanel(context, panel);
+  return canvas;
+}
+
+function drawPanel(context, panel) {
+  for (const card of panel.root.querySelectorAll('.card')) {
+    const box = card.getBoundingClientRect();
+    context.fillStyle = tone('card');
+    context.strokeStyle = tone('line');
+    context.beginPath();
+    context.roundRect(box.left, box.top, box.width, box.height, 14);
+    context.fill();
+    context.stroke();
+  }
+  for (const canvas of panel.root.querySelectorAll('canvas')) {
+    const box = canvas.getBoundingClientRect();
+    if (canvas.width && canvas.height) context.drawImage(canvas, box.left, box.top, box.width, box.height);
+  }
+  const words = '.title, .level, .code, .confidence span, .what, .heading h2, .delay, .strain-now, .u-title, .levels button, .levels .many';
+  for (const element of panel.root.querySelectorAll(words)) {
+    const style = getComputedStyle(element), box = element.getBoundingClientRect();
+    if (!box.width || !element.textContent) continue;
+    const button = element.tagName === 'BUTTON';
+    if (button) {
+      context.fillStyle = style.backgroundColor;
+      context.beginPath();
+      context.roundRect(box.left, box.top, box.width, box.height, 14);
+      context.fill();
+    }
+    context.textBaseline = 'middle';
+    const x = button ? box.left + box.width / 2 : box.left;
+    text(context, element.textContent, x, box.top + box.height / 2 + 1, `${style.fontWeight} ${style.fontSize} Inter, sans-serif`, style.color, button ? 'center' : 'left');
+    context.textBaseline = 'alphabetic';
+  }
+  for (const bar of panel.root.querySelectorAll('.meter i, .progress i')) {
+    const box = bar.getBoundingClientRect();
+    context.fillStyle = tone('active');
+    context.fillRect(box.left, box.top, box.width, box.height);
+  }
+}
+
+function text(context, what, x, y, font, colour, align = 'left') {
+  context.font = font;
+  context.fillStyle = colour;
+  context.textAlign = align;
+  context.fillText(what, x, y);
+}
+
+/** Save a file that was made on the page. */
+function save(blob, name) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+const stamp = () => new Date().toISOString().slice(0, 19).replace(/[-:]/g, '').replace('T', '-');
+
+export function connect(shown) {
+  const still = document.getElementById('still'), film = document.getElementById('film');
+  still.onclick = () => compose(shown(), 2).toBlob((blob) => save(blob, `mlmem-${stamp()}.png`), 'image/png');
+  let recorder = null;
+  film.onclick = () => {
+    if (recorder) return recorder.stop();
+    if (!window.MediaRecorder) return say(film, 'this browser records no films');
+    const canvas = compose(shown(), 1), chunks = [];
+    const type = ['video/webm;codecs=vp9', 'video/webm'].find((kind) => MediaRecorder.isTypeSupported(kind));
+    if (!type) return say(film, 'this browser records no WebM');
+    recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 6e6 });
+    const timer = setInterval(() => compose(shown(), 1, canvas), 33);
+    const end = setTimeout(() => recorder.stop(), 1000 * LONGEST);
+    const played = shown().play && !shown().playing;
+    recorder.ondataavailable = (event) => chunks.push(event.data);
+    recorder.onstop = () => {
+      clearInterval(timer);
+      clearTimeout(end);
+      recorder = null;
+      film.classList.remove('on');
+      film.lastElementChild.textContent = 'Film';
+      save(new Blob(chunks, { type: 'video/webm' }), `mlmem-${stamp()}.webm`);
+    };
+    recorder.start(500);
+    film.classList.add('on');
+    film.lastElementChild.textContent = 'Stop';
+    if (played) {
+      shown().play(true);
+      const watch = setInterval(() => {
+        if (!recorder) return clearInterval(watch);
+        if (!shown().playing) { clearInterval(watch); recorder.stop(); }
+      }, 100);
+    }
+  };
+}

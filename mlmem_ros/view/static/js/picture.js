@@ -1,0 +1,218 @@
+// Copyright 2026 The mlmem_ros authors
+// SPDX-License-Identifier: Apache-2.0
+// The growing x-t picture of the configuration, and the strain below it on the same time axis.
+
+import { signed } from './chain.js';
+import { COUNTS, place, table, tone } from './colours.js';
+import { last } from './track.js';
+import { zoomable } from './zoom.js';
+
+const SPAN = 20; // seconds that a running element's picture shows
+const STALE = 0.05; // seconds for which a column stands where none follows
+const LEFT = 46, RIGHT = 40; // pixels beside the picture
+
+export class Picture {
+  /** @param {Element} root of a panel; @param {boolean} live whether it grows */
+  constructor(root, live) {
+    this.root = root.querySelector('.picture');
+    this.below = root.querySelector('.strains');
+    this.button = root.querySelector('.follow');
+    this.live = live;
+    this.following = live;
+    this.span = SPAN;
+    this.button.onclick = () => this.follow();
+    this.image = document.createElement('canvas');
+    new ResizeObserver(() => this.fit()).observe(this.root);
+  }
+
+  set(about, track) {
+    const same = this.about && JSON.stringify(this.about.defects) === JSON.stringify(about.defects);
+    this.about = about;
+    this.track = track;
+    this.y = same && this.y ? this.y : [0.5, about.cells + 0.5];
+    if (!this.live) this.x ??= [track.begin, Math.max(track.end, track.begin + 0.1)];
+    this.build();
+  }
+
+  follow() {
+    this.following = this.live;
+    this.span = SPAN;
+    this.y = [0.5, this.about.cells + 0.5];
+    if (!this.live) this.x = [this.track.begin, Math.max(this.track.end, this.track.begin + 0.1)];
+    this.draw();
+  }
+
+  /** The ranges in view, for the zoom. */
+  get view() {
+    return {
+      get: () => ({ x: this.range(), y: this.y }),
+      all: () => this.follow(),
+      set: (x, y, zoom = false) => this.move(x, y, zoom),
+    };
+  }
+
+  range() {
+    if (!this.following) return this.x;
+    const end = Math.max(this.track.end, this.track.begin + this.span);
+    return [end - this.span, end];
+  }
+
+  move(x, y, zoom) {
+    const span = Math.max(0.05, Math.min(x[1] - x[0], 1.2 * Math.max(this.track.end - this.track.begin, SPAN)));
+    if (this.following && zoom) {
+      this.span = span;
+    } else {
+      const low = Math.max(this.track.begin - span / 2, Math.min(x[0], this.track.end - span / 2));
+      const atEnd = this.live && low + span >= this.track.end && x[0] >= this.range()[0];
+      this.following = atEnd;
+      this.span = span;
+      this.x = [low, low + span];
+    }
+    if (y) {
+      const cells = this.about.cells, tall = Math.max(4, Math.min(cells, y[1] - y[0]));
+      const foot = Math.max(0.5, Math.min(cells + 0.5 - tall, y[0]));
+      this.y = [foot, foot + tall];
+    }
+    this.draw();
+  }
+
+  build() {
+    this.plot?.destroy();
+    this.lower?.destroy();
+    if (!this.about || !this.root.clientWidth) return;
+    const { defects } = this.about;
+    const every = Math.ceil(defects.length / 12);
+    const shown = defects.filter((_, level) => level % every === 0);
+    const axis = { stroke: tone('muted'), font: '11px Inter, sans-serif', grid: { show: false }, ticks: { stroke: tone('line'), size: 4 }, gap: 4 };
+    const cursor = { drag: { x: false, y: false }, points: { show: false }, sync: { key: 'time' + this.root.dataset.key, setSeries: false, scales: ['x', null] } };
+    const common = { legend: { show: false }, padding: [6, RIGHT - 30, 0, 0] };
+    this.plot = new uPlot({
+      ...common,
+      width: this.root.clientWidth, height: this.root.clientHeight,
+      cursor: { ...cursor, x: true, y: true },
+      scales: { x: { time: false, range: () => this.range() }, y: { range: () => this.y } },
+      axes: [
+        { ...axis, show: true, size: 8, values: () => [], ticks: { show: false } },
+        { ...axis, scale: 'y', size: LEFT, label: 'site', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, splits: () => shown },
+        { ...axis, scale: 'y', side: 1, size: RIGHT - 12, label: 'level', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, splits: () => shown, values: (_, sites) => sites.map((site) => defects.indexOf(site)) },
+      ],
+      series: [{}, { scale: 'y', show: true, stroke: 'transparent', points: { show: false } }],
+      hooks: { drawClear: [(plot) => this.paint(plot)], setCursor: [(plot) => this.point(plot)] },
+      plugins: [zoomable(this.view)],
+    }, [[0], [null]], this.root);
+    this.lower = new uPlot({
+      ...common,
+      padding: [4, RIGHT + 12, 0, 0],
+      width: this.below.clientWidth, height: this.below.clientHeight,
+      cursor: { ...cursor, y: false },
+      scales: {
+        x: { time: false, range: () => this.range() },
+        y: { range: (_, low, high) => { const most = Math.max(0.01, Math.abs(low ?? 0), Math.abs(high ?? 0)) * 1.12; return [-most, most]; } },
+      },
+      axes: [
+        { ...axis, values: (_, times) => times.map((t) => `${+t.toFixed(3)} s`), size: 26 },
+        { ...axis, size: LEFT, label: 'strain', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, grid: { show: true, stroke: tone('line'), width: 1 }, space: 24, values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) },
+      ],
+      series: [{}, { stroke: tone('strain'), width: 1.5, points: { show: false }, fill: tone('strain') + '22', fillTo: 0 }],
+      plugins: [zoomable({ ...this.view, get: () => ({ x: this.range(), y: null }), set: (x, _, zoom) => this.move(x, null, zoom) })],
+    }, [[0], [0]], this.below);
+    this.tip = Object.assign(document.createElement('div'), { className: 'tip', hidden: true });
+    this.plot.over.append(this.tip);
+    this.needle = null;
+    this.draw();
+  }
+
+  fit() {
+    if (!this.plot) return this.about && this.build();
+    if (!this.root.clientWidth) return;
+    this.plot.setSize({ width: this.root.clientWidth, height: this.root.clientHeight });
+    this.lower.setSize({ width: this.below.clientWidth, height: this.below.clientHeight });
+    this.draw();
+  }
+
+  /** Draw; a needle is the time that is played, in a session. */
+  draw(needle = this.needle) {
+    if (!this.plot) return;
+    this.needle = needle;
+    this.button.hidden = this.following || !this.live;
+    const { t, y } = this.track.strain;
+    this.plot.setData([this.track.t, this.track.t.map(() => null)], false);
+    this.plot.redraw(false, true);
+    this.rescale(this.plot);
+    this.lower.setData([t, y], false);
+    this.rescale(this.lower);
+  }
+
+  rescale(plot) {
+    const [min, max] = this.range();
+    plot.setScale('x', { min, max });
+    plot.setScale('y', plot === this.plot ? { min: this.y[0], max: this.y[1] } : strained(this.track.strain, min, max));
+  }
+
+  /** Paint the columns in view into the plot, a pixel column of the screen at a time. */
+  paint(plot) {
+    const { left, top, width, height } = plot.bbox;
+    const { t, columns } = this.track;
+    const context = plot.ctx;
+    context.fillStyle = tone('soft');
+    context.fillRect(left, top, width, height);
+    if (!t.length) return;
+    const rows = this.about.rows, across = Math.max(1, Math.round(width));
+    if (this.image.width !== across || this.image.height !== rows) {
+      this.image.width = across;
+      this.image.height = rows;
+    }
+    const brush = this.image.getContext('2d');
+    const pixels = brush.createImageData(across, rows);
+    const out = new Uint32Array(pixels.data.buffer), colours = table();
+    const [from, to] = this.range();
+    let index = last(t, from);
+    for (let x = 0; x < across; x++) {
+      const at = from + ((x + 0.5) / across) * (to - from);
+      while (index + 1 < t.length && t[index + 1] <= at) index++;
+      if (index < 0 || at > this.track.end + STALE) continue;
+      const column = columns[index];
+      for (let row = 0; row < rows; row++) out[(rows - 1 - row) * across + x] = colours[place(column[row])];
+    }
+    brush.putImageData(pixels, 0, 0);
+    const cells = this.about.cells, scale = rows / cells;
+    const [low, high] = this.y;
+    context.imageSmoothingEnabled = false;
+    context.drawImage(this.image, 0, (cells + 0.5 - high) * scale, across, (high - low) * scale, left, top, width, height);
+    context.fillStyle = tone('ink');
+    for (const site of this.about.defects) {
+      if (site < low || site > high) continue;
+      context.globalAlpha = 0.16;
+      context.fillRect(left, plot.valToPos(site, 'y', true), width, 1);
+    }
+    context.globalAlpha = 1;
+    if (this.needle != null && this.needle >= from && this.needle <= to) {
+      const x = plot.valToPos(this.needle, 'x', true);
+      context.fillRect(x - 0.75 * devicePixelRatio, top, 1.5 * devicePixelRatio, height);
+    }
+  }
+
+  point(plot) {
+    const { left, top } = plot.cursor;
+    const over = left >= 0 && top >= 0;
+    this.tip.hidden = !over;
+    if (!over) return;
+    const t = plot.posToVal(left, 'x'), site = Math.round(plot.posToVal(top, 'y'));
+    const index = last(this.track.t, t);
+    const { cells, stride, phases } = this.about;
+    if (index < 0 || t > this.track.end + STALE || site < 1 || site > cells) { this.tip.hidden = true; return; }
+    const count = this.track.columns[index][Math.floor((site - 1) / stride)];
+    const strain = this.track.strain.y[last(this.track.strain.t, t)] ?? 0;
+    this.tip.textContent =
+      `${t.toFixed(2)} s   cell ${site}\nΔ ${(phases[0] + (count / COUNTS) * (phases[1] - phases[0])).toFixed(4)}   strain ${signed(strain, 4)}`;
+    this.tip.style.left = `${left + 14 + this.tip.offsetWidth > plot.over.clientWidth ? left - this.tip.offsetWidth - 10 : left + 14}px`;
+    this.tip.style.top = `${Math.max(0, top - 44)}px`;
+  }
+}
+
+/** Return the range of strain in view, even about zero. */
+function strained({ t, y }, from, to) {
+  let most = 0.01;
+  for (let i = Math.max(0, last(t, from)); i < t.length && t[i] <= to; i++) most = Math.max(most, Math.abs(y[i]));
+  return { min: -1.12 * most, max: 1.12 * most };
+}

@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page in a real browser: what a person sees and does, in the order of one visit."""
+
+import struct
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+STATE = 'mlmem.shown().state'
+
+
+@pytest.fixture(scope='module')
+def node(start_shared):
+    """Run the eight-level element five times faster than a robot would."""
+    return start_shared(parameters={'scale.time': 2e-5})
+
+
+@pytest.fixture(scope='module')
+def page(node, view, browser):
+    """Open the page of the running element, in a browser that has been used before."""
+    browser.open('about:blank')
+    browser.open(view())
+    browser.until(f'window.mlmem && {STATE}.column', 'a first picture')
+    yield browser
+    assert browser.complaints() == []
+
+
+def test_the_first_picture_comes_within_a_second(page):
+    """Counted from the click on a link to the first configuration that is drawn."""
+    page.driver.refresh()
+    page.until(f'window.mlmem && {STATE}.column', 'a picture')
+    assert page.ask('performance.now()') < 1000.0
+    drawn = "document.querySelector('.chain').getContext('2d').getImageData(9, 100, 1, 1).data[3]"
+    page.until(drawn, 'cells', 1.0)
+
+
+def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(page):
+    page.click('[data-level="5"]')
+    seen = set()
+
+    def written():
+        seen.update(round(wall) for wall in page.ask(f'{STATE}.walls'))
+        return page.text('.level') == '5' and page.text('.code') == '101'
+
+    page.until(written, 'level 5')
+    assert {25, 150} <= seen or len(seen) > 10, seen  # it was under way for many pictures
+    page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
+    assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
+    assert 'level 5' in page.text('#log li')
+    assert page.ask('mlmem.shown().echo.level') == 5
+    delays = page.until('mlmem.shown().delays.left', 'the delays of the levels')
+    assert abs(page.ask('mlmem.shown().echo.delay') - delays[5]) < 5.0
+
+
+def test_a_refusal_is_shown_where_the_hand_is(page):
+    page.click('[data-level="2"]')
+    page.click('[data-do="erase"]')
+    said = page.until(lambda: page.text('#bubble'), 'a refusal')
+    assert 'write is running' in said
+    button = page.ask("document.querySelector('[data-do=erase]').getBoundingClientRect().toJSON()")
+    bubble = page.ask("document.getElementById('bubble').getBoundingClientRect().toJSON()")
+    assert 0.0 <= bubble['top'] - button['bottom'] < 20.0
+    assert bubble['left'] < (button['left'] + button['right']) / 2 < bubble['right']
+    page.until(lambda: page.text('.level') == '2', 'what was written all the same')
+
+
+def test_a_fault_is_seen_in_the_health_and_healed(page):
+    page.until("document.getElementById('word').textContent !== 'connecting'", 'health')
+    page.click('#stuck')
+    page.until("document.getElementById('word').textContent === 'faulty'", 'a fault')
+    page.until("document.getElementById('stuck').ariaPressed === 'true'", 'the pressed button')
+    page.click('#health summary')
+    assert 'actuator_stuck' in page.text('#parts')
+    page.click('#heal')
+    healed = "[...document.querySelectorAll('#parts tr')].some(r => /healthy/.test(r.textContent))"
+    page.until(healed, 'a healed element')
+
+
+def test_time_is_held_and_goes_on_by_steps(page):
+    page.click('#pause')
+    page.until("document.getElementById('pause').textContent === 'Run'", 'a pause')
+    page.until("!document.getElementById('step').disabled", 'the button')
+    page.click('#step')
+    page.click('#pause')
+    page.until("document.getElementById('pause').textContent === 'Pause'", 'time that runs')
+
+
+def test_the_strain_is_dragged(page):
+    """A hand on the slider: the substrate follows it, and lets go."""
+    drag = """(() => {
+      const slider = document.getElementById('strain');
+      slider.value = 0.02;
+      slider.dispatchEvent(new Event('input'));
+      return true;
+    })()"""
+    page.ask(drag)
+    page.until(f'Math.abs({STATE}.strain - 0.02) < 1e-3', 'the strain')
+    assert 'tension' in page.text('.strain-now')
+    page.click('#release')
+    page.until(f'Math.abs({STATE}.strain) < 1e-3', 'no strain')
+
+
+def test_a_still_is_a_png_of_what_is_shown(page):
+    page.click('#still')
+    found = page.until(lambda: list(page.downloads.glob('*.png')), 'a still')
+    data = found[0].read_bytes()
+    assert data[:8] == b'\x89PNG\r\n\x1a\n'
+    width, height = struct.unpack('>II', data[16:24])
+    assert width > 2000
+    assert height > 1000
+
+
+def test_the_page_survives_the_restart_of_its_node(page, node, start_shared):
+    node.terminate()
+    page.until("!document.getElementById('notice').hidden", 'a word that it is gone')
+    assert 'No memory node' in page.text('#notice')
+    start_shared(parameters={'scale.time': 2e-5, 'design.preset': 'bits_4'})
+    page.until("document.getElementById('notice').hidden", 'a word that it is back', 30.0)
+    page.until(f'{STATE}.column.length === mlmem.shown().about.rows', 'its cells')
+    assert page.ask('mlmem.shown().about.levels') == 16

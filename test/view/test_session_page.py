@@ -1,0 +1,78 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded sessions in the browser."""
+
+from pathlib import Path
+
+import pytest
+
+DATA = Path(__file__).parent.parent / 'data'
+LIFE, ABORTED = DATA / 'life', DATA / 'aborted_write'
+NOW = 'mlmem.shown().sessions[0].panel.chain.state'
+
+
+@pytest.fixture(scope='module')
+def address(view):
+    return view(str(LIFE), str(ABORTED))
+
+
+@pytest.fixture
+def page(browser, address):
+    """Open the page of one session."""
+    yield opened(browser, f'{address}?session=0')
+    assert browser.complaints() == []
+
+
+def opened(browser, address):
+    browser.open(address)
+    browser.until('window.mlmem && mlmem.shown().duration', 'a session')
+    return browser
+
+
+def test_a_session_is_scrubbed(page):
+    """It writes 2, reads, erases and reads: the wall is where it was at every time."""
+    levels, walls = [], []
+    for share in (0.0, 0.62, 1.0):
+        page.ask(
+            "(t => { const line = document.getElementById('time'); line.value = t * line.max; "
+            "line.dispatchEvent(new Event('input')); })(arguments[0])",
+            share,
+        )
+        levels.append(page.text('.level'))
+        walls.append(page.ask(f'{NOW}.walls.length'))
+    assert levels == ['not read', '2', 'blank']
+    assert walls == [0, 1, 0]
+    assert page.text('#events li.now').endswith('blank')
+
+
+def test_a_click_on_an_outcome_shows_its_moment(page):
+    page.click('#events li:nth-child(2)')
+    assert page.text('.level') == '2'
+    assert 'delay' in page.text('.delay')
+
+
+def test_it_is_played(page):
+    page.ask("document.getElementById('rate').value = 10")
+    page.click('#play')
+    page.until('mlmem.shown().now >= mlmem.shown().duration', 'its end')
+    assert page.text('#play') == 'Play'
+
+
+def test_two_sessions_stand_side_by_side_with_what_differs(page, address):
+    opened(page, address)
+    boxes = page.ask(
+        "[...document.querySelectorAll('.picture')].map(p => p.getBoundingClientRect().left)"
+    )
+    assert len(boxes) == 2
+    assert boxes[0] < boxes[1]
+    differs = page.until(lambda: page.text('#differences'), 'what differs')
+    assert 'aborted' in differs
+    assert 'write succeeded, level 2' in differs
+
+
+def test_a_film_is_a_webm_of_what_is_played(page):
+    page.ask("document.getElementById('rate').value = 5")
+    page.click('#film')
+    found = page.until(lambda: list(page.downloads.glob('*.webm')), 'a film')
+    page.until(lambda: found[0].stat().st_size > 10_000, 'its pictures')
+    assert found[0].read_bytes()[:4] == b'\x1a\x45\xdf\xa3'
