@@ -12,7 +12,7 @@ from ..device.echo import Echo, EchoDetector
 from ..device.procedures import listening_time
 from ..device.pulse import Pulse
 from ..device.settings import ProbeSettings
-from ..physics import NOH_BATHE, Design, Integrator
+from ..physics import NOH_BATHE, Design, Integrator, Specimen
 from ..physics.potential import Array
 from .scattering import echo_response
 
@@ -54,7 +54,7 @@ def forecast_echo(
     omega = 2.0 * math.pi / (period * sampling) * np.arange(samples + 1)
     used = (np.abs(omega - probe.omega_c) < BANDWIDTH / probe.sigma) & (omega > 0.0)
     spectrum = np.where(used, np.fft.rfft(driven), 0.0)
-    spectrum[used] *= echo_response(design, v, omega[used], end, dt, integrator)
+    spectrum[used] *= echo_response(Specimen(design), v, omega[used], end, dt, integrator)
     detector = EchoDetector(probe, sampling)
     detector.feed(np.fft.irfft(spectrum, period)[:samples])
     return detector.echo(end)

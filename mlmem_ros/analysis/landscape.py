@@ -14,7 +14,6 @@ The print leaves three things open, settled here so that the pieces fit:
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -23,8 +22,10 @@ import numpy as np
 from ..physics.design import Design
 from ..physics.equilibrium import relax
 from ..physics.errors import StateError
+from ..physics.excerpt import uniform
 from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
+from ..physics.specimen import Specimen
 
 BOUND = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
@@ -107,11 +108,6 @@ class DisplacementFit:
         return np.cos(angle), np.sin(angle)
 
 
-def uniform(design: Design) -> Design:
-    """Return the uniform element of the kink's fit: gamma = beta = 0."""
-    return dataclasses.replace(design, gamma=0.0, beta=0.0)
-
-
 def fit_kink(design: Design) -> KinkFit:
     """Fit the arctan ansatz to the anti-kink at rest in the uniform, unstrained element.
 
@@ -125,10 +121,12 @@ def fit_kink(design: Design) -> KinkFit:
     Raises:
         StateError: The wall finds no rest, or the fit does not converge.
     """
+    from scipy.optimize import least_squares  # not needed to run a device
+
     flat = uniform(design)
     # It rests where the Peierls-Nabarro potential of period 1 is least. In Case I that is flat
     # to rounding, so that Newton's method alone could not tell a minimum from a maximum.
-    held = hold_walls(flat, flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
+    held = hold_walls(Specimen(flat), flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
     least = int(held.energy.argmin())
     v, x = held.v[least], flat.sites - held.positions[least]
     # Far from the wall one exponential is left: the slow one of s1 ahead, the fast one of s2
@@ -137,10 +135,17 @@ def fit_kink(design: Design) -> KinkFit:
         2.0 / math.pi * (flat.D_s2 - flat.D_s1),
         0.5, -math.acosh(1.0 + flat.k_s1 / 2.0), 0.5, -math.acosh(1.0 + flat.k_s2 / 2.0),
     ])  # fmt: skip
-    constants = _least_squares(x, v - flat.D_s1, start)
-    residual = _kink(constants, x) - (v - flat.D_s1)
-    A, B_1, C_1, B_2, C_2 = (float(value) for value in constants)
-    return KinkFit(A, B_1, C_1, B_2, C_2, e_rms=_rms(residual))
+    fit = least_squares(
+        lambda constants: _kink(constants, x) - (v - flat.D_s1),
+        start,
+        method='lm',
+        xtol=1e-12,
+        ftol=1e-15,
+    )
+    if not fit.success:
+        raise StateError(f'the kink ansatz must converge; it did not: {fit.message}')
+    A, B_1, C_1, B_2, C_2 = (float(value) for value in fit.x)
+    return KinkFit(A, B_1, C_1, B_2, C_2, e_rms=_rms(fit.fun))
 
 
 def fit_displacement(design: Design, displacement: Array, bound: float = BOUND) -> DisplacementFit:
@@ -172,7 +177,7 @@ def fit_displacement(design: Design, displacement: Array, bound: float = BOUND) 
 def strained(design: Design, strain: float) -> tuple[Array, Array]:
     """Return v_0 and V_0: the equilibrium of the inactive element under a strain, (N,) each."""
     V = design.end_displacement(strain) * design.strain_shape
-    return relax(design, V + design.D_s1, V), V
+    return relax(Specimen(design), V + design.D_s1, V), V
 
 
 def landscape(
@@ -211,28 +216,6 @@ def landscape(
         density = alpha * design.potential.energy(configuration) + 0.5 * stretch**2
         energy[i] = step * density.sum()
     return energy
-
-
-def _least_squares(x: Array, y: Array, start: Array) -> Array:
-    """Fit the kink's five constants to y(x) by Levenberg and Marquardt's method."""
-    constants, damping = start.copy(), 1e-3
-    residual = _kink(constants, x) - y
-    for _ in range(200):
-        h = 1e-7
-        columns = [(_kink(constants + h * e, x) - _kink(constants - h * e, x)) for e in np.eye(5)]
-        jacobian = np.column_stack(columns) / (2.0 * h)
-        normal = jacobian.T @ jacobian
-        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), -jacobian.T @ residual)
-        trial = _kink(constants + step, x) - y
-        if trial @ trial <= residual @ residual:
-            constants, residual, damping = constants + step, trial, damping / 3.0
-            if np.abs(step).max() < 1e-10:
-                return constants
-        else:
-            damping *= 4.0
-            if damping > 1e12:  # no downhill step is left within rounding
-                return constants
-    raise StateError('the kink ansatz must converge within 200 steps; it did not')
 
 
 def _kink(constants: Array, x: Array) -> Array:

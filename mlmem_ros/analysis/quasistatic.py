@@ -12,11 +12,11 @@ import numpy as np
 from ..physics.design import Design, stiffness_profile
 from ..physics.equilibrium import relax, wall_profile
 from ..physics.errors import StateError
-from ..physics.excerpt import excerpt
+from ..physics.excerpt import excerpt, uniform
 from ..physics.held_wall import hold_walls
 from ..physics.potential import Array
+from ..physics.specimen import Specimen
 from ..physics.wall import walls
-from .landscape import uniform
 
 DEPARTURE = 3.0
 """A wall further than this from its defect, in cells, is de-pinned."""
@@ -65,7 +65,7 @@ def held_landscape(
     X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
     V = strain * part.strain_shape
     guess = np.array([_profile(part.design, x - part.before, kink) for x in X]) + V
-    held = hold_walls(part.design, X - part.before, V, guess=guess)
+    held = hold_walls(Specimen(part.design), X - part.before, V, guess=guess)
     return Landscape(X, held.energy - held.energy[0])
 
 
@@ -79,7 +79,7 @@ def lattice_ripple(design: Design) -> Landscape:
     middle = part.design.N // 2
     flat = uniform(part.design)
     X = middle + np.linspace(0.0, 1.0, 33)
-    held = hold_walls(flat, X, np.zeros(flat.N))
+    held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
     return Landscape(X, held.energy - held.energy[0])
 
 
@@ -97,7 +97,7 @@ def self_energy(design: Design) -> tuple[Array, Array]:
     """
     flat = uniform(excerpt(design, design.J, design.J + 1).design)
     middle = flat.N // 2
-    stretch = np.diff(hold_walls(flat, np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
+    stretch = np.diff(hold_walls(Specimen(flat), np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
     offset = np.arange(1.0, flat.N) - middle  # spring j + 1/2 from the wall at middle + 1/2
     X = np.linspace(0.0, design.J_s, 4 * design.J_s + 1)
     s = stiffness_profile(design, X[:, None] + offset - 0.5)
@@ -140,8 +140,9 @@ def depinning_strain(
         return abs(found[0].position - site) if len(found) == 1 else math.inf
 
     side = -0.3 if kink else 0.3
+    made = Specimen(part.design)
     v = _profile(part.design, site + side, kink)
-    v = relax(part.design, v, np.zeros_like(v))
+    v = relax(made, v, np.zeros_like(v))
     if not departure(v, np.zeros_like(v)) < DEPARTURE:
         raise StateError(f'the defect at j = {defect} pins no {"kink" if kink else "wall"}')
     shape, strain, step = sign * part.strain_shape, 0.0, 2e-3
@@ -150,7 +151,7 @@ def depinning_strain(
             return math.nan
         V = (strain + step) * shape
         try:
-            trial = relax(part.design, v + step * shape, V, iterations=ITERATIONS)
+            trial = relax(made, v + step * shape, V, iterations=ITERATIONS)
             moved = departure(trial, V)
         except StateError:
             moved = math.inf

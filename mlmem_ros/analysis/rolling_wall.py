@@ -105,7 +105,7 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
     pull = []
     for strain in np.linspace(peak, 0.0, STRAINS):
         V = strain * part.strain_shape
-        held = hold_walls(part.design, X - part.before, V, guess=profiles + V)
+        held = hold_walls(Specimen(part.design), X - part.before, V, guess=profiles + V)
         pull.append(-np.gradient(held.energy, X))
     alpha, potential = part.design.alpha, part.design.potential
     moved = np.gradient(held.v, X, axis=0)

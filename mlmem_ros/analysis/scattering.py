@@ -12,16 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.design import Design
-from ..physics.integrator import Integrator
-from ..physics.noh_bathe import NOH_BATHE
+from ..physics.methods import NOH_BATHE, Integrator
 from ..physics.potential import Array
+from ..physics.specimen import Specimen
 
 Spectrum = NDArray[np.complex128]
 
 
 def echo_response(
-    design: Design,
+    specimen: Specimen,
     v: Array,
     omega: Array,
     end: str,
@@ -31,7 +30,7 @@ def echo_response(
     """Return the first echo at a free end over the motion that the end was driven with.
 
     Args:
-        design: The element, unstrained.
+        specimen: The element, unstrained.
         v: Its displacements at rest, shape (N,).
         omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
         end: 'left' or 'right': that which is driven, let go and listened to.
@@ -42,10 +41,10 @@ def echo_response(
     Returns:
         Ratio of the complex amplitudes, shape (m,).
     """
-    stiffness = design.alpha * design.potential.stiffness(v)
+    stiffness = specimen.alpha * specimen.potential.stiffness(v - specimen.offsets)
     if end == 'right':
         stiffness = stiffness[::-1]
-    common = 2.0 - integrator.squared_frequency(omega, design.eta, dt)
+    common = 2.0 - integrator.squared_frequency(omega, specimen.eta, dt)
     ratio = 1.0 / (stiffness[-1] + common - 1.0)  # v_N / v_{N-1}: the far end is free
     for local in stiffness[-2:0:-1]:
         ratio = 1.0 / (local + common - ratio)

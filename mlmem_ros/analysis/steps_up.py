@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from ..device.motion import Cycle
 from ..device.settings import WriteSettings, peak
-from ..physics import Chain, Design, StateError, level_of, stable_step, substep_times
+from ..physics import Chain, Design, Specimen, StateError, level_of, stable_step, substep_times
 from ..physics.equilibrium import resting_wall
 
 STEP = 0.5
@@ -50,8 +50,8 @@ def steps_up(
     Raises:
         StateError: The level to start from pins no wall.
     """
-    chain = Chain(design, min(dt, stable_step(design)))
-    chain.place(resting_wall(design, start))
+    chain = Chain(design, min(dt, stable_step(Specimen(design))))
+    chain.place(resting_wall(Specimen(design), start))
     cycles = {
         compress: Cycle.planned(write, peak(write, compress), max_rate)
         for compress in (True, False)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..physics import CASE_II, NOH_BATHE, Chain, Design, Integrator
 from ..physics.equilibrium import wall_profile
-from ..physics.noh_bathe import coefficients
+from ..physics.methods.noh_bathe import coefficients
 from ..physics.potential import Array
 
 STEP = 0.25

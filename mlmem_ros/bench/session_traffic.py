@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..bag.definitions import jazzy
-from ..physics import CASE_II, Chain, substep_times
+from ..physics import CASE_II, Chain, Specimen, substep_times
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
 from ..session.messages import STRING
@@ -49,7 +49,7 @@ class Message:
 def traffic(seconds: float) -> list[Message]:
     """Return the messages of a session: a wall that is strained, and one read a second."""
     chain = Chain(CASE_II, 0.25)
-    chain.place(resting_wall(CASE_II, 3))
+    chain.place(resting_wall(Specimen(CASE_II), 3))
     steps = 80 * STREAM_EVERY
     phase = substep_times(steps, chain.dt)
     messages = []

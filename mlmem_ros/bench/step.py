@@ -22,6 +22,7 @@ from ..physics import (
     PEFRL,
     Chain,
     Integrator,
+    Specimen,
     substep_times,
     walls,
 )
@@ -79,7 +80,7 @@ def _echo_delays(dt: float, integrator: Integrator) -> Array:
 
 def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
     chain = Chain(CASE_II, dt, integrator)
-    chain.place(resting_wall(CASE_II, level))
+    chain.place(resting_wall(Specimen(CASE_II), level))
     transducer = Transducer(chain, {'left': PROBE, 'right': PROBE})
     detector = transducer.fire('left')
     steps = round(TICK / dt)
@@ -96,7 +97,7 @@ def _wall_path(dt: float, integrator: Integrator) -> Array:
     strains = 0.0, settings.compression, settings.compression, 0.0
     cycle = Profile((0.0, settings.ramp, hold, hold + end), strains)
     chain = Chain(CASE_II, dt, integrator)
-    chain.place(resting_wall(CASE_II, 0))
+    chain.place(resting_wall(Specimen(CASE_II), 0))
     within = substep_times(round(TICK / dt), dt, integrator)
     path = []
     for tick in range(round((cycle.duration + settings.settle) / TICK)):
@@ -112,7 +113,7 @@ def _resting_place(dt: float, integrator: Integrator) -> Array:
 def _energy(dt: float, integrator: Integrator) -> Array:
     """Return the energy of a packet after 2000 time units without damping, over its own."""
     design = dataclasses.replace(CASE_II, eta=0.0)
-    rest = resting_wall(design, 3)
+    rest = resting_wall(Specimen(design), 3)
     packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
     chain = Chain(design, dt, integrator)
     chain.place(rest)

@@ -14,8 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..physics.jit import inlined, kernel
-from ..physics.on_site import on_site
-from ..physics.potential import Array
+from ..physics.potential import Array, on_site
 from .problem import Problem
 
 

@@ -114,13 +114,11 @@ def check_compile_cache() -> Finding:
     """Look whether compiled kernels can be kept, or every start compiles them anew."""
     what = 'compiled kernels'
     try:
-        from ..physics import noh_bathe_kernel
+        from ..physics import NOH_BATHE
+        from ..physics.jit import cache_folder
     except ImportError as error:
         return Finding(what, Verdict.FAIL, str(error), advice('numba'))
-    compiled = [each for each in vars(noh_bathe_kernel).values() if hasattr(each, 'stats')]
-    paths = [each.stats.cache_path for each in compiled if each.stats.cache_path]
-    folder = Path(paths[0]) if paths else None
-    if folder is not None and _writable(folder):
+    if (folder := cache_folder(NOH_BATHE.advance)) is not None and _writable(folder):
         return Finding(what, Verdict.PASS, f'kept in {folder}')
     return Finding(
         what,

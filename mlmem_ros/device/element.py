@@ -61,7 +61,7 @@ def steps_per_tick(design: Design, time: TimeSettings) -> int:
     Raises:
         SettingsError: The tick would take so many that nothing could be done beside it.
     """
-    dt = default_step(design, INTEGRATORS[time.integrator])
+    dt = default_step(Specimen(design), INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
     if steps > most:
         raise SettingsError(

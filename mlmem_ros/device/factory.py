@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..physics import Design, StateError
+from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
@@ -66,7 +66,7 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
 
 def _resting(design: Design, level: int) -> Array:
     try:
-        return resting_wall(design, level)
+        return resting_wall(Specimen(design), level)
     except StateError as error:
         raise SettingsError(f'the wall finds no rest at level {level}: {error}') from error
 

@@ -6,18 +6,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .design import Design
-from .energy import metamaterial_force, substrate_force
 from .errors import DesignError, StateError
-from .field import Field, aligned
-from .integrator import Integrator
-from .noh_bathe import NOH_BATHE
+from .jit import in_cache
+from .methods import NOH_BATHE, Integrator
+from .methods.arrays import Cells, Chained, Course, aligned
 from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
+from .statics import metamaterial_force, substrate_force
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
+
+NO_MOTION = np.zeros((2, 1))
+"""What a cell that is not driven does."""
 
 
 @dataclass(frozen=True)
@@ -61,27 +65,25 @@ class Chain:
         Raises:
             DesignError: The step is not positive or beyond the stability limit.
         """
-        limit = stable_step(design, integrator)
-        dt = default_step(design, integrator) if dt is None else dt
+        specimen = Specimen(design)
+        limit = stable_step(specimen, integrator)
+        dt = default_step(specimen, integrator) if dt is None else dt
         if not 0.0 < dt <= limit:
             raise DesignError(
                 f'dt must be above 0 and at most {limit:.5g}, {STABILITY_MARGIN:g} of the '
                 f'stability limit of the {design.substrate} substrate; got {dt:g}'
             )
         self.design = design
-        self.specimen = Specimen(design)
+        self.specimen = specimen
         self.dt = dt
         self.integrator = integrator
         self.steps_done = 0
         self.V_N = 0.0
         self.inputs: tuple[Array, Drive | None, Array | None] = (np.empty(0), None, None)
-        n = design.N
-        self._height, self._offset, self._shape = (aligned(np.zeros(n)) for _ in range(3))
-        self._springs = aligned(np.zeros(n + 1))
+        self._metamaterial = integrator.arrays(design.N)
+        elastic = design.substrate == 'elastic'
+        self._substrate = integrator.arrays(design.N) if elastic else None
         self._fill()
-        self._metamaterial = Field(n, integrator.work(n))
-        self._substrate = Field(n, integrator.work(n)) if design.substrate == 'elastic' else None
-        self._no_motion = np.zeros((2, 1))
         self.v[:] = design.D_s1
 
     # --- the state -----------------------------------------------------------------------
@@ -94,18 +96,18 @@ class Chain:
     @property
     def v(self) -> Array:
         """Displacements v_j of the metamaterial, shape (N,): a view."""
-        return self._metamaterial.u[1:-1]
+        return self._metamaterial[0][1:-1]
 
     @property
     def velocity(self) -> Array:
         """Velocities of the metamaterial, shape (N,): a view."""
-        return self._metamaterial.velocity
+        return self._metamaterial[1]
 
     @property
     def V(self) -> Array:
         """Displacements V_j of the substrate, shape (N,)."""
         if self._substrate is not None:
-            return self._substrate.u[1:-1]
+            return self._substrate[0][1:-1]
         return self.V_N * self.specimen.strain_shape
 
     @property
@@ -114,7 +116,7 @@ class Chain:
 
         Those of its two ends, which are moved by the frame and the actuator, read zero.
         """
-        return self._substrate.velocity if self._substrate else np.zeros(self.design.N)
+        return self._substrate[1] if self._substrate else np.zeros(self.design.N)
 
     @property
     def configuration(self) -> Array:
@@ -123,7 +125,7 @@ class Chain:
 
     def end(self, site: int) -> float:
         """Return the displacement of a cell."""
-        return float(self._metamaterial.u[site])
+        return float(self._metamaterial[0][site])
 
     def place(self, v: Array, V_N: float = 0.0) -> None:
         """Set the displacements, at rest, over the substrate strained quasi-statically.
@@ -169,23 +171,24 @@ class Chain:
         if not (np.isfinite(state).all() and math.isfinite(V_N)):
             raise StateError('the state must be finite; got NaN or infinity')
         self._set(state)
-        for field in (self._metamaterial, self._substrate):
-            if field is not None and not self.integrator.keeps_accelerations:
-                field.acceleration[:] = 0.0
+        if not self.integrator.keeps_accelerations:
+            for _, _, acceleration, *_ in self._chains():
+                acceleration[:] = 0.0
         self.V_N = float(V_N)
         self.steps_done = int(steps_done)
 
+    def _chains(self) -> list[Chained]:
+        """Return the arrays of the metamaterial, and of an elastic substrate."""
+        return [each for each in (self._metamaterial, self._substrate) if each is not None]
+
     def _rows(self) -> Array:
-        rows = self._metamaterial.rows()
-        if self._substrate is not None:
-            rows += self._substrate.rows()
-        return np.array(rows)
+        return np.array([row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)])
 
     def _set(self, state: Array) -> None:
-        """Set the rows that `_rows` gave."""
-        self._metamaterial.set(state[:3])
-        if self._substrate is not None:
-            self._substrate.set(state[3:])
+        """Set the rows that `_rows` gave; the loop renews the ghost cells."""
+        by_chain = state.reshape(-1, 3, self.design.N)
+        for (u, v, A, *_), rows in zip(self._chains(), by_chain, strict=True):
+            u[1:-1], v[:], A[:] = rows
 
     def become(self, specimen: Specimen) -> None:
         """Let another specimen of the design take the place of this one, in the same state.
@@ -199,8 +202,8 @@ class Chain:
         self.check(specimen)
         self.specimen = specimen
         self._fill()
-        self._metamaterial.velocity[self._stuck] = 0.0
-        self._metamaterial.acceleration[self._stuck] = 0.0
+        for row in self._metamaterial[1:3]:
+            row[self._cells.stuck] = 0.0
 
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `become` would refuse."""
@@ -213,18 +216,17 @@ class Chain:
             )
 
     def _fill(self) -> None:
-        """Give the kernel the arrays of the specimen."""
-        specimen = self.specimen
-        self._height[:] = specimen.alpha * self.design.d
-        self._offset[:] = specimen.offsets
-        self._shape[:] = specimen.strain_shape
-        self._springs[1:-1] = specimen.s
-        self._reach = farthest_reach(specimen, self.integrator, self.dt) + LARGEST_OFFSET
-        mobility = aligned(1.0 / specimen.masses)
-        self._stuck = np.flatnonzero(mobility == 0.0)
-        self._constants = self.integrator.constants(self.dt, mobility, specimen.eta)
-        if self.design.substrate == 'elastic':
-            self._constants += self.integrator.substrate_constants(self.dt, specimen.eta)
+        """Make what the loop takes of the specimen."""
+        made, design = self.specimen, self.design
+        mobility = aligned(1.0 / made.masses)
+        elastic = design.substrate == 'elastic'
+        under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
+        self._cells = Cells(
+            aligned(made.alpha * design.d), aligned(made.offsets), mobility, aligned(under),
+            np.flatnonzero(mobility == 0.0), made.eta, design.a, design.b, design.c,
+        )  # fmt: skip
+        self._constants = self.integrator.constants(self.dt, mobility, made.eta)
+        self._reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
 
     # --- time ----------------------------------------------------------------------------
 
@@ -250,36 +252,9 @@ class Chain:
         self.inputs = V_N, drive, shake
         before = self._rows(), self.V_N, self.steps_done
         V_N = _plain(V_N)
-        base = np.zeros(len(V_N)) if shake is None else _plain(shake)
-        motion = self._no_motion if drive is None else _plain(drive.motion)
         steps = len(V_N) // self.integrator.substeps
-        site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
         ends = np.empty((2, steps))
-        p = self.design
-        if self._substrate is None:
-            loop, fields, strained = self.integrator.rigid, self._metamaterial.arrays, self._shape
-        else:
-            loop, strained = self.integrator.elastic, self._springs
-            fields = self._metamaterial.arrays + self._substrate.arrays
-        loop(
-            steps,
-            p.N,
-            *fields,
-            self._height,
-            self._offset,
-            self._stuck,
-            strained,
-            V_N,
-            base,
-            p.a,
-            p.b,
-            p.c,
-            site,
-            driven,
-            motion,
-            ends,
-            *self._constants,
-        )
+        self.integrator.advance(*self._arguments(V_N, drive, shake, ends))
         if steps:
             self.V_N = float(V_N[-1])
         self.steps_done += steps
@@ -291,6 +266,23 @@ class Chain:
                 f'it was at step {self.steps_done}'
             )
         return ends
+
+    def _arguments(
+        self, V_N: Array, drive: Drive | None, shake: Array | None, ends: Array
+    ) -> tuple[Any, ...]:
+        """Return what the loop is called with."""
+        base = np.zeros(len(V_N)) if shake is None else _plain(shake)
+        motion = NO_MOTION if drive is None else _plain(drive.motion)
+        site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
+        course = Course(V_N, base, site, driven, motion)
+        chains = self._metamaterial, self._substrate
+        return ends.shape[1], *chains, self._cells, course, self._constants, ends
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the loop that advances the chain is compiled already, here or on the disk."""
+        nothing = self._arguments(np.empty(0), None, None, np.empty((2, 0)))
+        return in_cache(self.integrator.advance, *nothing)
 
     def _loss(self) -> str:
         """Return what is wrong with the state; empty for one that can go on."""
@@ -326,6 +318,11 @@ class Chain:
             )
         if not np.isfinite(drive.motion).all():
             raise StateError('motion must be finite; got NaN or infinity')
+
+
+def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
+    """Return whether the loop that advances an element of a design is compiled already."""
+    return Chain(design, integrator=integrator).compiled
 
 
 def _plain(array: Array) -> Array:

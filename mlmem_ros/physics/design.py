@@ -175,11 +175,6 @@ class Design:
         """Quasi-static substrate displacement V_j for a unit V_N (V_1 = 0), shape (N,)."""
         return _frozen(strain_shape(self.s))
 
-    @cached_property
-    def offsets(self) -> Array:
-        """Shifts of the ground states, shape (N,): none, as designed (see `Specimen`)."""
-        return _frozen(np.zeros(self.N))
-
     @property
     def levels(self) -> int:
         """Number p of levels; a defect at the very end (j = N - tail) is none."""

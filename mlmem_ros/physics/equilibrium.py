@@ -9,10 +9,10 @@ import math
 import numpy as np
 
 from .design import Design
-from .energy import metamaterial_force
 from .errors import StateError
 from .potential import Array
 from .specimen import Specimen
+from .statics import metamaterial_force, stiffness
 from .tridiagonal import solve
 from .wall import walls
 
@@ -37,7 +37,7 @@ def wall_profile(design: Design, position: float, *, width: float | None = None)
 
 
 def relax(
-    element: Design | Specimen,
+    specimen: Specimen,
     v: Array,
     V: Array,
     *,
@@ -50,7 +50,7 @@ def relax(
     at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
 
     Args:
-        element: The element, as designed or as made.
+        specimen: The element.
         v: Guess, shape (N,).
         V: Substrate displacements, shape (N,).
         tolerance: Largest residual force per cell, over the stiffness of the stiffest cell.
@@ -61,11 +61,8 @@ def relax(
     """
     v = np.array(v, dtype=np.float64)
     for _ in range(iterations):
-        force = metamaterial_force(element, v, V)
-        configuration = v - (V + element.offsets)
-        diagonal = element.alpha * element.potential.stiffness(configuration) + 2.0
-        diagonal[0] -= 1.0
-        diagonal[-1] -= 1.0
+        force = metamaterial_force(specimen, v, V)
+        diagonal = stiffness(specimen, v, V)
         if np.abs(force).max() < tolerance * diagonal.max():
             if _solve(diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
@@ -78,11 +75,11 @@ def relax(
     )
 
 
-def resting_wall(element: Design | Specimen, level: int) -> Array:
+def resting_wall(specimen: Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
     Args:
-        element: The element, as designed or as made.
+        specimen: The element.
         level: 0 ... p - 1.
 
     Returns:
@@ -92,12 +89,12 @@ def resting_wall(element: Design | Specimen, level: int) -> Array:
         StateError: There is no such level, or the wall finds no rest near its defect: the
             design does not pin it.
     """
-    design = element.design if isinstance(element, Specimen) else element
+    design = specimen.design
     if not 0 <= level < design.levels:
         raise StateError(f'level must be from 0 to {design.levels - 1}; got {level}')
     defect = design.defect(level)
-    guess = wall_profile(design, defect + 0.3) + element.offsets
-    v = relax(element, guess, np.zeros(design.N))
+    guess = wall_profile(design, defect + 0.3) + specimen.offsets
+    v = relax(specimen, guess, np.zeros(design.N))
     found = walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
@@ -125,5 +122,6 @@ def _downhill_step(diagonal: Array, force: Array) -> Array:
 
 def _solve(diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None where it is not positive definite."""
-    solution = np.empty_like(right)
-    return solution if solve(diagonal, right, solution) else None
+    solution = right[None].copy()
+    beside = np.full(len(right) - 1, -1.0)
+    return solution[0] if solve(diagonal.copy(), beside, solution) else None

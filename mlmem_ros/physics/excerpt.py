@@ -20,6 +20,11 @@ DECAY = 12.0
 """Natural logarithm of the share that is left of a static displacement at the edges."""
 
 
+def uniform(design: Design) -> Design:
+    """Return the uniform element of the same size: gamma = beta = 0."""
+    return dataclasses.replace(design, gamma=0.0, beta=0.0)
+
+
 @dataclass(frozen=True)
 class Excerpt:
     """Consecutive cells of an element.

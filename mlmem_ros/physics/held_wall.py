@@ -18,6 +18,9 @@ from .design import Design
 from .equilibrium import wall_profile
 from .errors import StateError
 from .potential import Array
+from .specimen import Specimen
+from .statics import energies, metamaterial_force, stiffness
+from .tridiagonal import solve
 
 STIFFENING = 1.0
 """Stiffness that is added along the constraint: it changes no solution, and makes the matrix
@@ -45,7 +48,7 @@ class HeldWalls:
 
 
 def hold_walls(
-    design: Design,
+    specimen: Specimen,
     positions: Array,
     V: Array,
     *,
@@ -56,7 +59,7 @@ def hold_walls(
     """Return anti-kinks held at positions over a fixed substrate.
 
     Args:
-        design: The element.
+        specimen: The element.
         positions: X in sites, shape (m,), within 1 <= X < N.
         V: Substrate displacements, shape (N,).
         guess: Displacements to begin with, shape (m, N); by default a tanh at each position.
@@ -66,6 +69,7 @@ def hold_walls(
     Raises:
         StateError: A position is outside the element, or the method does not converge.
     """
+    design = specimen.design
     positions = np.asarray(positions, dtype=np.float64)
     if not (positions.size and positions.min() >= 1.0 and positions.max() < design.N):
         raise StateError(f'positions must be from 1 to below N = {design.N}; got {positions}')
@@ -75,16 +79,14 @@ def hold_walls(
     constraint = _Constraint(design, positions, V)
     force = np.zeros(len(positions))
     for _ in range(iterations):
-        residual = _forces(design, v, V)
+        residual = metamaterial_force(specimen, v, V)
         along, ahead = constraint.normal, constraint.excess(v)
-        diagonal = design.alpha * design.potential.stiffness(v - V) + 2.0
-        diagonal[:, 0] -= 1.0
-        diagonal[:, -1] -= 1.0
-        free = _solve(diagonal, constraint, np.stack((residual, along)))
-        force = (np.sum(along * free[0], axis=1) + ahead) / np.sum(along * free[1], axis=1)
-        step = free[0] - force[:, None] * free[1]
+        by_itself, held = _solve(stiffness(specimen, v, V), constraint, residual)
+        force = (np.sum(along * by_itself, axis=1) + ahead) / np.sum(along * held, axis=1)
+        step = by_itself - force[:, None] * held
         if np.abs(residual - force[:, None] * along).max() < tolerance > np.abs(ahead).max():
-            return HeldWalls(positions, v, _energy(design, v, V), force)
+            coupling, on_site, _ = energies(specimen, v, V)
+            return HeldWalls(positions, v, coupling + on_site, force)
         largest = np.abs(step).max(axis=1, keepdims=True)
         v += step * np.minimum(1.0, LARGEST_STEP / np.maximum(largest, 1e-300))
     raise StateError(
@@ -97,6 +99,7 @@ class _Constraint:
     """The interpolated configuration about X is at the barrier top: normal . v = value."""
 
     def __init__(self, design: Design, positions: Array, V: Array) -> None:
+        self.positions = positions
         self.left = np.floor(positions).astype(np.intp) - 1
         fraction = positions - np.floor(positions)
         self.rows = np.arange(len(positions))
@@ -111,40 +114,24 @@ class _Constraint:
         return np.asarray(np.sum(self.normal * v, axis=1) - self._value)
 
 
-def _solve(diagonal: Array, constraint: _Constraint, right: Array) -> Array:
-    """Solve (H + stiffening normal normal^T) x = right, all rows at once (Thomas).
+def _solve(diagonal: Array, constraint: _Constraint, residual: Array) -> tuple[Array, Array]:
+    """Solve (H + stiffening normal normal^T) x = right of every row.
 
     Args:
         diagonal: Of H, shape (m, N); its off-diagonal is -1.
         constraint: Touches two neighbours, so that the matrix stays tridiagonal.
-        right: Right-hand sides, shape (2, m, N).
+        residual: A right side, shape (m, N).
+
+    Returns:
+        x for the residual and for the normal, shape (m, N) each.
     """
     rows, left, weights = constraint.rows, constraint.left, constraint.weights
-    pivots, x = diagonal.copy(), right.copy()
+    x = np.stack((residual, constraint.normal), axis=1)
     beside = np.full((len(rows), diagonal.shape[1] - 1), -1.0)
-    pivots[rows, left] += STIFFENING * weights[0] ** 2
-    pivots[rows, left + 1] += STIFFENING * weights[1] ** 2
+    diagonal[rows, left] += STIFFENING * weights[0] ** 2
+    diagonal[rows, left + 1] += STIFFENING * weights[1] ** 2
     beside[rows, left] += STIFFENING * weights[0] * weights[1]
-    for j in range(1, pivots.shape[1]):
-        factor = beside[:, j - 1] / pivots[:, j - 1]
-        pivots[:, j] -= factor * beside[:, j - 1]
-        x[:, :, j] -= factor * x[:, :, j - 1]
-    x[:, :, -1] /= pivots[:, -1]
-    for j in range(pivots.shape[1] - 2, -1, -1):
-        x[:, :, j] = (x[:, :, j] - beside[:, j] * x[:, :, j + 1]) / pivots[:, j]
-    return x
-
-
-def _forces(design: Design, v: Array, V: Array) -> Array:
-    """Return the static force on every cell of every row, shape (m, N)."""
-    stretch = np.diff(v, axis=1)
-    force = -design.alpha * design.potential.slope(v - V)
-    force[:, :-1] += stretch
-    force[:, 1:] -= stretch
-    return np.asarray(force)
-
-
-def _energy(design: Design, v: Array, V: Array) -> Array:
-    """Return the energy of the metamaterial of every row, shape (m,)."""
-    on_site = np.sum(design.alpha * design.potential.energy(v - V), axis=1)
-    return np.asarray(0.5 * np.sum(np.diff(v, axis=1) ** 2, axis=1) + on_site)
+    for row in rows:
+        if not solve(diagonal[row], beside[row], x[row]):
+            raise StateError(f'no wall can be held about {constraint.positions[row]:.4g}')
+    return x[:, 0], x[:, 1]

@@ -15,14 +15,17 @@ ten times slower.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import llvmlite.binding
 import numba
+from numba.core.caching import FunctionCache
+from numba.core.dispatcher import Dispatcher
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -36,34 +39,16 @@ def kernel(function: Function) -> Function:
     """Compile a loop; it releases the GIL and is cached on disk where a place can be written.
 
     Args:
-        function: A function of scalars and arrays. What it calls is in the same file, or it is
-            `built_on` another.
+        function: A function of scalars, arrays, and tuples of them.
 
     Returns:
         The compiled function.
     """
-    try:
-        compiled = numba.njit(cache=True, **SETTINGS)(function)
-    except RuntimeError:  # neither the package nor a home folder is writable: compile each time
-        compiled = numba.njit(**SETTINGS)(function)
+    compiled: Any = numba.njit(**SETTINGS)(function)
+    # Where neither the package nor a home folder is writable, it is compiled each time.
+    with contextlib.suppress(RuntimeError):
+        compiled._cache = _Cache(cast(FunctionType, function))
     return cast(Function, compiled)
-
-
-def in_cache(compiled: Callable[..., Any]) -> bool:
-    """Return whether a loop is compiled already, here or in the cache on disk.
-
-    The cache is looked at from outside (numba's index of the loop, no older than its source), as
-    it is for those who want to know how long the first call will take: after a change of the
-    processor or of numba alone it may say yes, and the loop is compiled all the same.
-
-    Args:
-        compiled: What `kernel` returned.
-    """
-    dispatcher: Any = compiled
-    if dispatcher.signatures:
-        return True
-    age = Path(inspect.getfile(dispatcher.py_func)).stat().st_mtime
-    return any(index.stat().st_mtime >= age for index in _kept(compiled))
 
 
 def inlined(function: Function) -> Function:
@@ -78,32 +63,51 @@ def inlined(function: Function) -> Function:
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
 
 
-def built_on(source: ModuleType) -> Callable[[Function], Function]:
-    """Return a decorator for a compiled loop that has functions of another file inlined.
-
-    numba looks at the age of the loop's own file only; what its cache keeps from before the other
-    file was changed is thrown away here.
+def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
+    """Return whether a loop is compiled already for arguments, here or in the cache on disk.
 
     Args:
-        source: The other file.
+        compiled: What `kernel` returned.
+        *arguments: As it would be called with; only their types count.
+    """
+    loop: Any = compiled
+    types = tuple(loop.typeof_pyval(each) for each in arguments)
+    return types in loop.overloads or (
+        isinstance(loop._cache, _Cache) and loop._cache.holds(types, loop.targetctx.codegen())
+    )
+
+
+def cache_folder(compiled: Callable[..., Any]) -> Path | None:
+    """Return where a loop's machine code is kept; None where it cannot be."""
+    path = cast(Any, compiled).stats.cache_path
+    return None if path is None else Path(path)
+
+
+class _Cache(FunctionCache):
+    """numba's cache on disk, whose keys also tell what was written into a loop.
+
+    numba itself looks at the loop's own file alone, and would go on with a formula of before.
     """
 
-    def checked(compiled: Function) -> Function:
-        with contextlib.suppress(OSError):  # no such file, or not ours to remove
-            age = Path(str(source.__file__)).stat().st_mtime
-            for index in _kept(compiled):
-                if index.stat().st_mtime < age:
-                    index.unlink()
-        return compiled
+    def __init__(self, function: FunctionType) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        texts = (path.read_bytes() for path in sorted({Path(__file__), *_sources(function)}))
+        self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
 
-    return checked
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
+        return (*key, self._digest)
+
+    def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
+        """Return whether machine code for these types is kept."""
+        kept = self._cache_file._load_index()  # type: ignore[no-untyped-call]
+        return self._index_key(types, codegen) in kept
 
 
-def _kept(compiled: Callable[..., Any]) -> list[Path]:
-    """Return numba's index of a loop in its cache on disk; empty where there is none."""
-    dispatcher: Any = compiled
-    if (folder := dispatcher.stats.cache_path) is None:
-        return []
-    loop = dispatcher.py_func
-    name = f'{Path(inspect.getfile(loop)).stem}.{loop.__qualname__}'
-    return list(Path(folder).glob(f'{name}-{loop.__code__.co_firstlineno}.*.nbi'))
+def _sources(function: FunctionType) -> set[Path]:
+    """Return the files of a function and of all compiled ones that it calls."""
+    found = {Path(inspect.getfile(function))}
+    for name in function.__code__.co_names:
+        if isinstance(called := function.__globals__.get(name), Dispatcher):
+            found |= _sources(called.py_func)
+    return found

@@ -8,11 +8,7 @@ import math
 
 import numpy as np
 
-from .design import Design
-from .integrator import Integrator
-from .jit import in_cache
-from .noh_bathe import NOH_BATHE
-from .pefrl import PEFRL
+from .methods import NOH_BATHE, Integrator
 from .potential import Array
 from .specimen import Specimen
 
@@ -22,25 +18,16 @@ STABILITY_MARGIN = 0.95
 FARTHEST = 1e6
 """Bound of what a cell's |D + c| may be where any step is stable."""
 
-INTEGRATORS: dict[str, Integrator] = {each.name: each for each in (NOH_BATHE, PEFRL)}
-"""The methods by name."""
 
-
-def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
-    """Return whether the loop that advances a design is compiled already; see `jit.in_cache`."""
-    return in_cache(integrator.rigid if design.substrate == 'rigid' else integrator.elastic)
-
-
-def highest_frequency(element: Design | Specimen, reach: float | None = None) -> float:
+def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
     """Return a bound of the angular frequencies of small waves about any state of an element.
 
     By Gershgorin's circles, with a bound of the on-site stiffness over all that a cell may do.
 
     Args:
-        element: The element, as designed or as made.
+        specimen: The element.
         reach: Largest |D + c| of a cell; by default that of the wells of both phases.
     """
-    specimen = element if isinstance(element, Specimen) else Specimen(element)
     cells, on_site = _cells(specimen, reach)
     if specimen.design.substrate == 'rigid':
         return math.sqrt(cells)
@@ -48,15 +35,13 @@ def highest_frequency(element: Design | Specimen, reach: float | None = None) ->
     return math.sqrt(max(substrate, cells) + on_site / math.sqrt(float(specimen.masses.min())))
 
 
-def stable_step(element: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def stable_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that keeps the margin to the limit of the integrator."""
-    specimen = element if isinstance(element, Specimen) else Specimen(element)
     return STABILITY_MARGIN * _limit(specimen, integrator)
 
 
-def default_step(element: Design | Specimen, integrator: Integrator = NOH_BATHE) -> float:
+def default_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> float:
     """Return the largest step that is both accurate and stable."""
-    specimen = element if isinstance(element, Specimen) else Specimen(element)
     followed = integrator.accurate_turn / math.sqrt(_cells(specimen)[0])
     return min(integrator.accurate_step, followed, stable_step(specimen, integrator))
 

@@ -1,39 +1,36 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Thomas's algorithm for the stiffness matrix of a chain: off-diagonal -1."""
+"""Thomas's algorithm for symmetric tridiagonal systems."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from .jit import kernel
 from .potential import Array
 
 
 @kernel
-def solve(diagonal: Array, right: Array, solution: Array) -> bool:
-    """Solve the system if its matrix is positive definite; the pivots show it.
+def solve(diagonal: Array, beside: Array, right: Array) -> bool:
+    """Solve a system for several right sides if its matrix is positive definite.
 
     Args:
-        diagonal: Diagonal of the matrix, shape (n,).
-        right: Right side, shape (n,).
-        solution: Out, shape (n,).
+        diagonal: Diagonal of the matrix, shape (n,); the pivots of the elimination afterwards.
+        beside: What is beside it, shape (n - 1,).
+        right: Right sides, shape (k, n); the solutions afterwards.
 
     Returns:
-        Whether the matrix is positive definite; if not, the solution is not one.
+        Whether the matrix is positive definite; if not, there are no solutions.
     """
     n = len(diagonal)
-    pivots = np.empty(n)
-    pivots[0], solution[0] = diagonal[0], right[0]
-    for j in range(1, n):
-        if pivots[j - 1] <= 0.0:
+    for j in range(n):
+        if j > 0:
+            factor = beside[j - 1] / diagonal[j - 1]
+            diagonal[j] -= factor * beside[j - 1]
+            for i in range(len(right)):
+                right[i, j] -= factor * right[i, j - 1]
+        if diagonal[j] <= 0.0:  # what is no number goes on, for the caller to see
             return False
-        factor = 1.0 / pivots[j - 1]
-        pivots[j] = diagonal[j] - factor
-        solution[j] = right[j] + factor * solution[j - 1]
-    if pivots[n - 1] <= 0.0:
-        return False
-    solution[n - 1] /= pivots[n - 1]
-    for j in range(n - 2, -1, -1):
-        solution[j] = (solution[j] + solution[j + 1]) / pivots[j]
+    for i in range(len(right)):
+        right[i, n - 1] /= diagonal[n - 1]
+        for j in range(n - 2, -1, -1):
+            right[i, j] = (right[i, j] - beside[j] * right[i, j + 1]) / diagonal[j]
     return True

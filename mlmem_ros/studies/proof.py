@@ -29,7 +29,7 @@ from ..device import (
     Write,
     factory_calibration,
 )
-from ..physics import Design, level_of
+from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
 from .campaign import Campaign, Row
 from .campaign.campaign import Values
@@ -113,7 +113,7 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         level_margin, threshold_margin = trial.least_margins
         error = '' if trial.passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
         return _row(element, trial.reached, trial.passed, error, level_margin, threshold_margin)
-    element.chain.place(resting_wall(design, values['start']))
+    element.chain.place(resting_wall(Specimen(design), values['start']))
     element.transducer.settle()
     command: Command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
     outcome = _run(element, command)

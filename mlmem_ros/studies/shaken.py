@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..device import Disturb, Faults, MemoryElement, Outcome, Read, SetFaults, Settings
-from ..physics import Design, level_of
+from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
 from .tolerance.estimate import Rate
 from .trial import blank_element
@@ -180,7 +180,7 @@ def count(
         seed: Of all chance.
     """
     element = blank_element(design, settings)
-    element.chain.place(resting_wall(design, level))
+    element.chain.place(resting_wall(Specimen(design), level))
     element.transducer.settle()
     if shaking.spectrum == 'noise':
         element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))

@@ -16,7 +16,7 @@ from mlmem_ros.analysis.quasistatic import (
     lattice_ripple,
     self_energy,
 )
-from mlmem_ros.physics import CASE_I, CASE_II, StateError
+from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
 from mlmem_ros.physics.equilibrium import relax, resting_wall
 from mlmem_ros.physics.excerpt import excerpt
 from mlmem_ros.physics.held_wall import hold_walls
@@ -43,7 +43,7 @@ def test_a_wall_in_an_excerpt_is_that_of_the_element():
     """What is cut off weighs exp(-DECAY) = 6e-6 of what the strain does to a free edge."""
     part = held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
-    whole = hold_walls(CASE_II, part.X, V).energy
+    whole = hold_walls(Specimen(CASE_II), part.X, V).energy
     assert np.ptp(whole) > 4e-3
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
 
@@ -72,7 +72,7 @@ def test_the_ripple_of_the_lattice_by_scipys_minimiser():
 
     ripple = lattice_ripple(CASE_II)
     assert ripple.energy[-1] == pytest.approx(0.0, abs=1e-10)  # a whole cell on
-    held = hold_walls(flat, np.array([30.5]), np.zeros(60)).energy[0]
+    held = hold_walls(Specimen(flat), np.array([30.5]), np.zeros(60)).energy[0]
     lowest = held + (ripple.energy.min() - ripple.energy[16])
     assert rest(30.3) == pytest.approx(lowest, abs=1e-8)
 
@@ -93,11 +93,11 @@ def test_the_strains_that_free_a_wall(level, sign, kink, expected):
 
 def test_a_pinned_wall_is_an_equilibrium_of_the_whole_element_just_below_that_strain_only():
     strain = depinning_strain(CASE_II, 0, -1.0, 0.1)
-    v, V = resting_wall(CASE_II, 0), np.zeros(CASE_II.N)
+    v, V = resting_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
     moved = []
     for e in (*np.arange(-0.002, strain, -0.002), strain + 1e-5, strain - 1e-4):
         V, before = CASE_II.end_displacement(e) * CASE_II.strain_shape, V
-        v = relax(CASE_II, v + V - before, V)
+        v = relax(Specimen(CASE_II), v + V - before, V)
         inside = v - V > CASE_II.D_barrier
         moved.append(int(inside.sum()) - CASE_II.J)
     assert max(map(abs, moved[:-1])) <= 1
@@ -119,7 +119,7 @@ def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
     even = dataclasses.replace(CASE_II, s_min=500.0, s_max=500.0)
     _, gain = self_energy(even)
     flat = dataclasses.replace(even, gamma=0.0, beta=0.0)
-    (total,) = hold_walls(flat, np.array([112.5]), np.zeros(flat.N)).energy
+    (total,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(flat.N)).energy
     assert np.ptp(gain) < 1e-12
     assert gain[0] == pytest.approx(-0.5 * total / 500.0, rel=0.02)  # lattice against continuum
 

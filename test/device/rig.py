@@ -8,7 +8,7 @@ from functools import cache
 import hypothesis
 
 from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibration, snapshot
-from mlmem_ros.physics import CASE_II, walls
+from mlmem_ros.physics import CASE_II, Specimen, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 
 factory_calibration = cache(factory_calibration)
@@ -29,7 +29,7 @@ def device(level=None, *, design=CASE_II, calibration=None, **settings):
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, Settings(**settings), calibration)
     if level is not None:
-        element.chain.place(resting_wall(design, level))
+        element.chain.place(resting_wall(Specimen(design), level))
         element.transducer.settle()
     return element
 

@@ -27,7 +27,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.settings import ReadSettings, TimeSettings
-from mlmem_ros.physics import CASE_II, StateError, stable_step
+from mlmem_ros.physics import CASE_II, Specimen, StateError, stable_step
 
 from . import rig
 
@@ -41,7 +41,7 @@ def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
     )
     steps, dt = element.steps_per_tick, element.chain.dt
     assert steps * dt == pytest.approx(tick, rel=1e-14)
-    largest = min(0.25, stable_step(design))
+    largest = min(0.25, stable_step(Specimen(design)))
     assert dt <= largest
     assert steps == 1 or tick / (steps - 1) > largest, 'fewer steps would do'
     element.advance()

@@ -9,7 +9,7 @@ import pytest
 
 from mlmem_ros.device import Abort, Read, SetStrain, Write, new_element
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 
 from .rig import holds, run, succeed, wall
@@ -32,7 +32,7 @@ def test_every_level_is_written_one_by_one_and_down_again(element):
 def test_a_wall_that_sticks_between_two_levels_is_noticed():
     """At rest some nine cells before a defect the lattice holds it, and its echo says so."""
     element = new_element(CASE_II, FAST)
-    v = np.roll(resting_wall(CASE_II, 1), 16)
+    v = np.roll(resting_wall(Specimen(CASE_II), 1), 16)
     v[:16] = CASE_II.D_s2
     element.chain.place(v)
     element.chain.rest(20_000)

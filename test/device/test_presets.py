@@ -78,12 +78,3 @@ def test_settings_beside_a_preset_take_the_place_of_its_own():
 def test_another_name_is_refused():
     with pytest.raises(DesignError, match=r"preset must be one of case_1, .*; got 'case_9'"):
         preset('case_9')
-
-
-def test_the_designs_of_0_1_are_told_where_they_went():
-    from mlmem_ros import physics
-
-    with pytest.warns(DeprecationWarning, match=r'mlmem_ros\.device\.preset'):
-        assert physics.preset('bits_4') == preset('bits_4').design
-    with pytest.warns(DeprecationWarning, match=r'mlmem_ros\.device\.PRESETS'):
-        assert physics.PRESETS['case_1'] is CASE_I

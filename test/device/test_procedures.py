@@ -38,7 +38,7 @@ from mlmem_ros.device import (
     procedures,
 )
 from mlmem_ros.device.settings import ActuatorSettings, ReadSettings, WriteSettings
-from mlmem_ros.physics import CASE_II, Chain
+from mlmem_ros.physics import CASE_II, Chain, Specimen
 from mlmem_ros.physics.equilibrium import relax, wall_profile
 
 from . import rig
@@ -296,7 +296,7 @@ def test_a_wall_that_stopped_on_its_way_does_not_count_as_written():
 def test_a_wall_that_has_left_is_told(written):
     """All cells active: the right end is."""
     element = rig.device()
-    element.chain.place(relax(CASE_II, np.full(225, CASE_II.D_s2), np.zeros(225)))
+    element.chain.place(relax(Specimen(CASE_II), np.full(225, CASE_II.D_s2), np.zeros(225)))
     element.transducer.settle()
     outcome = rig.run(element, Read())
     assert outcome.error == 'the right end is active: the wall has left the element'
@@ -446,7 +446,7 @@ def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
     side = 1.0 if end == 'right' else -1.0
     guess = guess + 0.5 * beyond * (1.0 + side * np.tanh((design.sites - at) / 1.5))
     element = rig.device()
-    element.chain.place(relax(design, guess, np.zeros(225)))
+    element.chain.place(relax(Specimen(design), guess, np.zeros(225)))
     element.transducer.settle()
     assert element.phase(end) is None
     outcome = rig.run(element, Read())

@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import SettingsError
+from mlmem_ros.device import PRESETS, SettingsError
 from mlmem_ros.device.commands import SetStrain
 from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.device.transducer import Transducer, upper_edge
-from mlmem_ros.physics import CASE_II, INTEGRATORS, PRESETS, Chain, Drive, Specimen
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive, Specimen
 from mlmem_ros.physics.dispersion import band
 
 from . import rig
@@ -129,7 +129,7 @@ def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
 
 @pytest.mark.parametrize('preset', PRESETS)
 def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
-    design = PRESETS[preset]
+    design = PRESETS[preset].design
     tops = [band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
     assert max(tops) <= upper_edge(Specimen(design)) < max(tops) + 0.1
     if preset != 'case_1':  # all others are of Case II's cells

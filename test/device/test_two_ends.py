@@ -11,7 +11,7 @@ import pytest
 from mlmem_ros.device import BLANK, UNDECODABLE, Heard, Read, Reading, Write
 from mlmem_ros.device.reading import combine
 from mlmem_ros.device.settings import ReadSettings
-from mlmem_ros.physics import CASE_II, walls
+from mlmem_ros.physics import CASE_II, Specimen, walls
 from mlmem_ros.physics.equilibrium import relax
 
 from . import rig
@@ -27,7 +27,7 @@ def with_walls(*defects, first_active=True):
         rise = 0.5 * (1.0 + np.tanh((design.sites - defect - 0.3) / 3.0))
         v += (-step if down else step) * rise
     element = rig.device()
-    element.chain.place(relax(design, v, np.zeros(design.N)))
+    element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
     element.transducer.settle()
     found = [wall.position for wall in walls(design, element.chain.configuration)]
     assert found == pytest.approx(defects, abs=1.0), 'it does not rest there'

@@ -11,7 +11,7 @@ from mlmem_ros.device import Settings, Write, new_element
 from mlmem_ros.device.motion import Ramp
 from mlmem_ros.device.pulse import Move
 from mlmem_ros.paper.meter import MeteredChain, fit_meter
-from mlmem_ros.physics import CASE_II, Chain, Drive, StateError, substep_times
+from mlmem_ros.physics import CASE_II, Chain, Drive, substep_times
 from mlmem_ros.physics.energy import damping_power
 from mlmem_ros.studies.trace import Trace, watch
 
@@ -64,11 +64,6 @@ def test_the_heat_of_the_cells_is_the_damping_power_over_time():
     assert chain.heat.sum() == pytest.approx(np.trapezoid(power, dx=0.05), rel=1e-12)
     assert chain.heat.argmax() == 29
     assert chain.actuator_work == chain.transducer_work == 0.0
-
-
-def test_a_shaken_base_is_not_metered():
-    with pytest.raises(StateError, match='shake must be None'):
-        MeteredChain(SMALL).advance(np.zeros(4), shake=np.zeros(4))
 
 
 def test_a_meter_sees_all_that_a_device_does():

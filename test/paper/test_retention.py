@@ -7,7 +7,7 @@ import pytest
 
 from mlmem_ros.device.settings import DisturbanceSettings
 from mlmem_ros.paper.figures import retention
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.held_wall import hold_walls
 
 
@@ -46,7 +46,7 @@ def test_the_threshold_is_the_least_amplitude_that_loses():
 def test_the_wall_swings_in_its_defect_at_its_own_frequency(small):
     """The landscape's curvature over the wall's mass, the sum of (dv/dX)^2, within 5 %."""
     X = np.array([25.1, 25.2, 25.3, 25.4, 25.5])
-    walls = hold_walls(CASE_II, X, np.zeros(CASE_II.N))
+    walls = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N))
     curvature = 2.0 * np.polyfit(X - 25.3, walls.energy, 2)[0]
     mass = np.sum(((walls.v[3] - walls.v[1]) / 0.2) ** 2)
     assert small['retention']['wall'][0] == pytest.approx(np.sqrt(curvature / mass), rel=0.05)

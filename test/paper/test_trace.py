@@ -11,7 +11,7 @@ from mlmem_ros.device import Settings, Write, new_element
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import CycleSettings, WriteSettings
 from mlmem_ros.paper.echoes import PAPER, PRINTED, detect, probe_element, without_wall
-from mlmem_ros.physics import CASE_II, Chain, level_of, walls
+from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.studies.trace import Trace, strain_chain, wall_path, watch
 
@@ -35,7 +35,7 @@ def test_a_schedule_ends_where_the_device_ends():
     outcome = watch(element, Write(1), trace)
     assert outcome.success
     chain = Chain(CASE_II)
-    chain.place(resting_wall(CASE_II, 0))
+    chain.place(resting_wall(Specimen(CASE_II), 0))
     cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
     own = strain_chain(chain, cycle, 20.0)
     device, bare = (wall_path(CASE_II, t.configuration) for t in (trace, own))
@@ -49,11 +49,11 @@ def test_levels_are_told_from_everything_else():
     assert level_of(CASE_II, blank) == -1
     assert level_of(CASE_II, np.full(CASE_II.N, CASE_II.D_s2)) == -2
     for level in (0, 7):
-        assert level_of(CASE_II, resting_wall(CASE_II, level)) == level
+        assert level_of(CASE_II, resting_wall(Specimen(CASE_II), level)) == level
     between = np.where(CASE_II.sites < 37.0, CASE_II.D_s2, CASE_II.D_s1)
     assert len(walls(CASE_II, between)) == 1
     assert level_of(CASE_II, between) == -2
-    assert level_of(CASE_II, resting_wall(CASE_II, 3)[::-1]) == -2  # a kink is no level
+    assert level_of(CASE_II, resting_wall(Specimen(CASE_II), 3)[::-1]) == -2  # a kink is no level
     at_the_end = np.where(CASE_II.sites < 225.0, CASE_II.D_s2, CASE_II.D_s1)
     assert level_of(CASE_II, at_the_end) == -2
 
@@ -62,7 +62,7 @@ def test_levels_are_told_from_everything_else():
 def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     element = new_element(CASE_II)
     probe = Settings().probe if end == 'left' else Settings().probe_right
-    echo = probe_element(CASE_II, resting_wall(CASE_II, level), probe, end)
+    echo = probe_element(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end)
     assert echo.delay == pytest.approx(element.calibration.table(end).delays[level], abs=1e-9)
 
 
@@ -72,7 +72,7 @@ def test_an_endless_element_is_silent_and_begins_like_the_real_one(end):
     silence, dt = without_wall(CASE_II, probe, end, 600.0)
     assert detect(silence, dt, probe, end).delay is None
     level = 7 if end == 'left' else 0
-    real = probe_element(CASE_II, resting_wall(CASE_II, level), probe, end, 600.0)
+    real = probe_element(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 600.0)
     before = real.t < 300.0
     assert np.abs(np.abs(silence[: len(real.v_m)]) - real.v_m)[before].max() < 1e-5
     assert real.v_m.max() > 5e-3
@@ -81,4 +81,6 @@ def test_an_endless_element_is_silent_and_begins_like_the_real_one(end):
 def test_the_printed_detector_is_deaf():
     assert (PRINTED.omega_c, PRINTED.v_th) == (2.4, 7.5e-3)
     for level in (0, 7):
-        assert probe_element(CASE_II, resting_wall(CASE_II, level), PRINTED).delay is None
+        assert (
+            probe_element(CASE_II, resting_wall(Specimen(CASE_II), level), PRINTED).delay is None
+        )

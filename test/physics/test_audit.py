@@ -19,8 +19,7 @@ import oracle
 import pytest
 
 from mlmem_ros.physics import CASE_II, Chain, Drive, Specimen, substep_times
-from mlmem_ros.physics.audit import Budget, audit
-from mlmem_ros.physics.energy import actuator_force, damping_power, energy
+from mlmem_ros.physics.energy import Budget, actuator_force, audit, damping_power, energy
 from mlmem_ros.physics.equilibrium import resting_wall
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -31,7 +30,7 @@ DT, STEPS = 0.02, 1500
 def resting(substrate='rigid', kind=Chain):
     design = dataclasses.replace(SMALL, substrate=substrate)
     chain = kind(design, DT)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     return chain
 
 
@@ -126,7 +125,7 @@ class Wrong(Chain):
         booked = self.specimen
         self.specimen = dataclasses.replace(booked, eta_factor=self.damping)
         self._fill()
-        self._height[:] = booked.alpha * self.design.d * self.height
+        self._cells = self._cells._replace(height=self.height * self._cells.height)
         try:
             return super().advance(*inputs)
         finally:

@@ -30,6 +30,7 @@ from mlmem_ros.physics import (
     Chain,
     DesignError,
     Drive,
+    Specimen,
     StateError,
     stable_step,
     substep_times,
@@ -172,7 +173,7 @@ def test_a_wall_between_other_phases_stays_at_its_defect(substrate, phase):
     """Phases 0 and 1 lie in the soft middle of the potential, 2 and 3 are three times stiffer."""
     design = case_ii(substrate, phase=phase)
     chain = Chain(design)
-    chain.place(resting_wall(design, 3))
+    chain.place(resting_wall(Specimen(design), 3))
     before = walls(design, chain.configuration)
     chain.rest(4000)
     (wall,) = walls(design, chain.configuration)
@@ -188,7 +189,7 @@ def test_a_new_chain(substrate):
     design = case_ii(substrate)
     chain = Chain(design)
     assert chain.time == 0.0
-    assert chain.dt == min(0.25, stable_step(design))
+    assert chain.dt == min(0.25, stable_step(Specimen(design)))
     np.testing.assert_array_equal(chain.configuration, design.D_s1)
     np.testing.assert_array_equal(chain.velocity, 0.0)
     chain.rest(12)
@@ -198,7 +199,7 @@ def test_a_new_chain(substrate):
 
 @SUBSTRATES
 def test_a_step_out_of_range_is_refused(substrate):
-    limit = stable_step(case_ii(substrate))
+    limit = stable_step(Specimen(case_ii(substrate)))
     Chain(case_ii(substrate), limit)
     for dt in (0.0, -0.1, 1.001 * limit, math.nan, math.inf):
         with pytest.raises(DesignError, match=rf'^dt must be .* {limit:.5g}.*; got'):
@@ -244,7 +245,7 @@ def moved(substrate, site=1, pieces=(400,), method=NOH_BATHE):
     """Return a chain after that run, cut into pieces of so many steps, and its recorded ends."""
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(resting_wall(design, 1))
+    chain.place(resting_wall(Specimen(design), 1))
     V_N, motion = eventful(design, sum(pieces), chain.dt, method)
     ends, done = [], 0
     for steps in pieces:
@@ -330,7 +331,7 @@ def test_no_steps_do_nothing(substrate):
 def test_slices_lists_and_whole_numbers_compile_nothing_new(substrate, method):
     """A tick loop must not stop for the compiler because a slice is not contiguous."""
     chain, _ = moved(substrate, method=method)
-    loop = getattr(method, substrate)
+    loop = method.advance
     known = len(loop.signatures)
     chain.advance(np.zeros(40)[::2])
     chain.advance(np.zeros(20, dtype=int), Drive(1, np.zeros((2, 50))[:, ::5]))
@@ -349,7 +350,7 @@ def test_slices_lists_and_whole_numbers_compile_nothing_new(substrate, method):
 def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, site, method):
     design = case_ii(substrate, N=61)
     chain = Chain(design, integrator=method)
-    chain.place(resting_wall(design, 1))
+    chain.place(resting_wall(Specimen(design), 1))
     home = chain.end(site)
     t = substep_times(100, chain.dt, method)
     motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])
@@ -538,7 +539,7 @@ def test_a_chain_that_is_lost_is_as_it_was_before(substrate, method, end, loss):
 def test_case_i_runs_too():
     """The element of Fig. 2: its wall at the defect in the middle, j = 100."""
     chain = Chain(CASE_I)
-    chain.place(resting_wall(CASE_I, 0))
+    chain.place(resting_wall(Specimen(CASE_I), 0))
     chain.rest(4000)
     (wall,) = walls(CASE_I, chain.configuration)
     assert wall.position == pytest.approx(100.0, abs=1.0)

@@ -19,19 +19,18 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain, Drive, substep_times
-from mlmem_ros.physics.energy import (
-    actuator_force,
-    damping_power,
-    energy,
-    metamaterial_force,
-    potential_energy,
-    substrate_force,
-)
+from mlmem_ros.physics import CASE_II, Chain, Drive, Specimen, substep_times
+from mlmem_ros.physics.energy import actuator_force, damping_power, energy
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.statics import energies, metamaterial_force, substrate_force
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 SMALL = dataclasses.replace(CASE_II, N=60)
+
+
+def potential_energy(design, v, V):
+    """Return the energy of displacements at rest."""
+    return sum(energies(Specimen(design), v, V))
 
 
 def rough(seed=0):
@@ -54,8 +53,10 @@ def test_the_potential_energy_is_the_papers_lagrangian():
 def test_the_forces_are_those_of_eqs_1a_and_1b():
     v, V = rough()
     f, F = oracle.forces(SMALL, v, V)
-    np.testing.assert_allclose(metamaterial_force(SMALL, v, V), f, atol=1e-13)
-    np.testing.assert_allclose(substrate_force(SMALL, v, V), F, atol=1e-10)  # 3000 times more
+    np.testing.assert_allclose(metamaterial_force(Specimen(SMALL), v, V), f, atol=1e-13)
+    np.testing.assert_allclose(
+        substrate_force(Specimen(SMALL), v, V), F, atol=1e-10
+    )  # 3000 times more
 
 
 @pytest.mark.parametrize('j', [0, 1, 24, 30, 58, 59])
@@ -64,9 +65,13 @@ def test_the_forces_are_minus_the_gradient_of_the_energy(j):
     v, V = rough()
     h = 1e-5 * np.eye(SMALL.N)[j]
     up, down = potential_energy(SMALL, v + h, V), potential_energy(SMALL, v - h, V)
-    assert metamaterial_force(SMALL, v, V)[j] == pytest.approx(-(up - down) / 2e-5, abs=1e-6)
+    assert metamaterial_force(Specimen(SMALL), v, V)[j] == pytest.approx(
+        -(up - down) / 2e-5, abs=1e-6
+    )
     up, down = potential_energy(SMALL, v, V + h), potential_energy(SMALL, v, V - h)
-    assert substrate_force(SMALL, v, V)[j] == pytest.approx(-(up - down) / 2e-5, abs=1e-6)
+    assert substrate_force(Specimen(SMALL), v, V)[j] == pytest.approx(
+        -(up - down) / 2e-5, abs=1e-6
+    )
 
 
 @SUBSTRATES
@@ -139,7 +144,7 @@ def balance(chain, V_N, motion=None):
     for k in range(len(V_N) // 2):
         before, position, speed = chain.V_N, chain.end(1), chain.velocity[0]
         if pull is None:
-            pull = -metamaterial_force(design, chain.v, chain.V)[0] + design.eta * speed
+            pull = -metamaterial_force(Specimen(design), chain.v, chain.V)[0] + design.eta * speed
         here = slice(2 * k, 2 * k + 2)
         drive = None
         if motion is not None and motion[:, here].size:
@@ -149,7 +154,7 @@ def balance(chain, V_N, motion=None):
         work += 0.5 * (force + new_force) * (chain.V_N - before)
         heat += 0.5 * (power + new_power) * dt
         force, power = new_force, new_power
-        new_pull = -metamaterial_force(design, chain.v, chain.V)[0]
+        new_pull = -metamaterial_force(Specimen(design), chain.v, chain.V)[0]
         new_pull += design.eta * chain.velocity[0]
         if drive is not None:
             drive_work += 0.5 * (pull + new_pull) * (chain.end(1) - position)
@@ -164,7 +169,7 @@ def test_the_actuators_work_is_stored_or_dissipated(substrate):
     design = dataclasses.replace(SMALL, eta=0.05, substrate=substrate)
     dt, steps = 0.02, 2500
     chain = Chain(design, dt)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     V_N = -0.05 * design.N * oracle.smooth(substep_times(steps, dt) / 25.0)
     work, drive_work, heat, gain = balance(chain, V_N)
     assert drive_work == 0.0
@@ -178,7 +183,7 @@ def test_the_pulses_work_is_stored_or_dissipated(substrate):
     design = dataclasses.replace(SMALL, eta=0.05, substrate=substrate)
     dt, steps = 0.02, 2000
     chain = Chain(design, dt)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     t = substep_times(1500, dt)
     home, envelope = chain.end(1), 0.1 * np.exp(-0.5 * ((t - 15.0) / 4.0) ** 2)
     sine, cosine = np.sin(1.4 * t), 1.4 * np.cos(1.4 * t)

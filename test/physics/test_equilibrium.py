@@ -19,7 +19,7 @@ import oracle
 import pytest
 from scipy.optimize import minimize
 
-from mlmem_ros.physics import CASE_I, CASE_II, Chain, StateError, walls
+from mlmem_ros.physics import CASE_I, CASE_II, Chain, Specimen, StateError, walls
 from mlmem_ros.physics.equilibrium import relax, resting_wall, wall_profile
 
 SMALL = dataclasses.replace(CASE_II, N=80)
@@ -59,7 +59,7 @@ def by_scipy(p, guess, V):
 def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
     V = V_N * oracle.quasi_static(SMALL)
     guess = wall_profile(SMALL, position) + V
-    v = relax(SMALL, guess, V)
+    v = relax(Specimen(SMALL), guess, V)
     # SciPy's force of 1e-9 over the softest stiffness, some 1e-2: the wall in its pinning site.
     np.testing.assert_allclose(v, by_scipy(SMALL, guess, V), atol=1e-7)
     assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
@@ -73,20 +73,20 @@ def test_relax_under_strain_is_where_a_damped_chain_rests():
     chain = Chain(design)
     chain.place(guess, V_N=V_N)
     chain.rest(8000)  # exp(-0.05 x 2000) of the start is left
-    np.testing.assert_allclose(chain.v, relax(design, guess, V), atol=1e-9)
+    np.testing.assert_allclose(chain.v, relax(Specimen(design), guess, V), atol=1e-9)
 
 
 @pytest.mark.parametrize('offset', [-2.0, -0.5, 0.5, 2.0])
 def test_relax_brings_a_wall_near_a_defect_home(offset):
-    v = relax(SMALL, wall_profile(SMALL, 25.0 + offset), np.zeros(80))
-    np.testing.assert_allclose(v, resting_wall(SMALL, 0), atol=1e-9)
+    v = relax(Specimen(SMALL), wall_profile(SMALL, 25.0 + offset), np.zeros(80))
+    np.testing.assert_allclose(v, resting_wall(Specimen(SMALL), 0), atol=1e-9)
 
 
 @pytest.mark.parametrize('d', [0.038, 38.0])
 def test_relax_reaches_its_tolerance_in_stiff_wells_too(d):
     """At d = 38 the on-site stiffness is 591, and rounding alone leaves forces of 1e-12."""
     stiff = dataclasses.replace(SMALL, d=d, s_min=6000.0, s_max=18000.0)
-    v = relax(stiff, np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
+    v = relax(Specimen(stiff), np.full(80, stiff.D_s1 + 0.2), np.zeros(80))
     np.testing.assert_allclose(v, stiff.D_s1, atol=1e-11)
 
 
@@ -95,16 +95,16 @@ def test_relax_refuses_to_stand_on_a_summit():
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
     with pytest.raises(StateError, match='unstable equilibrium'):
-        relax(uniform, summit, np.zeros(80))
-    tipped = relax(uniform, summit + 1e-6, np.zeros(80))
+        relax(Specimen(uniform), summit, np.zeros(80))
+    tipped = relax(Specimen(uniform), summit + 1e-6, np.zeros(80))
     np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
 
 
 def test_relax_gives_up_in_words():
     with pytest.raises(StateError, match=r'no equilibrium within 2 Newton steps; .* 1e-12 was'):
-        relax(SMALL, wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
+        relax(Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
     with pytest.raises(StateError, match='no equilibrium'):
-        relax(SMALL, np.full(80, np.nan), np.zeros(80))
+        relax(Specimen(SMALL), np.full(80, np.nan), np.zeros(80))
 
 
 # --- resting walls ----------------------------------------------------------------------------
@@ -112,7 +112,7 @@ def test_relax_gives_up_in_words():
 
 @pytest.mark.parametrize('level', range(8))
 def test_a_wall_rests_at_the_defect_of_every_level(level):
-    v = resting_wall(CASE_II, level)
+    v = resting_wall(Specimen(CASE_II), level)
     (wall,) = walls(CASE_II, v)
     assert wall.anti_kink
     assert wall.position == pytest.approx(CASE_II.defect(level), abs=2e-3)
@@ -129,7 +129,7 @@ def test_a_wall_rests_at_the_defect_of_every_level(level):
 @pytest.mark.parametrize('level', [-1, 8, 100])
 def test_there_is_no_wall_at_a_level_that_is_not(level):
     with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
-        resting_wall(CASE_II, level)
+        resting_wall(Specimen(CASE_II), level)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_there_is_no_wall_at_a_level_that_is_not(level):
 )
 def test_a_design_that_pins_nothing_says_so(changes, message):
     with pytest.raises(StateError, match=message):
-        resting_wall(dataclasses.replace(CASE_I, **changes), 0)
+        resting_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
 
 
 def test_the_guess_has_its_wall_where_it_was_asked_for():

@@ -22,9 +22,9 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain, StateError, stable_step
-from mlmem_ros.physics.noh_bathe import coefficients
-from mlmem_ros.physics.noh_bathe_kernel import advance_rigid
+from mlmem_ros.physics import CASE_II, Chain, Specimen, StateError, stable_step
+from mlmem_ros.physics.methods.arrays import Cells, Course
+from mlmem_ros.physics.methods.noh_bathe import advance, coefficients
 
 UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 
@@ -113,32 +113,15 @@ def test_half_and_half_is_velocity_verlet():
     field = np.pad(start, 1)
     speed = velocity.copy()
     acceleration = verlet(p, start.tolist(), velocity.tolist(), [], dt / 2)[2]
-    spare = np.zeros(p.N + 2), np.zeros(p.N), np.zeros(p.N)
+    chain = field, speed, acceleration, np.zeros(p.N + 2), np.zeros(p.N), np.zeros(p.N)
+    cells = Cells(
+        height=p.alpha * p.d, offset=np.zeros(p.N), mobility=np.ones(p.N),
+        substrate=p.strain_shape.copy(), stuck=np.empty(0, dtype=np.int64),
+        eta=p.eta, a=p.a, b=p.b, c=p.c,
+    )  # fmt: skip
+    course = Course(ramp, np.zeros(2 * steps), site=1, driven=0, motion=np.zeros((2, 1)))
     ends = np.empty((2, steps))
-    advance_rigid(
-        steps,
-        p.N,
-        field,
-        speed,
-        acceleration,
-        *spare,
-        p.alpha * p.d,
-        np.zeros(p.N),
-        np.empty(0, dtype=np.int64),
-        p.strain_shape,
-        ramp,
-        np.zeros(2 * steps),
-        p.a,
-        p.b,
-        p.c,
-        1,
-        0,
-        np.zeros((2, 1)),
-        ends,
-        np.ones(p.N),
-        p.eta,
-        np.array(coefficients(dt, p=0.5)),
-    )
+    advance(steps, chain, None, cells, course, np.array(coefficients(dt, p=0.5)), ends)
     # The same sums in another order: some roundings per step, not yet spread by chaos.
     np.testing.assert_allclose(field[1:-1], u, atol=1e-12)
     np.testing.assert_allclose(speed, v, atol=1e-12)
@@ -151,7 +134,7 @@ def test_half_and_half_is_velocity_verlet():
 
 def growth(monkeypatch, omega_dt, eta=0.0, steps=400):
     """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr('mlmem_ros.physics.noh_bathe.OMEGA_DT_LIMIT', 100.0)
+    monkeypatch.setattr('mlmem_ros.physics.methods.noh_bathe.OMEGA_DT_LIMIT', 100.0)
     p = dataclasses.replace(UNIFORM, eta=eta)
     kappa = np.pi * (p.N - 1) / p.N
     omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
@@ -186,7 +169,7 @@ def test_damping_lowers_the_limit(monkeypatch, eta):
 def test_the_stable_step_is_stable_and_not_timid(substrate, eta):
     """A rough start at the largest step allowed neither grows nor makes a NaN."""
     design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(design))
+    chain = Chain(design, stable_step(Specimen(design)))
     rough = 1e-3 * np.random.default_rng(1).standard_normal(design.N)
     chain.place(design.D_s1 + rough)
     chain.rest(4000)

@@ -10,7 +10,7 @@ import oracle
 import pytest
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.on_site import SCALE, on_site, wave
+from mlmem_ros.physics.potential import SCALE, on_site, wave
 
 
 def sine(turns):

@@ -25,7 +25,7 @@ import pytest
 from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import Settings
 from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, StateError, stable_step
+from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen, StateError, stable_step
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import resting_wall
 
@@ -66,7 +66,7 @@ def test_a_step_shrinks_the_volume_of_states_by_the_damping_alone(eta):
 def test_undamped_a_packet_keeps_its_energy():
     """In 2000 time units; at a step of 0.25 the paper's method loses more than a third of it."""
     design = dataclasses.replace(CASE_II, eta=0.0)
-    rest = resting_wall(design, 3)
+    rest = resting_wall(Specimen(design), 3)
     packet = 0.01 * np.exp(-(((design.sites - 40.0) / 8.0) ** 2)) * np.sin(1.2 * design.sites)
     kept = {}
     for method in (PEFRL, NOH_BATHE):
@@ -83,7 +83,7 @@ def test_undamped_a_packet_keeps_its_energy():
 
 def growth(monkeypatch, omega_dt, steps=400):
     """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr('mlmem_ros.physics.pefrl.OMEGA_DT_LIMIT', 100.0)
+    monkeypatch.setattr('mlmem_ros.physics.methods.pefrl.OMEGA_DT_LIMIT', 100.0)
     p = dataclasses.replace(UNIFORM, eta=0.0)
     kappa = np.pi * (p.N - 1) / p.N
     omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
@@ -105,7 +105,7 @@ def test_stable_up_to_its_limit(monkeypatch):
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
 def test_the_stable_step_is_stable_at_any_damping(substrate, eta):
     design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(design, PEFRL), PEFRL)
+    chain = Chain(design, stable_step(Specimen(design), PEFRL), PEFRL)
     rough = 1e-3 * np.random.default_rng(1).standard_normal(design.N)
     chain.place(design.D_s1 + rough)
     chain.rest(4000)
@@ -116,7 +116,7 @@ def test_the_stable_step_is_stable_at_any_damping(substrate, eta):
 def test_an_echo_is_that_of_linear_waves_without_any_step(level):
     """And the paper's method at its step hears less: it damps the carrier by a third of eta."""
     settings = Settings()
-    wall = resting_wall(CASE_II, level)
+    wall = resting_wall(Specimen(CASE_II), level)
     ideal = forecast_echo(CASE_II, wall, settings.probe, 'left', 0.0)
     peaks = {}
     for method in (PEFRL, NOH_BATHE):

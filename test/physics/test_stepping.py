@@ -18,6 +18,7 @@ from mlmem_ros.physics import (
     DesignError,
     Drive,
     Scatter,
+    Specimen,
     StateError,
     default_step,
     scattered,
@@ -85,9 +86,14 @@ def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
 def test_the_steps_of_what_ships():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for design in [known.design for known in PRESETS.values()]:
-        assert [default_step(design, each) for each in INTEGRATORS.values()] == [0.25, 0.5]
+        assert [default_step(Specimen(design), each) for each in INTEGRATORS.values()] == [
+            0.25,
+            0.5,
+        ]
     elastic = dataclasses.replace(CASE_II, substrate='elastic')
-    ticks = [np.ceil(20.0 / default_step(elastic, each)) for each in INTEGRATORS.values()]
+    ticks = [
+        np.ceil(20.0 / default_step(Specimen(elastic), each)) for each in INTEGRATORS.values()
+    ]
     assert ticks == [641, 774]
 
 

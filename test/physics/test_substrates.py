@@ -21,7 +21,7 @@ import numpy as np
 import oracle
 import pytest
 
-from mlmem_ros.physics import CASE_II, Chain, stable_step, substep_times, walls
+from mlmem_ros.physics import CASE_II, Chain, Specimen, stable_step, substep_times, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 
 
@@ -43,9 +43,9 @@ def element(substrate, stiffer=1.0):
     design = dataclasses.replace(
         CASE_II, substrate=substrate, s_min=1000.0 * stiffer, s_max=3000.0 * stiffer
     )
-    whole = np.ceil(25.0 / min(0.25, stable_step(design)))
+    whole = np.ceil(25.0 / min(0.25, stable_step(Specimen(design))))
     chain = Chain(design, 25.0 / whole)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     return chain
 
 

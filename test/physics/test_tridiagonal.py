@@ -11,12 +11,14 @@ from mlmem_ros.physics.tridiagonal import solve
 @pytest.mark.parametrize('n', [1, 2, 3, 50])
 def test_it_solves_what_numpy_solves(n):
     random = np.random.default_rng(n)
-    diagonal, right = 2.0 + random.random(n), random.standard_normal(n)
-    matrix = np.diag(diagonal) - np.diag(np.ones(n - 1), 1) - np.diag(np.ones(n - 1), -1)
-    solution = np.empty(n)
-    assert solve(diagonal, right, solution)
+    diagonal, beside = 2.0 + random.random(n), -random.random(n - 1)
+    right = random.standard_normal((3, n))
+    matrix = np.diag(diagonal) + np.diag(beside, 1) + np.diag(beside, -1)
+    solution = right.copy()
+    assert solve(diagonal.copy(), beside, solution)
     # the condition number is below 5 / min(random), a few hundred
-    np.testing.assert_allclose(solution, np.linalg.solve(matrix, right), rtol=1e-10, atol=1e-12)
+    exact = np.linalg.solve(matrix, right.T).T
+    np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
 
 
 def test_it_tells_what_is_not_positive_definite():
@@ -24,4 +26,4 @@ def test_it_tells_what_is_not_positive_definite():
     n = 10
     least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
     for shift, definite in ((0.99 * least, True), (1.01 * least, False)):
-        assert solve(np.full(n, 2.0 - shift), np.ones(n), np.empty(n)) is definite
+        assert solve(np.full(n, 2.0 - shift), -np.ones(n - 1), np.ones((1, n))) is definite

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import PRESETS
-from mlmem_ros.physics import CASE_II, Wall, level_of, walls
+from mlmem_ros.physics import CASE_II, Specimen, Wall, level_of, walls
 from mlmem_ros.physics.equilibrium import resting_wall
 
 D_S1, D_S2, TOP = CASE_II.D_s1, CASE_II.D_s2, CASE_II.D_barrier
@@ -74,7 +74,7 @@ def test_ripples_within_a_phase_are_no_walls():
 def test_every_level_of_what_ships_is_told(preset):
     design = PRESETS[preset].design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
-        assert level_of(design, resting_wall(design, level)) == level
+        assert level_of(design, resting_wall(Specimen(design), level)) == level
     assert level_of(design, np.full(design.N, design.D_s1)) == -1
 
 
@@ -83,7 +83,7 @@ def test_every_level_of_what_ships_is_told(preset):
 @pytest.mark.parametrize('begin', ['blank', 'level'])
 def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
     """A wall that ran over a free end leaves some behind; no strain moves what is between."""
-    configuration = np.full(225, D_S1) if begin == 'blank' else resting_wall(CASE_II, 3)
+    configuration = np.full(225, D_S1) if begin == 'blank' else resting_wall(Specimen(CASE_II), 3)
     third = CASE_II.potential.ground_state(state)
     at = slice(0, cells) if third > D_S2 else slice(225 - cells, 225)
     assert level_of(CASE_II, configuration) in (-1, 3)
@@ -93,7 +93,7 @@ def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
 
 def test_a_cell_short_of_the_next_barrier_is_still_in_its_phase():
     low, high = CASE_II.wells
-    configuration = resting_wall(CASE_II, 3)
+    configuration = resting_wall(Specimen(CASE_II), 3)
     configuration[0], configuration[-1] = high - 1e-6, low + 1e-6
     assert level_of(CASE_II, configuration) == 3
     configuration[0] = high + 1e-6

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...device.element import steps_per_tick
-from ...physics import INTEGRATORS, StateError
+from ...physics import INTEGRATORS, Specimen, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst
 from ..forecast import forecast_echo
@@ -29,7 +29,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     walls = {}
     for level in subject.levels:
         try:
-            walls[level] = resting_wall(design, level)
+            walls[level] = resting_wall(Specimen(design), level)
         except StateError:
             continue  # `pin_depth` and `echo_...` tell of it
     for end in subject.ends:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...device.element import steps_per_tick
-from ...physics import CASE_II, INTEGRATORS, stable_step
+from ...physics import CASE_II, INTEGRATORS, Specimen, stable_step
 from ...verdict import Verdict
 from .finding import Finding, judged
 from .subject import Subject
@@ -110,7 +110,7 @@ def _step(subject: Subject) -> Finding:
     little = own < LARGEST_OWN_DAMPING * max(design.eta, CASE_II.eta)
     return Finding(
         'step',
-        {'dt': dt, 'stable up to': stable_step(design, integrator), 'own damping': own},
+        {'dt': dt, 'stable up to': stable_step(Specimen(design), integrator), 'own damping': own},
         'time',
         Verdict.PASS if little else Verdict.WARN,
         'step of the time integration; the device keeps it below the limit by itself'

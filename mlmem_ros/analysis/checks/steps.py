@@ -12,7 +12,7 @@ import dataclasses
 from collections.abc import Iterator
 
 from ...device.motion import Cycle
-from ...physics import StateError, stable_step
+from ...physics import Specimen, StateError, stable_step
 from ...verdict import Verdict
 from ..steps_up import scaled, steps_up
 from .finding import Finding
@@ -74,7 +74,7 @@ def _work(subject: Subject) -> float:
     """Return the cell steps that all steps take once."""
     design, write = subject.design, subject.settings.write
     cycle = Cycle.planned(write, write.tension, subject.settings.actuator.max_rate)
-    dt = min(STEP, stable_step(dataclasses.replace(design, substrate='rigid')))
+    dt = min(STEP, stable_step(Specimen(dataclasses.replace(design, substrate='rigid'))))
     time = cycle.duration + write.final_settle
     return len(subject.steps) * time / dt * max(design.N, LEAST_CELLS)
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...device.echo import blanking, threshold
 from ...device.settings import ProbeSettings
-from ...physics import NOH_BATHE, Design
+from ...physics import NOH_BATHE, Design, Specimen
 from ...physics.dispersion import band, group_velocity
 from ...physics.equilibrium import resting_wall
 from ..checks.subject import Subject
@@ -88,7 +88,7 @@ def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
     speed = float(group_velocity(probe.omega_c, design.k_s1))
     # Forecast with the room that the pulse will have, so that nothing is hidden by it.
     roomy = replace(design, N=design.N - design.tail + 400, tail=400)
-    far = [np.full(roomy.N, roomy.D_s1), resting_wall(roomy, 0)]
+    far = [np.full(roomy.N, roomy.D_s1), resting_wall(Specimen(roomy), 0)]
     signal, clutter, faintest = math.inf, 0.0, math.inf
     for v in far:
         echo = forecast_echo(roomy, v, probe, 'right', NOH_BATHE.accurate_step)
@@ -120,7 +120,7 @@ def dynamic_range(subject: Subject) -> float:
     design, settings = subject.design, subject.settings
     end = 'right' if settings.read.end == 'right' else 'left'
     probe = settings.probe if end == 'left' else settings.probe_right
-    v = resting_wall(design, design.levels - 1 if end == 'left' else 0)
+    v = resting_wall(Specimen(design), design.levels - 1 if end == 'left' else 0)
     echo = forecast_echo(design, v, probe, end, NOH_BATHE.accurate_step)
     heard = echo.t > (blanking(probe) if echo.delay is None else echo.delay)
     return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...device.echo import Echo, blanking
 from ...device.settings import ProbeSettings
-from ...physics import CASE_II
+from ...physics import CASE_II, Specimen
 from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
 from ...studies.style import INK, MARK, S1, S2, axes_grid, label, new_figure
@@ -37,7 +37,7 @@ def compute(quality: Quality) -> Data:
         all levels are distinct and in order, NaN where there is none.
     """
     levels = quality.pick((0, 3, 7), tuple(range(CASE_II.levels)))
-    walls = [resting_wall(CASE_II, level) for level in levels]
+    walls = [resting_wall(Specimen(CASE_II), level) for level in levels]
     data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
     for end in ('left', 'right'):
         low, high = (1.0, 2.5) if end == 'left' else (0.4, 1.2)

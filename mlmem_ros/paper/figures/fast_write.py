@@ -12,7 +12,7 @@ from matplotlib.colors import ListedColormap
 from ...device.motion import Cycle
 from ...device.settings import WriteSettings, peak
 from ...parameter_file import load
-from ...physics import Chain, Design
+from ...physics import Chain, Design, Specimen
 from ...physics.equilibrium import resting_wall
 from ...physics.potential import Array
 from ...studies.style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
@@ -80,7 +80,7 @@ def _path(design: Design, write: WriteSettings, last: int) -> Data:
     for level in range(last):
         cycle += Cycle.planned(write, peak(write, design.freed_by_compression(level)))
     chain = Chain(design)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     trace = strain_chain(chain, cycle, 20.0)
     wall = wall_path(design, trace.configuration)
     return {'t': np.array(trace.t), 'strain': np.array(trace.strain), 'wall': wall}

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.landscape import uniform
-from ...physics import CASE_I, CASE_II
+from ...physics import CASE_I, CASE_II, Specimen
+from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
 from ..figure import Data, Quality
@@ -34,7 +34,7 @@ def compute(quality: Quality) -> Data:
     for name, design in (('case_1', CASE_I), ('case_2', CASE_II)):
         flat = uniform(design)
         middle = flat.N // 2 + 0.5
-        (v,) = hold_walls(flat, np.array([middle]), np.zeros(flat.N)).v
+        (v,) = hold_walls(Specimen(flat), np.array([middle]), np.zeros(flat.N)).v
         data[f'x_{name}'], data[f'anti_kink_{name}'] = flat.sites - middle, v
     return data
 

@@ -15,7 +15,7 @@ from ...analysis.landscape import (
     landscape,
     strained,
 )
-from ...physics import CASE_I
+from ...physics import CASE_I, Specimen
 from ...physics.held_wall import hold_walls
 from ...studies.style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
 from ..figure import Data, Quality
@@ -49,7 +49,7 @@ def compute(quality: Quality) -> Data:
         )
         by_ansatz.append(landscape(design, X, kink, v_0, V_0) - blank)
         as_printed.append(landscape(design, X, kink, v_0, V_0, as_printed=True) - blank)
-        held.append(hold_walls(design, X, V).energy - blank)
+        held.append(hold_walls(Specimen(design), X, V).energy - blank)
         fits.append([(fit.e_rms, fit.q) for fit in (v_0, V_0)])
     data |= {'ansatz': by_ansatz, 'as_printed': as_printed, 'held': held}
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)

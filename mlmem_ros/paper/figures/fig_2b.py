@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...analysis.quasistatic import DEPARTURE, depinning_strain
-from ...physics import CASE_I, Chain, Design, substep_times
+from ...physics import CASE_I, Chain, Design, Specimen, substep_times
 from ...physics.equilibrium import resting_wall
 from ...studies.style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
 from ...studies.trace import wall_position
@@ -44,7 +44,7 @@ def compute(quality: Quality) -> Data:
 def _grow(design: Design, sign: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Return |strain| and the wall's position while the strain grows slowly."""
     chain = Chain(design)
-    chain.place(resting_wall(design, 0))
+    chain.place(resting_wall(Specimen(design), 0))
     looks = 480
     steps = round(duration / looks / chain.dt)
     times = substep_times(steps, chain.dt)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...device.echo import blanking
-from ...physics import CASE_II
+from ...physics import CASE_II, Specimen
 from ...physics.equilibrium import resting_wall
 from ...studies.style import FAINT, MARK, S1, S2, axes_grid, label, new_figure
 from ..echoes import PAPER, PRINTED, probe_element
@@ -26,7 +26,7 @@ def compute(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
     data: Data = {'sites': DESIGN.sites, 'states': [DESIGN.D_s1, DESIGN.D_s2]}
     for number, level in enumerate(LEVELS):
-        v = resting_wall(DESIGN, level)
+        v = resting_wall(Specimen(DESIGN), level)
         data[f'configuration_{number}'] = v
         data[f'wall_{number}'] = DESIGN.defect(level)
         for name, probe in (('ours', PAPER), ('printed', PRINTED)):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...device import Settings
 from ...device.settings import ProbeSettings
-from ...physics import CASE_II
+from ...physics import CASE_II, Specimen
 from ...physics.dispersion import group_velocity
 from ...physics.equilibrium import resting_wall
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
@@ -35,7 +35,9 @@ def compute(quality: Quality) -> Data:
     for name, (end, probe) in READERS.items():
         delays, peaks = [], []
         for level in levels:
-            echo = probe_element(design, resting_wall(design, level), probe, end, duration=1300.0)
+            echo = probe_element(
+                design, resting_wall(Specimen(design), level), probe, end, duration=1300.0
+            )
             delays.append(np.nan if echo.delay is None else echo.delay)
             peaks.append(echo.threshold_margin)
         data[f'delay_{name}'], data[f'margin_{name}'] = np.array(delays), np.array(peaks)

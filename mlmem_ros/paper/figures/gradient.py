@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.landscape import uniform
-from ...physics import CASE_I, Chain, Design
+from ...physics import CASE_I, Chain, Design, Specimen
+from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
 from ...studies.trace import wall_path
@@ -72,7 +72,7 @@ def _resting(flat: Design, position: float, name: str) -> np.ndarray:
     """Return a wall at rest in the uniform element; a kink is a mirrored anti-kink."""
     mirrored = name == 'kink'
     place = flat.N + 1 - position if mirrored else position
-    (v,) = hold_walls(flat, np.array([place]), np.zeros(flat.N)).v
+    (v,) = hold_walls(Specimen(flat), np.array([place]), np.zeros(flat.N)).v
     return v[::-1] if mirrored else v
 
 

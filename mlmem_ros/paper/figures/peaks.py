@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ...device.motion import Cycle
 from ...device.settings import CycleSettings, WriteSettings
-from ...physics import CASE_II, Chain, level_of
+from ...physics import CASE_II, Chain, Specimen, level_of
 from ...physics.equilibrium import resting_wall
 from ...studies.style import INK, MARK, axes_grid, label, new_figure
 from ...studies.trace import strain_chain, wall_position
@@ -29,7 +29,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
         a wall that has left through an end counts as standing there.
     """
     chain = Chain(CASE_II)
-    chain.place(resting_wall(CASE_II, level))
+    chain.place(resting_wall(Specimen(CASE_II), level))
     strain_chain(chain, Cycle.planned(times, peak), 500.0)
     place = wall_position(CASE_II, chain.configuration)
     if np.isnan(place):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...device.settings import DisturbanceSettings, ScaleSettings
-from ...physics import CASE_II, Chain, StateError, level_of, substep_times
+from ...physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
 from ...physics.dispersion import band
 from ...physics.ensemble import Ensemble
 from ...physics.equilibrium import resting_wall
@@ -53,7 +53,7 @@ def compute(quality: Quality) -> Data:
     omega = _frequencies(quality.pick(4, 30), quality.pick(1, 11))
     amplitude = np.geomspace(6e-5, 1e-2, quality.pick(5, 31))
     levels = range(0, CASE_II.levels, quality.pick(4, 1))
-    rest = {level: resting_wall(CASE_II, level) for level in levels}
+    rest = {level: resting_wall(Specimen(CASE_II), level) for level in levels}
     kept = np.array([_kept(float(w), amplitude, rest) for w in omega])
     return {
         'omega': omega,
@@ -121,7 +121,7 @@ def _static_limits(level: int) -> tuple[float, float]:
     """
     defect = CASE_II.defect(level)
     X = np.arange(defect - REACH, min(defect + REACH, CASE_II.N - 1.0), 0.05)
-    energy = hold_walls(CASE_II, X, np.zeros(CASE_II.N)).energy
+    energy = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N)).energy
     slope = np.gradient(energy, X) / (CASE_II.D_s2 - CASE_II.D_s1)
     bottom = X[np.argmin(np.where(np.abs(X - defect) < 1.0, energy, np.inf))]
     return float(-slope[bottom > X].min()), float(slope[bottom < X].max())

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...device.motion import Cycle
 from ...device.settings import CycleSettings, WriteSettings, peak
-from ...physics import CASE_II, Chain, Design, level_of
+from ...physics import CASE_II, Chain, Design, Specimen, level_of
 from ...physics.equilibrium import resting_wall
 from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
 from ...studies.trace import strain_chain, wall_path
@@ -41,7 +41,7 @@ def compute(quality: Quality) -> Data:
     s_min = np.array(quality.pick((100.0, 1000.0), (100.0, 200.0, 400.0, 1000.0, 2000.0, 4000.0)))
     levels = range(quality.pick(2, CASE_II.levels - 1))
     rigid = [_cycle(CASE_II, level) for level in levels]
-    v = resting_wall(CASE_II, 1)
+    v = resting_wall(Specimen(CASE_II), 1)
     moved, difference, paths, echoes, delays = [], [], [], [], []
     for s in s_min:
         design = dataclasses.replace(
@@ -81,7 +81,7 @@ def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     settings, times = WriteSettings(), CycleSettings()
     compress = design.freed_by_compression(level)
     chain = Chain(design)
-    chain.place(resting_wall(design, level))
+    chain.place(resting_wall(Specimen(design), level))
     trace = strain_chain(chain, Cycle.planned(times, peak(settings, compress)), EVERY)
     end = level_of(design, chain.configuration)
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan

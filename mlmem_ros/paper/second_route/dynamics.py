@@ -13,7 +13,7 @@ import numpy as np
 from ...device.motion import Cycle
 from ...device.pulse import Pulse
 from ...device.settings import CycleSettings, WriteSettings
-from ...physics import CASE_II, Chain
+from ...physics import CASE_II, Chain, Specimen
 from ...physics.equilibrium import resting_wall
 from ...studies.trace import strain_chain, wall_position
 from ..echoes import PAPER, detect, listen
@@ -27,7 +27,7 @@ def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
     design = dataclasses.replace(CASE_II, N=quality.pick(80, 110))
     cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
     cycle = Cycle(cycle.motions[: quality.pick(2, 4)])
-    start = resting_wall(design, 0)
+    start = resting_wall(Specimen(design), 0)
     at = quality.pick(50.0, 20.0)
     chain = Chain(design)
     chain.place(start)
@@ -54,7 +54,7 @@ def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
 
 def _echo(data: Data) -> Iterator[Row]:
     design = dataclasses.replace(CASE_II, N=110)
-    v = resting_wall(design, 1)
+    v = resting_wall(Specimen(design), 1)
     pulse = Pulse(float(v[0]), PAPER)
     dt = 0.25
     held_for, duration = pulse.duration, 400.0

@@ -10,11 +10,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...analysis.landscape import fit_kink, uniform
+from ...analysis.landscape import fit_kink
 from ...analysis.quasistatic import DEPARTURE, depinning_strain
-from ...physics import CASE_I, CASE_II, Design
+from ...physics import CASE_I, CASE_II, Design, Specimen
 from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
+from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
 from ...studies.trace import wall_position
 from ..figure import Quality
@@ -61,7 +62,7 @@ def continuum() -> Iterator[Row]:
     for name, design in (('I', CASE_I), ('II', CASE_II)):
         flat = uniform(design)
         X = flat.N // 2 + np.arange(0.0, 1.0, 1.0 / 32.0)
-        held = hold_walls(flat, X, np.zeros(flat.N))
+        held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
         least = int(held.energy.argmin())
         yield Row(
             f'wall energy, Case {name}', float(held.energy.mean()), other.kink_energy(flat),
@@ -109,7 +110,7 @@ def kink_fit(quality: Quality) -> Row:
 
     flat = uniform(CASE_I)
     X = flat.N // 2 + 0.5
-    (v,) = hold_walls(flat, np.array([X]), np.zeros(flat.N)).v
+    (v,) = hold_walls(Specimen(flat), np.array([X]), np.zeros(flat.N)).v
     x, y = flat.sites - X, v - flat.D_s1
 
     def residual(c: np.ndarray) -> np.ndarray:
@@ -127,7 +128,7 @@ def kink_fit(quality: Quality) -> Row:
 def static(quality: Quality) -> Iterator[Row]:
     """Yield equilibria: Newton against SciPy's minimiser, and de-pinning by energy alone."""
     design = CASE_II
-    v = resting_wall(design, 3)
+    v = resting_wall(Specimen(design), 3)
     # Not from the answer: from the continuum's wall, a third of a cell off the defect.
     guess = other.kink_profile(uniform(design), design.sites - design.defect(3) - 0.35)
     yield Row('wall pinned at level 3', wall_position(design, v),
@@ -171,7 +172,7 @@ def _leaves(design: Design, sign: float, near: float, resolution: float) -> floa
     where it is not there.
     """
     shape = design.end_displacement(sign) * other.substrate_shape(design)
-    strain, v = 0.0, resting_wall(design, 0)
+    strain, v = 0.0, resting_wall(Specimen(design), 0)
 
     def moved(guess: np.ndarray, strain: float) -> float:
         return abs(wall_position(design, guess - strain * shape) - design.J)

@@ -19,7 +19,7 @@ from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
 from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.held_wall import hold_walls
 
@@ -70,7 +70,7 @@ def test_the_numbers_of_case_ii(case_ii):
                      CASE_II.D_s2)  # fmt: skip
     assert case_ii['wall_energy'].values['energy'] == pytest.approx(energy, rel=1e-6)
     flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
-    (held,) = hold_walls(flat, np.array([112.5]), np.zeros(225)).energy
+    (held,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(225)).energy
     assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
     ours = case_ii['peierls_nabarro'].values
     assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, docs/reproduction.md
@@ -236,18 +236,20 @@ def test_the_echoes_of_the_device_are_forecast():
     known = factory_calibration(CASE_II, settings)
     for end, probe in (('left', settings.probe), ('right', settings.probe_right)):
         for level in (0, 3, 7):
-            echo = forecast_echo(CASE_II, resting_wall(CASE_II, level), probe, end, 0.25)
+            echo = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 0.25)
             assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
 
 
 def test_a_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
-    element.chain.place(resting_wall(CASE_II, 7))
+    element.chain.place(resting_wall(Specimen(CASE_II), 7))
     element.transducer.settle()
     detector = element.transducer.fire('left')
     while detector.time < 1200.0:
         element.advance()
-    echo = forecast_echo(CASE_II, resting_wall(CASE_II, 7), Settings().probe, 'left', 0.25)
+    echo = forecast_echo(
+        CASE_II, resting_wall(Specimen(CASE_II), 7), Settings().probe, 'left', 0.25
+    )
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
 
 
@@ -262,7 +264,7 @@ def test_the_range_by_closed_forms_is_next_to_the_forecast():
         ('left', settings.probe, CASE_II.k_s2, 3.5),
         ('right', settings.probe_right, CASE_II.k_s1, 1.25),
     ):
-        wall = forecast_echo(CASE_II, resting_wall(CASE_II, 3), probe, end, 0.25)
+        wall = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), 3), probe, end, 0.25)
         heard = wall.v_c[wall.t > 150.0].max()
         distance = 100.0 if end == 'left' else 125.0
         (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ....physics import Chain, Drive, Specimen
-from ....physics.audit import Budget, audit
+from ....physics.energy import Budget, audit
 from ....physics.potential import Array
 
 MOST = 20_000

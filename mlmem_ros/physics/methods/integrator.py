@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .potential import Array
+from ..potential import Array
+from .arrays import Chained
 
 Complex = NDArray[np.complex128]
 
@@ -27,7 +28,7 @@ class Integrator(ABC):
         accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and what
             is stable for small waves alone was seen to heat them until they flew.
         keeps_accelerations: Whether a chain's state holds accelerations.
-        rigid, elastic: The loops; see `noh_bathe_kernel`.
+        advance: The loop of both substrates; see `noh_bathe`.
     """
 
     name: str
@@ -35,8 +36,7 @@ class Integrator(ABC):
     accurate_step: float
     accurate_turn: float
     keeps_accelerations: bool
-    rigid: Callable[..., None]
-    elastic: Callable[..., None]
+    advance: Callable[..., None]
 
     @abstractmethod
     def limit(self, omega: float, eta: float) -> float:
@@ -48,22 +48,18 @@ class Integrator(ABC):
         """
 
     @abstractmethod
-    def work(self, n: int) -> tuple[Array, ...]:
-        """Return the work space that the loops want for a chain of n cells."""
+    def arrays(self, n: int) -> Chained:
+        """Return the arrays of a chain of n cells: u, v, A and the loop's work space."""
 
     @abstractmethod
-    def constants(self, dt: float, mobility: Array, eta: float) -> tuple[Any, ...]:
-        """Return the last arguments of both loops.
+    def constants(self, dt: float, mobility: Array, eta: float) -> Any:
+        """Return the constants of a step, as the loop takes them.
 
         Args:
             dt: Step size in time units.
-            mobility: Inverse masses, shape (N,), 0 for a stuck cell; it may be kept.
+            mobility: Inverse masses, shape (N,), 0 for a stuck cell.
             eta: Damping.
         """
-
-    def substrate_constants(self, dt: float, eta: float) -> tuple[Any, ...]:
-        """Return what the loop of the elastic substrate takes after them."""
-        return ()
 
     @abstractmethod
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
