@@ -205,9 +205,9 @@ def test_csv_reads_back(tmp_path):
     assert back == rows
 
 
-@pytest.mark.slow
 def test_parquet_reads_back(tmp_path):
-    parquet = pytest.importorskip('pyarrow.parquet')
+    reason = "Parquet needs pyarrow: pip install --editable '.[cluster]'"
+    parquet = pytest.importorskip('pyarrow.parquet', reason=reason)
     rows = table(squares(), tmp_path / 'ledger.jsonl')
     path = save_table(rows, tmp_path / 'points', 'parquet')
     assert path.name == 'points.parquet'
