@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of every sub-command that runs a campaign."""
-    from ..paper.run import cores
+    from ..studies.campaign import cores
 
     parser.add_argument('--seed', type=int, default=0, help='of all that chance decides')
     parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')

@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_proof(parser: argparse.ArgumentParser) -> None:
-    from ..paper.run import cores
+    from ..studies.campaign import cores
 
     parser.add_argument(
         '--sample', type=int, metavar='N',

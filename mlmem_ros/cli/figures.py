@@ -20,7 +20,7 @@ from .output import add_json, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..paper.figure import Study
+    from ..paper.figure import Figure
     from ..paper.run import Done
 
 SUMMARY = "draw the paper's figures from our simulation, judge its claims"
@@ -28,7 +28,7 @@ SUMMARY = "draw the paper's figures from our simulation, judge its claims"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this sub-command."""
-    from ..paper.run import cores
+    from ..studies.campaign import cores
 
     parser.add_argument('names', nargs='*', metavar='FIGURE', help='as 2b; all if none is given')
     parser.add_argument('--output', type=Path, default=Path('reproduction'), help='folder')
@@ -45,17 +45,17 @@ def run(arguments: argparse.Namespace) -> int:
     written, 2 for a wrong argument.
     """
     from ..paper.figure import Quality
-    from ..paper.page import write_report
-    from ..paper.registry import STUDIES, select
+    from ..paper.gallery import FIGURES, select
+    from ..paper.page import write_page
     from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     if arguments.list:
-        for study in STUDIES:
-            console.print(f'{study.name:<10}{study.title}', highlight=False)
+        for figure in FIGURES:
+            console.print(f'{figure.name:<10}{figure.title}', highlight=False)
         return 0
     try:
-        studies = select(arguments.names)
+        figures = select(arguments.names)
         if arguments.jobs < 1:
             raise ValueError(f'--jobs must be at least 1; got {arguments.jobs}')
         arguments.output.mkdir(parents=True, exist_ok=True)
@@ -68,26 +68,28 @@ def run(arguments: argparse.Namespace) -> int:
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
     began = time.monotonic()
     try:
-        done = _draw(console, studies, quality.value, arguments)
+        done = _draw(console, figures, quality.value, arguments)
     except OSError as error:
         print(f'mlmem figures: a file could not be written; {error}', file=sys.stderr)
         return 1
-    for item in sorted(done, key=lambda item: [study.name for study in studies].index(item.name)):
+    for item in sorted(
+        done, key=lambda item: [figure.name for figure in figures].index(item.name)
+    ):
         files = '  '.join(str(file) for file in item.files if file.suffix != '.npz')
         console.print(f'{item.name:<10}{files}', highlight=False, soft_wrap=True)
-    findings = _print_findings(console, studies, arguments.output)
-    if len(studies) == len(STUDIES):
-        page = write_report(arguments.output, quality)
+    claims = _print_claims(console, figures, arguments.output)
+    if len(figures) == len(FIGURES):
+        page = write_page(arguments.output, quality)
         console.print(f'page      {page}', highlight=False, soft_wrap=True)
     console.print(f'{len(done)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
         files = {item.name: item.files for item in done}
-        print_json({'figures': files, 'claims': findings})
+        print_json({'figures': files, 'claims': claims})
     return 0
 
 
 def _draw(
-    console: Console, studies: list[Study], quality: str, arguments: argparse.Namespace
+    console: Console, figures: list[Figure], quality: str, arguments: argparse.Namespace
 ) -> list[Done]:
     from rich.progress import (
         BarColumn,
@@ -104,43 +106,40 @@ def _draw(
         TextColumn('{task.description:<26}'), BarColumn(), TimeElapsedColumn(),
         TextColumn('left'), TimeRemainingColumn(),
     )  # fmt: skip
-    cost = {study.name: study.seconds for study in studies}
+    cost = {figure.name: figure.seconds for figure in figures}
     done = []
     with Progress(*columns, console=console) as progress:
-        task = progress.add_task(f'0 of {len(studies)} figures', total=sum(cost.values()))
-        for item in run(studies, Quality(quality), arguments.output, arguments.jobs):
+        task = progress.add_task(f'0 of {len(figures)} figures', total=sum(cost.values()))
+        for item in run(figures, Quality(quality), arguments.output, arguments.jobs):
             done.append(item)
             progress.update(
                 task, advance=cost[item.name],
-                description=f'{len(done)} of {len(studies)} figures',
+                description=f'{len(done)} of {len(figures)} figures',
             )  # fmt: skip
     return done
 
 
-def _print_findings(console: Console, studies: list[Study], output: Path) -> list[dict[str, str]]:
-    """Print and return the verdict on every claim for which these studies have all the data."""
+def _print_claims(console: Console, figures: list[Figure], output: Path) -> list[dict[str, str]]:
+    """Print and return the judgement of every claim for which these figures have all the data."""
     from rich.text import Text
 
-    from ..paper.claims import CLAIMS, Verdict
+    from ..paper.figure import Judgement
+    from ..paper.gallery import CLAIMS
     from ..paper.page import load_all
     from .console import plain_table
 
-    data = load_all(output, studies)
-    colors = {Verdict.HOLDS: 'green', Verdict.IN_PART: 'yellow', Verdict.FAILS: 'red'}
+    data = load_all(output, figures)
+    colors = {Judgement.HOLDS: 'green', Judgement.IN_PART: 'yellow', Judgement.FAILS: 'red'}
     table = plain_table("the paper's claims", 'verdict', 'the paper says', 'we find')
-    findings = []
+    claims = []
     for claim in CLAIMS:
         if all(name in data for name in claim.needs):
-            finding = claim.find(data)
-            text = Text(finding.verdict.value, colors[finding.verdict])
-            table.add_row(text, claim.sentence, finding.numbers)
-            findings.append(
-                {
-                    'verdict': finding.verdict.value,
-                    'paper': claim.sentence,
-                    'finding': finding.numbers,
-                }
+            judgement, numbers = claim.judged(data)
+            text = Text(judgement.value, colors[judgement])
+            table.add_row(text, claim.sentence, numbers)
+            claims.append(
+                {'verdict': judgement.value, 'paper': claim.sentence, 'finding': numbers}
             )
     if table.row_count:
         console.print(table)
-    return findings
+    return claims

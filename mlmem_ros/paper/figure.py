@@ -1,21 +1,21 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a study is: a module that computes arrays and draws them."""
+"""What a figure is: data, drawing, title, caption and the claims that its data judge."""
 
 from __future__ import annotations
 
-import importlib
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..studies.style import save_figure, styled
+
 Data = dict[str, Any]
-"""Arrays by name: what a study computes, what it draws, and what is kept as .npz."""
+"""Arrays by name: what a figure computes, what it draws, and what is kept as .npz."""
 
 
 class Quality(Enum):
@@ -32,37 +32,135 @@ class Quality(Enum):
         return draft if self is Quality.DRAFT else full
 
 
+class Judgement(Enum):
+    """What our simulation says of a sentence."""
+
+    HOLDS = 'holds'
+    IN_PART = 'in part'
+    FAILS = 'fails'
+
+
+class Judged(NamedTuple):
+    """A judgement, and our numbers behind it in one or two sentences of Markdown."""
+
+    judgement: Judgement
+    numbers: str
+
+
+def judged(holds: bool | np.bool_, numbers: str, *, in_part: bool | np.bool_ = False) -> Judged:
+    """Return HOLDS, or else IN_PART where something of it is true, or else FAILS."""
+    if holds:
+        return Judged(Judgement.HOLDS, numbers)
+    return Judged(Judgement.IN_PART if in_part else Judgement.FAILS, numbers)
+
+
+Judge = Callable[..., Judged]
+
+
 @dataclass(frozen=True)
-class Study:
+class Claim:
+    """A checkable sentence of the paper.
+
+    Attributes:
+        key: Short name, unique.
+        sentence: The sentence, shortened.
+        page: Where the paper has it.
+        where: Where on the page, if that can be told.
+        how: How our number was obtained.
+        printed: Where print and physics disagree, what is printed.
+        needs: Figures whose data the judge takes, in this order.
+        judge: Judges by those data.
+    """
+
+    key: str
+    sentence: str
+    page: int
+    where: str
+    how: str
+    printed: str
+    needs: tuple[str, ...]
+    judge: Judge
+
+    @property
+    def place(self) -> str:
+        """Where the paper has it, in words."""
+        return f'p. {self.page}, {self.where}' if self.where else f'p. {self.page}'
+
+    def judged(self, data: Mapping[str, Data]) -> Judged:
+        """Judge the claim by the data of all figures, by name."""
+        return self.judge(*(data[name] for name in self.needs))
+
+
+@dataclass
+class Figure:
     """One figure of the paper, or one of ours beside it.
+
+    The file that makes it gives it its functions by the decorators `data` and `drawing`, and
+    `claim` for every sentence that its data judge. A film has `film` instead of `drawing`.
 
     Attributes:
         name: What a person types, as '2a'.
-        module: The module below `mlmem_ros.paper.figures`. It has `compute(quality)`, which
-            returns the data, and `draw(data)`, which returns a figure; a film has
-            `save(data, stem)` instead, which returns the files it wrote.
         title: One line for a list.
+        caption: What a reader of the page has to know, in Markdown.
         seconds: Rough cost at full quality: the long ones begin first.
+        claims: The claims, in the order of the file.
     """
 
     name: str
-    module: str
     title: str
+    caption: str
     seconds: float
+    claims: list[Claim] = field(default_factory=list)
+
+    def data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
+        """Take what computes the data."""
+        self.compute = compute
+        return compute
+
+    def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
+        """Take what draws the data and returns a Matplotlib figure."""
+        self._save = lambda data, stem: save_figure(draw(data), stem)
+        self.ending = 'png'
+        return draw
+
+    def film(self, save: Callable[[Data, Path], list[Path]]) -> Callable[[Data, Path], list[Path]]:
+        """Take what saves the data as a GIF of a stem, and returns the files."""
+        self._save = save
+        self.ending = 'gif'
+        return save
+
+    def claim(
+        self,
+        sentence: str,
+        *,
+        page: int,
+        where: str = '',
+        how: str,
+        printed: str = '',
+        also: tuple[str, ...] = (),
+    ) -> Callable[[Judge], Judge]:
+        """Return a decorator that takes the judge of a claim, whose name is the key.
+
+        Args:
+            sentence: See `Claim`, as all but the last.
+            page: Number.
+            where: In words.
+            how: In words.
+            printed: In words.
+            also: Figures whose data the judge takes after those of this one.
+        """
+
+        def keep(judge: Judge) -> Judge:
+            key, needs = judge.__name__.removeprefix('_'), (self.name, *also)
+            self.claims.append(Claim(key, sentence, page, where, how, printed, needs, judge))
+            return judge
+
+        return keep
 
     @property
     def stem(self) -> str:
-        """Name of the files without ending."""
-        return self.module
-
-    def load(self) -> ModuleType:
-        """Import the module."""
-        return importlib.import_module(f'.figures.{self.module}', __package__)
-
-    def compute(self, quality: Quality) -> Data:
-        """Return the study's data."""
-        data: Data = self.load().compute(quality)
-        return data
+        """Name of its files without ending: that of the file that makes it."""
+        return self.compute.__module__.rpartition('.')[2]
 
     def save(self, data: Data, folder: Path) -> list[Path]:
         """Write the data as .npz and the drawing as .png and .svg (or a film); return the files.
@@ -71,18 +169,13 @@ class Study:
             data: What `compute` returned.
             folder: Where to; it must exist.
         """
-        from ..studies.style import save_figure, styled
-
-        module = self.load()
         stem = folder / self.stem
         np.savez_compressed(stem.with_suffix('.npz'), allow_pickle=False, **data)
-        saver: Callable[[Data, Path], list[Path]] | None = getattr(module, 'save', None)
         with styled():
-            drawn = saver(data, stem) if saver else save_figure(module.draw(data), stem)
-        return [stem.with_suffix('.npz'), *drawn]
+            return [stem.with_suffix('.npz'), *self._save(data, stem)]
 
 
 def load_data(path: Path) -> Data:
-    """Return the data that `Study.save` wrote."""
+    """Return the data that `Figure.save` wrote."""
     with np.load(path, allow_pickle=False) as file:
         return {name: file[name] for name in file.files}

@@ -1,15 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The data of studies, computed once per session: small, and at full size for slow tests."""
+"""The data of figures, computed once per session: small, and at full size for slow tests."""
 
 import pytest
 
 from mlmem_ros.paper.figure import Quality
-from mlmem_ros.paper.registry import BY_NAME
+from mlmem_ros.paper.gallery import BY_NAME
 
 
 class Computed(dict):
-    """The data of studies by name, computed when first asked for."""
+    """The data of figures by name, computed when first asked for."""
 
     def __init__(self, quality):
         super().__init__()

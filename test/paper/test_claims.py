@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem_ros.paper.claims import CLAIMS, Finding, Verdict
-from mlmem_ros.paper.claims.claim import verdict
+from mlmem_ros.paper.figure import Judgement, judged
+from mlmem_ros.paper.gallery import CLAIMS
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'reproduction.md'
 ROW = re.compile(r'^\| `(\w+)` \| \**(holds|in part|fails)\** \|', re.MULTILINE)
@@ -38,15 +38,15 @@ def test_the_page_holds_every_claim_once(page):
 
 @pytest.mark.parametrize('key', BY_KEY)
 def test_a_small_simulation_gives_the_verdict_on_the_page(key, small, page):
-    found = BY_KEY[key].find(Needed(small, BY_KEY[key]))
-    assert found.verdict.value == page[key], found.numbers
+    found = BY_KEY[key].judged(Needed(small, BY_KEY[key]))
+    assert found.judgement.value == page[key], found.numbers
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize('key', BY_KEY)
 def test_the_full_simulation_gives_the_verdict_on_the_page(key, full, page):
-    found = BY_KEY[key].find(Needed(full, BY_KEY[key]))
-    assert found.verdict.value == page[key], found.numbers
+    found = BY_KEY[key].judged(Needed(full, BY_KEY[key]))
+    assert found.judgement.value == page[key], found.numbers
 
 
 class Needed(dict):
@@ -105,7 +105,7 @@ def test_doctored_data_do_not_pass(key, small):
     data = {name: dict(small[name]) for name in claim.needs}
     for name, change in changes.items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
-    assert claim.find(data).verdict is not Verdict.HOLDS
+    assert claim.judged(data).judgement is not Judgement.HOLDS
 
 
 RIGHT = {
@@ -132,11 +132,10 @@ def test_a_claim_that_fails_could_have_held(key, small, page):
         RIGHT[key]['delay_paper'] = lambda _: 50.0 + flight
     for name, change in RIGHT[key].items():
         data[claim.needs[0]][name] = change(np.asarray(data[claim.needs[0]][name]))
-    assert claim.find(data).verdict is Verdict.HOLDS
+    assert claim.judged(data).judgement is Judgement.HOLDS
 
 
-def test_verdicts_are_made_from_conditions():
-    assert verdict(True) is Verdict.HOLDS
-    assert verdict(False, in_part=True) is Verdict.IN_PART
-    assert verdict(False) is Verdict.FAILS
-    assert Finding(Verdict.FAILS, 'x').numbers == 'x'
+def test_judgements_are_made_from_conditions():
+    assert judged(True, 'x') == (Judgement.HOLDS, 'x')
+    assert judged(False, 'x', in_part=True) == (Judgement.IN_PART, 'x')
+    assert judged(np.bool_(False), 'x') == (Judgement.FAILS, 'x')

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from mlmem_ros.paper.figure import Quality
-from mlmem_ros.paper.registry import select
+from mlmem_ros.paper.gallery import select
 from mlmem_ros.paper.run import run, run_one
 
 
@@ -62,18 +62,18 @@ def test_the_list_names_every_figure(tmp_path):
     done = mlmem('--list', folder=tmp_path)
     assert done.returncode == 0
     assert [line.split()[0] for line in done.stdout.splitlines()] == [
-        study.name for study in select([])
+        figure.name for figure in select([])
     ]
 
 
 def test_processes_run_side_by_side_and_give_what_one_gives(tmp_path):
-    studies = select(['2c', '3a'])
-    done = list(run(studies, Quality.DRAFT, tmp_path / 'two', 2))
+    figures = select(['2c', '3a'])
+    done = list(run(figures, Quality.DRAFT, tmp_path / 'two', 2))
     assert {item.name for item in done} == {'2c', '3a'}
-    for study in studies:
-        run_one(study.name, Quality.DRAFT, tmp_path / 'one')
+    for figure in figures:
+        run_one(figure.name, Quality.DRAFT, tmp_path / 'one')
         one, two = (
-            (tmp_path / f / 'figures' / f'{study.stem}.png').read_bytes() for f in ('one', 'two')
+            (tmp_path / f / 'figures' / f'{figure.stem}.png').read_bytes() for f in ('one', 'two')
         )
         assert one == two
 

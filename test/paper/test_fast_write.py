@@ -13,8 +13,14 @@ from mlmem_ros.analysis.checks.subject import Subject
 from mlmem_ros.analysis.steps_up import scaled
 from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.paper.figures.fast_write import SHIPPED, factors_of, starts
-from mlmem_ros.paper.upward import distance, passes, writes
+from mlmem_ros.paper.figures.fast_write import (
+    SHIPPED,
+    distance,
+    factors_of,
+    passes,
+    starts,
+    writes,
+)
 from mlmem_ros.parameter_file import load
 from mlmem_ros.studies.proof import Proof, Tally
 

@@ -10,18 +10,18 @@ import pytest
 from PIL import Image
 
 from mlmem_ros.paper.figure import load_data
-from mlmem_ros.paper.registry import BY_NAME, STUDIES, select
+from mlmem_ros.paper.gallery import BY_NAME, FIGURES, select
 
-STILL = [study.name for study in STUDIES if study.name != 's1']
+STILL = [figure.name for figure in FIGURES if figure.name != 's1']
 DOCS = Path(__file__).parents[2] / 'docs' / 'figures'
 
 
 @pytest.mark.parametrize('name', STILL)
 def test_a_figure_is_written_as_png_svg_and_data(name, small, tmp_path):
-    study = BY_NAME[name]
-    files = {file.suffix: file for file in study.save(small[name], tmp_path)}
+    figure = BY_NAME[name]
+    files = {file.suffix: file for file in figure.save(small[name], tmp_path)}
     assert set(files) == {'.npz', '.png', '.svg'}
-    assert {file.stem for file in files.values()} == {study.stem}
+    assert {file.stem for file in files.values()} == {figure.stem}
     picture = np.asarray(Image.open(files['.png']).convert('L'))
     assert picture.shape[0] > 150
     assert picture.shape[1] > 400
@@ -60,20 +60,20 @@ def test_the_film_moves(small, tmp_path):
 
 
 def test_the_committed_pictures_are_all_there_and_small():
-    for study in STUDIES:
-        ending, limit = ('gif', 2_000_000) if study.name == 's1' else ('png', 200_000)
-        file = DOCS / f'{study.stem}.{ending}'
+    for figure in FIGURES:
+        ending, limit = ('gif', 2_000_000) if figure.name == 's1' else ('png', 200_000)
+        file = DOCS / f'{figure.stem}.{ending}'
         assert file.stat().st_size < limit, file.name
 
 
 @pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])
 def test_a_figure_is_called_as_a_person_calls_it(text):
-    assert [study.name for study in select([text])] == ['2b']
+    assert [figure.name for figure in select([text])] == ['2b']
 
 
 def test_figures_come_in_the_order_of_the_paper():
-    assert [study.name for study in select(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
-    assert select([]) == list(STUDIES)
+    assert [figure.name for figure in select(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
+    assert select([]) == list(FIGURES)
 
 
 def test_an_unknown_figure_is_refused_with_those_that_are_known():
@@ -83,7 +83,7 @@ def test_an_unknown_figure_is_refused_with_those_that_are_known():
 
 def test_every_file_of_the_folder_is_registered():
     folder = Path(__file__).parents[2] / 'mlmem_ros' / 'paper' / 'figures'
-    modules = {file.stem for file in folder.glob('*.py')} - {'__init__'}
-    assert modules == {study.module for study in STUDIES}
-    names = {study.name for study in STUDIES}
+    files = {file.stem for file in folder.glob('*.py')} - {'__init__'}
+    assert files == {figure.stem for figure in FIGURES}
+    names = {figure.name for figure in FIGURES}
     assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names

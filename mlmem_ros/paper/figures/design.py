@@ -26,7 +26,15 @@ from ...studies.style import (
     new_figure,
 )
 from ..echoes import PRINTED
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    'design',
+    'How the pieces of a design act together',
+    caption='Case II: pins, strains, the way back to a defect, and the carriers; the design '
+    'guide explains them.',
+    seconds=1,
+)
 
 SPAN = (20.0, 80.0)
 """Sites that are shown: level 0 to level 2."""
@@ -35,6 +43,7 @@ WEAK = -6e-5
 """A gradient that leaves the wall to the lattice."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return landscapes by strain, the pull on the way to a defect by gamma, and the bands."""
     write = Settings().write
@@ -56,6 +65,7 @@ def compute(quality: Quality) -> Data:
     return data
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw four panels: at rest, under strain, the way back, and the carriers."""
     figure = new_figure(6.8, 4.2)

@@ -14,8 +14,15 @@ from ...parameter_file import load
 from ...physics import CASE_II, level_of
 from ...studies.style import COMPRESSION, FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
 from ...studies.trace import Trace, watch
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Quality
 from ..meter import fit_meter
+
+FIGURE = Figure(
+    'energy',
+    'The energy of a write, and where it becomes heat',
+    caption='Heat of a write, marks: work put in. energy.md tells more.',
+    seconds=30,
+)
 
 SCHEDULES = {'plain': 'case_2', 'fast': 'fast'}
 """Shipped configurations of the paper's element."""
@@ -38,6 +45,7 @@ OTHERS = {
 """Energies of other memories in J per bit; see docs/energy.md for where they are from."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Keep the books of a write of level 0 from blank, of the steps up, a read and an erase.
 
@@ -81,12 +89,6 @@ def _keep(settings: Settings, last: int, quality: Quality) -> Data:
     }
 
 
-def per_level(data: Data, name: str) -> float:
-    """Return the heat of one step up, in k_r (lattice constant)^2, without the read."""
-    books = data[f'{name}_books']
-    return float((books[1, 2] - books[2, 2]) / data[f'{name}_steps'])
-
-
 def per_bit(data: Data, name: str) -> float:
     """Return the work of writing and verifying a level, all equally likely, over its bits."""
     books, steps = data[f'{name}_books'], 0.5 * (CASE_II.levels - 1)
@@ -95,6 +97,7 @@ def per_bit(data: Data, name: str) -> float:
     return float((work[0] + steps * (work[1] - read) / data[f'{name}_steps']) / CASE_II.bits)
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the books, where the heat is made, and other memories beside it."""
     figure = new_figure(7.2, 5.0)
@@ -143,8 +146,3 @@ def _compare(axes: Any, data: Data) -> None:
     axes.invert_yaxis()
     axes.set(xscale='log', xlim=(1e-22, 1e3), xlabel='energy per bit written (J)')
     label(axes, 'c', f'beside other memories (lattice constant {100 * CELL:g} cm)')
-
-
-def scaled(energy: float, stiffness: float) -> float:
-    """Return an energy in joules for a coupling spring in N/m and the assumed cell."""
-    return energy * stiffness * CELL**2

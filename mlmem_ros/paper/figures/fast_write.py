@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from ...analysis.steps_up import scaled, steps_up
 from ...device.motion import Cycle
 from ...device.settings import WriteSettings, peak
 from ...parameter_file import load
@@ -17,8 +19,16 @@ from ...physics.equilibrium import resting_wall
 from ...physics.potential import Array
 from ...studies.style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
 from ...studies.trace import strain_chain, wall_path
-from ..figure import Data, Quality
-from ..upward import distance, passes
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    'fast',
+    'How fast a write can be, and how far its peaks may be off',
+    caption='Blue: all writes upward succeed, from every level to every higher one, without a '
+    'long rest on the way. Cross: the operating point; the number is of time units per '
+    'level. fast_write.md tells more.',
+    seconds=700,
+)
 
 PLAIN = 'bits_3'
 """The paper's element with its slow ramps: what the others are compared with."""
@@ -49,6 +59,58 @@ def factors_of(design: Design, factors: Array) -> Array:
     return factors[::2] if design.levels > STEPS else factors
 
 
+def writes(
+    design: Design, write: WriteSettings, starts: Iterable[int] | None = None
+) -> Iterator[bool]:
+    """Yield for every write upward whether it succeeds; see `steps_up`.
+
+    Args:
+        design: The element.
+        write: Its cycles. The rate of an actuator does not limit them here.
+        starts: The levels that are started from, a wall at rest at each; all by default.
+    """
+    last = design.levels - 1
+    for start in range(last) if starts is None else starts:
+        yield from steps_up(design, write, start, last)
+
+
+def passes(
+    design: Design, write: WriteSettings, factors: Array, starts: Iterable[int] | None = None
+) -> Array:
+    """Return where all writes upward succeed, over factors on both peaks.
+
+    Args:
+        design: The element.
+        write: The operating point.
+        factors: On either peak, shape (m,).
+        starts: As for `writes`, which may be passed through more than once.
+
+    Returns:
+        By compression and tension, booleans of shape (m, m).
+    """
+    return np.array(
+        [
+            [all(writes(design, scaled(write, first, second), starts)) for second in factors]
+            for first in factors
+        ]
+    )
+
+
+def distance(factors: Array, passed: Array) -> float:
+    """Return how far the operating point is from the nearest failure of a map.
+
+    The measure is that of `mlmem margins`: the root of the sum of the squares of both relative
+    changes; infinite where nothing fails.
+
+    Args:
+        factors: On either peak, shape (m,).
+        passed: By compression and tension, shape (m, m).
+    """
+    far = np.hypot(factors[:, None] - 1.0, factors[None, :] - 1.0)
+    return float(np.min(far[~passed], initial=np.inf))
+
+
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Map which peaks write every level from every lower one, and follow two writes.
 
@@ -86,6 +148,7 @@ def _path(design: Design, write: WriteSettings, last: int) -> Data:
     return {'t': np.array(trace.t), 'strain': np.array(trace.strain), 'wall': wall}
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw two writes over each other, and the maps."""
     figure = new_figure(7.4, 6.4)

@@ -12,9 +12,17 @@ from ...physics import CASE_I, CASE_II, Specimen
 from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '1c',
+    'Fig. 1c: potential, stiffness and wall profiles',
+    caption='Potential, stiffness and both walls at rest.',
+    seconds=1,
+)
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the potential over three ground states and the resting walls of both cases.
 
@@ -39,6 +47,7 @@ def compute(quality: Quality) -> Data:
     return data
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw potential (black) and stiffness (red), and both walls."""
     figure = new_figure(6.6, 2.6)
@@ -75,3 +84,37 @@ def draw(data: Data) -> Any:
     right.legend(loc='center right', fontsize=6.5, bbox_to_anchor=(1.0, 0.62))
     label(right, 'c.ii', 'transition wavefronts')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'Psi possesses n >= 2 degenerate ground states',
+    page=2,
+    where='Fig. 1c.i',
+    how='energy and slope at the closed-form roots; SciPy minimiser beside it',
+)
+def _ground_states(data: Data) -> Judged:
+    energy, slope = data['ground_energies'], data['ground_slopes']
+    low, high = data['ground_states']
+    holds = np.abs(energy).max() < 1e-12 and np.abs(slope).max() < 1e-12
+    return judged(
+        holds,
+        f'D_s1 = {low:.5f}, D_s2 = {high:.5f}; energies within {np.abs(energy).max():.0e} of '
+        f'each other, slopes within {np.abs(slope).max():.0e} of zero',
+    )
+
+
+@FIGURE.claim(
+    'The linear on-site stiffness about each ground state is unique',
+    page=2,
+    where='Fig. 1c.i',
+    how='psi" at the roots; complex step beside it',
+)
+def _stiffnesses(data: Data) -> Judged:
+    k_1, k_2 = data['stiffnesses_per_d']
+    return judged(
+        k_2 > 1.5 * k_1 > 0.0,
+        f'k_s1 = {k_1:.4f} d, k_s2 = {k_2:.4f} d: a ratio of {k_2 / k_1:.3f}',
+    )

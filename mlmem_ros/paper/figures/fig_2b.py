@@ -14,7 +14,15 @@ from ...physics import CASE_I, Chain, Design, Specimen, substep_times
 from ...physics.equilibrium import resting_wall
 from ...studies.style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
 from ...studies.trace import wall_position
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '2b',
+    'Fig. 2b: position of a pinned wall under growing strain',
+    caption='Lines: slow growth of the strain in time. Dots: the strain (x 1e3) at which the '
+    'pinned equilibrium ends, by continuation. An arrow: the wall leaves the element.',
+    seconds=5,
+)
 
 SITES = (81.0, 100.0, 119.0)
 """Sites j_0 of least stiffness: before (Table I), at, and as far after the defect at j = 100."""
@@ -23,6 +31,7 @@ LARGEST = 0.06
 """Strain at the end of the growth, either sign."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the wall's path under growing strain, by time integration and by equilibria.
 
@@ -63,6 +72,7 @@ def _departure(strain: np.ndarray, path: np.ndarray) -> float:
     return float(strain[left.argmax()]) if left.any() else float('nan')
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the three columns of the paper's first row."""
     figure = new_figure(6.8, 2.7)
@@ -105,3 +115,65 @@ def _mark(axes: Any, data: Data, name: str, number: int, color: str) -> None:
         f'{1e3 * static:.1f}', (1e3 * static, 0.0), (-3, 8 if up else -12),
         textcoords='offset points', fontsize=7, color=color, ha='right',
     )  # fmt: skip
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'The pinned wall de-pins, and is re-pinned at the strain-induced minimum or leaves (s_min '
+    'before the defect)',
+    page=4,
+    where='Fig. 2b.i',
+    how='time integration with slowly growing strain; Newton continuation of the equilibrium',
+)
+def _row_i(data: Data) -> Judged:
+    return _column(data, 0, re_pinned=-19.0, leaves='right')
+
+
+@FIGURE.claim(
+    'With s_min at the defect, de-pinning needs a significantly higher strain',
+    page=4,
+    where='Fig. 2b.ii',
+    how='as 2b.i',
+)
+def _row_ii(data: Data) -> Judged:
+    here = float(data['static_compression_1'])
+    others = [
+        float(data[f'static_{kind}_{n}']) for n in (0, 2) for kind in ('compression', 'tension')
+    ]
+    stays = bool(np.isnan(data['static_tension_1']))
+    ratio = here / max(others)
+    return judged(
+        ratio > 1.5 and stays,
+        f'compression of {1e3 * here:.2f}e-3, {ratio:.2f} to {here / min(others):.2f} times the '
+        f'other four; under tension the minimum is on the defect, and the wall stays up to '
+        f'{1e3 * float(data["largest"]):.0f}e-3',
+    )
+
+
+@FIGURE.claim(
+    'With s_min after the defect, the directions of de-pinning are exchanged',
+    page=4,
+    where='Fig. 2b.iii',
+    how='as 2b.i',
+)
+def _row_iii(data: Data) -> Judged:
+    return _column(data, 2, re_pinned=19.0, leaves='left')
+
+
+def _column(data: Data, number: int, re_pinned: float, leaves: str) -> Judged:
+    squeezed, pulled = (data[f'path_{kind}_{number}'] for kind in ('compression', 'tension'))
+    gone = np.flatnonzero(np.isnan(squeezed))
+    side = 'none' if not len(gone) else 'right' if squeezed[gone[0] - 1] > 0.0 else 'left'
+    end = float(np.mean(pulled[-20:]))
+    c, t = (1e3 * float(data[f'static_{kind}_{number}']) for kind in ('compression', 'tension'))
+    c_run, t_run = (
+        1e3 * float(data[f'depin_{kind}_{number}']) for kind in ('compression', 'tension')
+    )
+    return judged(
+        side == leaves and abs(end - re_pinned) < 1.0,
+        f'compression of {c:.2f}e-3 drives it out at the {side} end; tension of {t:.2f}e-3 '
+        f'takes it to x = {end:.1f}, where it is pinned again (time integration: {c_run:.2f}e-3 '
+        f'and {t_run:.2f}e-3)',
+    )

@@ -11,10 +11,18 @@ import numpy as np
 
 from ...physics import CASE_I
 from ...studies.style import FAINT, INK, MARK, axes_grid, label, new_figure
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Quality
 from .fig_2b import SITES
 
+FIGURE = Figure(
+    '2c',
+    'Fig. 2c: stiffness of the substrate',
+    caption='Eq. (2) for the three columns of Fig. 2b.',
+    seconds=1,
+)
 
+
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return s_{j+1/2} over s_min for every j_0, shape (3, N - 1)."""
     designs = [dataclasses.replace(CASE_I, j_0=j_0) for j_0 in SITES]
@@ -25,6 +33,7 @@ def compute(quality: Quality) -> Data:
     }
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the three profiles under each other's columns, as the paper's second row."""
     figure = new_figure(6.8, 1.7)

@@ -14,12 +14,20 @@ from ...physics import CASE_II
 from ...physics.dispersion import band, wavenumber
 from ...studies.style import MARK, S1, S2, axes_grid, label, new_figure
 from ..echoes import PAPER, PRINTED
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '3a',
+    'Fig. 3a: wavenumbers of both phases',
+    caption='Bars at the right: the propagating bands. They overlap.',
+    seconds=1,
+)
 
 CARRIERS = (PAPER.omega_c, Settings().probe.omega_c, PRINTED.omega_c)
 """Our reading of the paper's carrier, that of our device, and the printed one."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the complex wavenumber against frequency, and the band edges, for both phases."""
     omega = np.linspace(0.0, 2.6, quality.pick(521, 2601))
@@ -36,6 +44,7 @@ def compute(quality: Quality) -> Data:
     }
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw attenuation to the left and propagation to the right, frequency upward."""
     figure = new_figure(4.4, 3.4)
@@ -67,3 +76,25 @@ def draw(data: Data) -> Any:
     right.set_xticks([0.0, math.pi / 2.0, math.pi], ['0', r'$\pi/2$', r'$\pi$'])
     label(left, 'a', 'dispersion')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'The propagating modes of the two phases have non-overlapping frequency ranges',
+    page=5,
+    where='Fig. 3a',
+    how='Eq. (4) with Table I, Case II; eigenvalues of a ring of cells beside it',
+    printed='non-overlapping bands',
+)
+def _bands(data: Data) -> Judged:
+    (low_1, high_1), (low_2, high_2) = data['bands']
+    return judged(
+        low_2 > high_1,
+        f's1: {low_1:.4f} to {high_1:.4f}, s2: {low_2:.4f} to {high_2:.4f}. They share '
+        f'{low_2:.3f} to {high_1:.3f}; only {low_1:.3f} to {low_2:.3f} belongs to s1 alone and '
+        f'{high_1:.3f} to {high_2:.3f} to s2 alone. Disjoint bands need d > '
+        f'{float(data["d_disjoint"]):.3f}, not 0.0380',
+        in_part=high_2 > high_1 and low_1 < low_2,
+    )

@@ -14,7 +14,15 @@ from ...physics import CASE_II, Specimen
 from ...physics.equilibrium import resting_wall
 from ...studies.style import FAINT, MARK, S1, S2, axes_grid, label, new_figure
 from ..echoes import PAPER, PRINTED, probe_element
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '3b',
+    'Fig. 3b: a pulse and its echo from the wall',
+    caption='The pulse of the paper with a carrier of 2.0 and a threshold of 7.5e-5 (i, ii), '
+    'and as printed.',
+    seconds=2,
+)
 
 DESIGN = dataclasses.replace(CASE_II, N=200)
 
@@ -22,6 +30,7 @@ LEVELS = (1, 3)
 """Walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
     data: Data = {'sites': DESIGN.sites, 'states': [DESIGN.D_s1, DESIGN.D_s2]}
@@ -42,6 +51,7 @@ def compute(quality: Quality) -> Data:
     return {name: np.asarray(value) for name, value in data.items()}
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw one row per wall with its inset, and the printed numbers below."""
     figure = new_figure(6.6, 4.6)
@@ -92,3 +102,37 @@ def _inset(axes: Any, data: Data, number: int) -> None:
     inset.set_yticklabels([r'$\Delta_{s1}$', r'$\Delta_{s2}$'])
     inset.tick_params(labelsize=6, length=2, pad=1)
     inset.set_facecolor('white')
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'An echo is v_c > 7.5e-3 after the pulse',
+    page=5,
+    where='Fig. 3b',
+    how='peak of v_c with the printed pulse, A = 0.01',
+    printed='threshold 7.5e-3',
+)
+def _printed_threshold(data: Data) -> Judged:
+    pulse = max(float(data[f'pulse_v_c_{name}_1']) for name in ('ours', 'printed'))
+    printed = float(data['v_th_printed'])
+    return judged(
+        pulse > printed and not np.isnan(data['delay_printed_1']),
+        f'the pulse itself reaches v_c = {pulse:.1e} only: nothing can cross {printed:.1e}. '
+        f'7.5e-5 works (`one_threshold`)',
+    )
+
+
+@FIGURE.claim(
+    'The delay grows with the distance of the wall (Fig. 3b: j = 51 and 101)',
+    page=5,
+    where='Fig. 3b',
+    how='N = 200, carrier 2.0, threshold 7.5e-5',
+)
+def _delay_grows(data: Data) -> Judged:
+    near, far = float(data['delay_ours_0']), float(data['delay_ours_1'])
+    return judged(
+        far > near + 50.0,
+        f'delays {near:.1f} and {far:.1f}: {100.0 / (far - near):.3f} cells per time unit',
+    )

@@ -16,7 +16,14 @@ from ...physics.dispersion import group_velocity
 from ...physics.equilibrium import resting_wall
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
 from ..echoes import PAPER, probe_element
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '4b',
+    'Fig. 4b: echo delay by level',
+    caption='Delay by level, from both ends.',
+    seconds=1,
+)
 
 READERS: dict[str, tuple[str, ProbeSettings]] = {
     'paper': ('left', PAPER),
@@ -26,6 +33,7 @@ READERS: dict[str, tuple[str, ProbeSettings]] = {
 """The paper's plain threshold (our reading of it), and the device's two ends."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the echo delays of all levels by three readers, and of the same with no wall."""
     design = CASE_II
@@ -41,7 +49,7 @@ def compute(quality: Quality) -> Data:
             delays.append(np.nan if echo.delay is None else echo.delay)
             peaks.append(echo.threshold_margin)
         data[f'delay_{name}'], data[f'margin_{name}'] = np.array(delays), np.array(peaks)
-        data[f'time_of_flight_{name}'] = _time_of_flight(end, probe, np.array(levels))
+        data[f'time_of_flight_{name}'] = _flight(end, probe, np.array(levels))
     full = dataclasses.replace(design, N=4 * design.N, beta=0.0)
     alone = probe_element(full, np.full(full.N, design.D_s2), PAPER, duration=1300.0)
     data['delay_without_wall'] = np.array(np.nan if alone.delay is None else alone.delay)
@@ -49,7 +57,7 @@ def compute(quality: Quality) -> Data:
     return data
 
 
-def _time_of_flight(end: str, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
+def _flight(end: str, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
     """Return 2 distance / group velocity of the carrier, without offset: Eq. (4)."""
     design = CASE_II
     wall = np.array([design.defect(int(level)) for level in levels])
@@ -58,6 +66,7 @@ def _time_of_flight(end: str, probe: ProbeSettings, levels: np.ndarray) -> np.nd
     return np.asarray(2.0 * distance / group_velocity(probe.omega_c, k_s))
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw delay against level with its binary code."""
     figure = new_figure(4.6, 3.2)
@@ -83,3 +92,85 @@ def draw(data: Data) -> Any:
     axes.legend(loc='upper left', title=r'lines: 2 distance / group velocity (Eq. 4) + offset')
     label(axes, 'b', 'echo delay of every level')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'At the domain wall the wave is reflected back toward the source as an echo',
+    page=5,
+    how='the same probe of an element without a wall, too long to echo from its far end',
+)
+def _echo_from_wall(data: Data) -> Judged:
+    silent = bool(np.isnan(data['delay_without_wall']))
+    heard = not np.isnan(data['delay_paper']).any()
+    margin = float(data['margin_without_wall'])
+    return judged(
+        silent and heard,
+        f'without a wall v_c stays at {margin:.2f} of the threshold after the pulse; with one '
+        f'it reaches {data["margin_paper"].min():.1f} to {data["margin_paper"].max():.1f}',
+    )
+
+
+@FIGURE.claim(
+    'The delays of the eight levels are distinct and increase with the level',
+    page=6,
+    where='Fig. 4b',
+    how='wall at rest at every defect, probed from the left; our device, and the right end, '
+    'beside it',
+)
+def _delays_by_level(data: Data) -> Judged:
+    steps = [np.diff(data[f'delay_{name}']) for name in ('paper', 'left')]
+    right = -np.diff(data['delay_right'])
+    holds = all(bool(np.all(step > 20.0)) for step in steps)
+    listed = ', '.join(f'{delay:.1f}' for delay in data['delay_paper'])
+    return judged(
+        holds,
+        f'{listed}; at least {steps[0].min():.0f} apart (device: {steps[1].min():.0f}; right '
+        f'end, falling with the level: {right.min():.0f})',
+    )
+
+
+@FIGURE.claim(
+    'The position may be determined by a signal initiated at either boundary',
+    page=3,
+    how='wall at rest at every defect, probed from the right with a carrier of 0.7, inside the '
+    'band of s1 and below that of s2',
+    also=('carriers',),
+)
+def _either_boundary(data: Data, sweep: Data) -> Judged:
+    falls = -np.diff(data['delay_right'])
+    at = [
+        int(np.argmin(np.abs(sweep[f'omega_{e}'] - o))) for e, o in (('left', 2), ('right', 0.7))
+    ]
+    left, right = sweep['echo_left'][at[0]], sweep['echo_right'][at[1]]
+    return judged(
+        np.all(falls > 0.0),
+        f'from the right the delays fall from {data["delay_right"][0]:.0f} to '
+        f'{data["delay_right"][-1]:.0f}, and the weakest echo is {right.min() / left.min():.0f} '
+        'times stronger than from the left',
+    )
+
+
+@FIGURE.claim(
+    'Time of flight over distance is the group velocity of the carrier',
+    page=5,
+    where='implied by Eq. (4)',
+    how='straight line through the delays against 2 / v_g(omega_c)',
+)
+def _time_of_flight(data: Data) -> Judged:
+    ratios = {}
+    for name in ('paper', 'right'):
+        levels = data['levels']
+        slope = np.polyfit(levels, data[f'delay_{name}'], 1)[0]
+        ratios[name] = slope / np.polyfit(levels, data[f'time_of_flight_{name}'], 1)[0]
+    right = abs(ratios['right'] - 1.0) < 0.1
+    left = abs(ratios['paper'] - 1.0) < 0.1
+    return judged(
+        right and left,
+        f'right end (0.7): delays grow by {ratios["right"]:.3f} of what Eq. (4) says. Left end '
+        f'(2.0): by {ratios["paper"]:.3f}, because near the band edge the slower carrier is '
+        'overtaken by the lower frequencies of the pulse, which cross the threshold first',
+        in_part=right,
+    )

@@ -16,7 +16,14 @@ from ...device.settings import EraseSettings, WriteSettings
 from ...physics import CASE_II, Chain, Drive, level_of, substep_times, walls
 from ...studies.style import FAINT, INK, MARK, S1, axes_grid, label, new_figure
 from ...studies.trace import strain_chain
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    'launches',
+    'Which launches start a wall, the printed one included',
+    caption='The printed kick makes no kink; a slowly moved cell starts level 0 every time.',
+    seconds=11,
+)
 
 PRINTED_VELOCITY = -0.6148
 
@@ -24,6 +31,7 @@ KICK_STRAINS = (0.0, -0.03)
 """Without strain as printed, and under the compression that our erase is launched with."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Kick or move the first cell and see which wall is left when the strain is released.
 
@@ -99,6 +107,7 @@ def threshold_velocity(data: Data, row: int = 0) -> float:
     return float(data['kick_velocity'][made].max()) if made.any() else math.nan
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the kink's resting place over the kick, and the level over speed and strain."""
     figure = new_figure(7.0, 2.9)
@@ -131,3 +140,46 @@ def draw(data: Data) -> Any:
     move.set(xscale='log', xlabel='speed of the moved cell', ylabel=r'strain $\times10^3$')
     label(move, 'b', 'a moved cell: level (star: the device)')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'An initial velocity of -0.6148 at j = 1 creates the kink',
+    page=6,
+    where='Fig. 5',
+    how='initial velocity of the free first cell of an active element, swept, with and without '
+    'strain',
+    printed='initial velocity -0.6148',
+)
+def _printed_launch(data: Data) -> Judged:
+    at = int(np.argmin(np.abs(data['kick_velocity'] - data['printed'])))
+    made = ~np.isnan(data['kink'][:, at])
+    slowest = threshold_velocity(data)
+    kinks = data['kink'][0][~np.isnan(data['kink'][0])]
+    strained = data['kink'][1][~np.isnan(data['kink'][1])]
+    return judged(
+        made[0],
+        f'{float(data["printed"]):g} creates none, strained or not; it takes {slowest:.2f}, and '
+        f'then the kink overshoots to anywhere: j = {kinks.min():.0f} to {kinks.max():.0f} '
+        f'without strain, {strained.min():.0f} to {strained.max():.0f} under -0.03',
+        in_part=bool(made.any()),
+    )
+
+
+@FIGURE.claim(
+    'A wall may be injected from the boundary by an actuator coupled to the boundary site',
+    page=5,
+    how='first cell of a blank element moved from s1 to s2 at constant speed under strain',
+)
+def _moved_launch(data: Data) -> Judged:
+    slow, tense = data['speed'] <= 0.05, (data['strain'] >= 0.015) & (data['strain'] <= 0.05)
+    levels = data['level'][np.ix_(tense, slow)]
+    unstrained = sorted({int(level) for level in data['level'][0]})
+    return judged(
+        bool(levels.size) and bool(np.all(levels == 0)),
+        f'all {levels.size} launches at speeds up to 0.05 under strains of 0.015 to 0.05 rest at '
+        f'level 0. Without strain the outcome depends on the speed: levels {unstrained} '
+        '(-1 blank, -2 none, 8 all active)',
+    )

@@ -13,7 +13,14 @@ from ...device import Erase, Write, new_element
 from ...physics import CASE_II
 from ...studies.style import FAINT, INK, PHASES, axes_grid, new_figure
 from ...studies.trace import Trace, watch
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    's1',
+    'Mov. S1: the walls moving under strain',
+    caption='Every level written, then erased.',
+    seconds=13,
+)
 
 COLOURS = 48
 """Palette of the film: enough for two colour ramps, and small."""
@@ -22,6 +29,7 @@ MILLISECONDS = 60
 """Time per frame."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
     design, element, trace, captions = CASE_II, new_element(CASE_II), Trace(), []
@@ -41,13 +49,6 @@ def compute(quality: Quality) -> Data:
         'caption': np.array(captions)[frames],
         'success': np.array([outcome.success for outcome in trace.outcomes]),
     }
-
-
-def draw(data: Data, frame: int = -1) -> Any:
-    """Draw one frame: the configuration of every cell, and the strain schedule up to now."""
-    film = _Film(data)
-    film.show(frame % len(data['t']))
-    return film.figure
 
 
 class _Film:
@@ -90,6 +91,7 @@ class _Film:
         ]  # fmt: skip
 
 
+@FIGURE.film
 def save(data: Data, stem: Path) -> list[Path]:
     """Write the film as GIF; return the files."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

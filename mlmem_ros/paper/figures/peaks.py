@@ -15,7 +15,15 @@ from ...physics import CASE_II, Chain, Specimen, level_of
 from ...physics.equilibrium import resting_wall
 from ...studies.style import INK, MARK, axes_grid, label, new_figure
 from ...studies.trace import strain_chain, wall_position
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    'peaks',
+    'Which peak strains move the wall by one level',
+    caption='One cycle from every level: every other level answers to compression, the others '
+    'to tension; none goes back.',
+    seconds=8,
+)
 
 LOST = 9
 """Stands for a wall that is not at rest at a level: between levels, or gone."""
@@ -37,6 +45,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
     return level_of(CASE_II, chain.configuration), place - CASE_II.defect(level)
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
     times, settings = CycleSettings(), WriteSettings()
@@ -61,6 +70,7 @@ def compute(quality: Quality) -> Data:
     }
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw what one cycle does to every level, over the peak strain."""
     figure = new_figure(6.4, 2.9)
@@ -80,3 +90,60 @@ def draw(data: Data) -> Any:
     axes.set_yticks(data['levels'])
     label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'Case II imbues the metamaterial with eight pinning sites, sufficient for 3-bit storage',
+    page=5,
+    how='Newton equilibria of the wall at every defect; a cycle too weak to move it leaves it',
+)
+def _eight_levels(data: Data) -> Judged:
+    weak = np.abs(data['peaks']) < 0.018
+    stay = bool(np.all(data['moved'][:, weak] == 0))
+    levels, bits = len(data['levels']), int(np.log2(len(data['levels'])))
+    return judged(
+        stay and levels == 8,
+        f'{levels} levels hold a wall at rest: {bits} bits (the caption of Fig. 1a says 8-bit)',
+    )
+
+
+@FIGURE.claim(
+    'One strain cycle moves the wall from a defect site to the next one',
+    page=6,
+    where='Fig. 4a',
+    how='one cycle from every level over a sweep of peak strains',
+)
+def _one_step_per_cycle(data: Data) -> Judged:
+    texts, sure = [], []
+    for name, sign, rows in (
+        ('compression', -1.0, data['by_compression']),
+        ('tension', 1.0, ~data['by_compression']),
+    ):
+        rows = rows & (data['levels'] < CASE_II.levels - 1)
+        side = sign * data['peaks'] > 0.0
+        works = np.all(data['moved'][np.ix_(rows, side)] == 1, axis=0)
+        peaks = 1e3 * data['peaks'][side][works]
+        sure.append(bool(len(peaks)))
+        if len(peaks):
+            texts.append(
+                f'{name} of {np.abs(peaks).min():.0f}e-3 to {np.abs(peaks).max():.0f}e-3 from '
+                f'levels {", ".join(str(m) for m in data["levels"][rows])}'
+            )
+    return judged(all(sure), 'all peaks tried of ' + '; '.join(texts))
+
+
+@FIGURE.claim(
+    'The wall is restricted to unidirectional motion from left to right',
+    page=6,
+    how='one cycle from every level over a sweep of peak strains of both signs',
+)
+def _unidirectional(data: Data) -> Judged:
+    back = int(np.count_nonzero(data['shift'] < -1.0))
+    return judged(
+        back == 0,
+        f'{back} of {data["shift"].size} cycles moved a wall to the left; the least shift is '
+        f'{data["shift"].min():+.2f} cells, the greatest {data["shift"].max():+.1f}',
+    )

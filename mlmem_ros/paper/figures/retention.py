@@ -22,7 +22,16 @@ from ...physics.equilibrium import resting_wall
 from ...physics.held_wall import hold_walls
 from ...physics.potential import Array
 from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Quality
+
+FIGURE = Figure(
+    'retention',
+    'Which shaking of the base loses a level',
+    caption='The base shakes along the chain for 2500 time units, then rests. Dashed: a '
+    'constant acceleration that the landscape holds out against no more. SI: default '
+    'scale.',
+    seconds=65,
+)
 
 SHAKE = 2500.0
 """Duration of the shaking: ten times the damping time 1 / eta, in which resonances build up."""
@@ -39,6 +48,7 @@ REACH = 12.0
 HARMLESS = DisturbanceSettings().harmless
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Shake elements with their wall at every level, over amplitude and frequency.
 
@@ -137,6 +147,7 @@ def _wall_frequency(v: Array) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(matrix)[0]))
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw how many levels are kept, and the least amplitude that loses each."""
     figure = new_figure(7.0, 3.4)

@@ -16,7 +16,14 @@ from ...physics.equilibrium import resting_wall
 from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
 from ...studies.trace import strain_chain, wall_path
 from ..echoes import PAPER, detect, listen
-from ..figure import Data, Quality
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    'rigidity',
+    'How stiff the substrate has to be',
+    caption='The elastic substrate, Eq. (1b), against Eq. (1a) alone.',
+    seconds=10,
+)
 
 EVERY = 10.0
 """Time between looks."""
@@ -28,6 +35,7 @@ SETTLE = 4000.0
 """Time in which the substrate gives way under the wall and comes to rest: exp(-8) is left."""
 
 
+@FIGURE.data
 def compute(quality: Quality) -> Data:
     """Make a cycle from every level with Eq. (1a) alone and with Eq. (1b), over s_min.
 
@@ -87,6 +95,7 @@ def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
     return wall_path(design, trace.configuration), float(end) if end >= 0 else np.nan
 
 
+@FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw a step's paths, and how far the elastic substrate is from the rigid one."""
     figure = new_figure(7.0, 2.8)
@@ -119,3 +128,60 @@ def draw(data: Data) -> Any:
     right.set_ylim(1e-7, 30.0)
     label(right, 'b', 'elastic against rigid substrate')
     return figure
+
+
+# --- claims ------------------------------------------------------------------------------------
+
+
+@FIGURE.claim(
+    'A substrate that is, effectively, rigid allows Eq. (1a) alone',
+    page=2,
+    how='a cycle from every level, with Eqs. (1a, b) and with (1a) alone',
+)
+def _rigid_suffices(data: Data) -> Judged:
+    row = int(np.argmin(np.abs(data['s_min'] - 1000.0)))
+    moved, apart = data['moved'][row], data['difference'][row]
+    return judged(
+        bool(np.all(moved == 1.0)) and bool(apart.max() < 0.5),
+        f'at s_min = 1000 both move the wall by one level from each of {moved.size} levels; '
+        f'the walls end within {apart.max():.2f} cells of each other at the end of the cycle, and '
+        f'within {data["difference"][-1].max():.1e} at s_min = {data["s_min"][-1]:.0f}',
+    )
+
+
+@FIGURE.claim(
+    'Proper function requires min(s) >> max(k_r, k_s); no number is printed',
+    page=2,
+    how='sweep of s_min with s_max = 3 s_min',
+    printed='min(s) >> max(k_r, k_s), no number',
+)
+def _how_rigid(data: Data) -> Judged:
+    good = np.all(data['moved'] == 1.0, axis=1)
+    listed = '; '.join(
+        f'{s:.0f}: {"all steps" if ok else "fails"}'
+        for s, ok in zip(data['s_min'], good, strict=True)
+    )
+    required = bool(good[-1]) and not good.all() and bool(np.all(np.diff(good.astype(int)) >= 0))
+    return judged(
+        required,
+        f's_min by what one cycle does: {listed}. At {data["s_min"][0]:.0f}, '
+        f'{int(np.sum(data["moved"][0] == 1.0))} of {data["moved"].shape[1]} steps are made. '
+        'The substrate gives way under the wall and traps it where the gradient alone would '
+        'move it',
+        in_part=bool(good[-1]),
+    )
+
+
+@FIGURE.claim(
+    'At low frequency the metamaterial may be treated in isolation',
+    page=2,
+    how='the same pulse and wall with Eqs. (1a, b) and with (1a) alone, the same step',
+)
+def _low_frequency(data: Data) -> Judged:
+    row = int(np.argmin(np.abs(data['s_min'] - 1000.0)))
+    apart = float(np.abs(np.diff(data['delay'][row]))[0])
+    return judged(
+        bool(data['echo'][row] < 0.05) and apart < 5.0,
+        f'at s_min = 1000 v_1 differs by {100 * data["echo"][row]:.1f} % of the pulse, and the '
+        f"echo's delay by {apart:.2f}",
+    )

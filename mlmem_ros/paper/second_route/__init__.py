@@ -1,3 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of the independent check: our number beside that of a second route."""
+"""Every quantity once more, by a route that shares no code with the first."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class TwoWays(NamedTuple):
+    """One quantity by two routes."""
+
+    quantity: str
+    ours: float
+    theirs: float
+    route: str

@@ -18,11 +18,11 @@ from ...physics.equilibrium import resting_wall
 from ...studies.trace import strain_chain, wall_position
 from ..echoes import PAPER, detect, listen
 from ..figure import Data, Quality
+from . import TwoWays
 from . import equations as other
-from .row import Row
 
 
-def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
+def dynamics(quality: Quality, data: Data) -> Iterator[TwoWays]:
     """Yield a strain cycle (its first half, if small) and an echo, by kernel and DOP853."""
     design = dataclasses.replace(CASE_II, N=quality.pick(80, 110))
     cycle = Cycle.planned(CycleSettings(), WriteSettings().compression)
@@ -46,13 +46,13 @@ def dynamics(quality: Quality, data: Data) -> Iterator[Row]:
     ours = np.array([wall_position(design, field) for field in trace.configuration])
     theirs = np.array([wall_position(design, field) for field in fields])
     data |= {'t': clock, 'wall_ours': ours, 'wall_theirs': theirs}
-    yield Row('wall at the end of the schedule', ours[-1], theirs[-1], 'DOP853')
+    yield TwoWays('wall at the end of the schedule', ours[-1], theirs[-1], 'DOP853')
     moves = [_passage(clock, path, 35.0) for path in (ours, theirs)]
-    yield Row('time at which it passes j = 35', *moves, route='DOP853')
+    yield TwoWays('time at which it passes j = 35', *moves, route='DOP853')
     yield from _echo(data)
 
 
-def _echo(data: Data) -> Iterator[Row]:
+def _echo(data: Data) -> Iterator[TwoWays]:
     design = dataclasses.replace(CASE_II, N=110)
     v = resting_wall(Specimen(design), 1)
     pulse = Pulse(float(v[0]), PAPER)
@@ -75,16 +75,16 @@ def _echo(data: Data) -> Iterator[Row]:
     ours, finer = detect(kernel, dt, PAPER), detect(fine, step, PAPER)
     data |= {'t_echo': echo.t, 'v_c_theirs': echo.v_c, 'v_c_ours': ours.v_c}
     late = echo.t > held_for + 60.0
-    yield Row('echo delay, wall at j = 50', _number(ours.delay), _number(echo.delay), 'DOP853')
-    yield Row('greatest v_c of the echo x 1e3', 1e3 * float(ours.v_c[late].max()),
+    yield TwoWays('echo delay, wall at j = 50', _number(ours.delay), _number(echo.delay), 'DOP853')
+    yield TwoWays('greatest v_c of the echo x 1e3', 1e3 * float(ours.v_c[late].max()),
               1e3 * float(echo.v_c[late].max()), 'DOP853')  # fmt: skip
     late = finer.t > held_for + 60.0
-    yield Row('greatest v_c x 1e3, a tenth of the step', 1e3 * float(finer.v_c[late].max()),
+    yield TwoWays('greatest v_c x 1e3, a tenth of the step', 1e3 * float(finer.v_c[late].max()),
               1e3 * float(echo.v_c[echo.t > held_for + 60.0].max()), 'DOP853')  # fmt: skip
-    yield Row('echo delay, a tenth of the step', _number(finer.delay), _number(echo.delay),
+    yield TwoWays('echo delay, a tenth of the step', _number(finer.delay), _number(echo.delay),
               'DOP853')  # fmt: skip
     sampled = fine[9::10]
-    yield Row('v_1 at t = 300 x 1e3, a tenth of the step', 1e3 * float(sampled[1199]),
+    yield TwoWays('v_1 at t = 300 x 1e3, a tenth of the step', 1e3 * float(sampled[1199]),
               1e3 * float(first[1199]), 'DOP853')  # fmt: skip
 
 

@@ -117,11 +117,6 @@ def kink_energy(p: Design) -> float:
     return float(quad(lambda D: np.sqrt(2.0 * psi(p, D)), low, high, epsabs=1e-12)[0])
 
 
-def kink_slope(p: Design) -> float:
-    """Return the steepest slope of the continuum's wall, sqrt(2 psi_max) = 2 sqrt(d)."""
-    return float(2.0 * np.sqrt(p.d))
-
-
 def kink_profile(p: Design, x: Array) -> Array:
     """Return the continuum's anti-kink, v' = -sqrt(2 psi), with its barrier crossing at x = 0."""
     from scipy.integrate import solve_ivp

@@ -20,28 +20,28 @@ from ...physics.held_wall import hold_walls
 from ...studies.trace import wall_position
 from ..figure import Quality
 from ..figures.fig_2b import LARGEST
+from . import TwoWays
 from . import equations as other
-from .row import Row
 
 
-def potential() -> Iterator[Row]:
+def potential() -> Iterator[TwoWays]:
     """Yield ground states, stiffnesses and the strained substrate's shape."""
     p = CASE_II
     for number, D in enumerate(other.ground_states(p)):
         ours, k = ((p.D_s1, p.k_s1), (p.D_s2, p.k_s2))[number]
         name = f's{number + 1}'
-        yield Row(f'ground state {name}', ours, D, 'SciPy minimize_scalar on psi')
+        yield TwoWays(f'ground state {name}', ours, D, 'SciPy minimize_scalar on psi')
         bend = float(other.psi_second(p, np.array(D)))
-        yield Row(f'stiffness k_{name}, Case II', k, bend, 'complex step and difference')
+        yield TwoWays(f'stiffness k_{name}, Case II', k, bend, 'complex step and difference')
     shape = other.substrate_shape(p)
     middle = p.N // 2
-    yield Row(
+    yield TwoWays(
         'substrate V_j at mid-span for V_N = 1', float(p.strain_shape[middle - 1]),
         float(shape[middle - 1]), 'linear solve of the springs',
     )  # fmt: skip
 
 
-def waves(quality: Quality) -> Iterator[Row]:
+def waves(quality: Quality) -> Iterator[TwoWays]:
     """Yield the band edges: Eq. (4) against eigenvalues of a periodic ring of cells."""
     n = quality.pick(50, 200)
     ring = 2.0 * np.eye(n) - np.roll(np.eye(n), 1, 0) - np.roll(np.eye(n), -1, 0)
@@ -52,10 +52,10 @@ def waves(quality: Quality) -> Iterator[Row]:
         for edge, ours, theirs in zip(
             ('lower', 'upper'), band(k_s), (omega[0], omega[-1]), strict=True
         ):
-            yield Row(f'{edge} band edge of {name}', ours, float(theirs), f'ring of {n} cells')
+            yield TwoWays(f'{edge} band edge of {name}', ours, float(theirs), f'ring of {n} cells')
 
 
-def continuum() -> Iterator[Row]:
+def continuum() -> Iterator[TwoWays]:
     """Yield the resting wall: held-wall Newton against the continuum and a root finder."""
     from scipy.optimize import root
 
@@ -64,7 +64,7 @@ def continuum() -> Iterator[Row]:
         X = flat.N // 2 + np.arange(0.0, 1.0, 1.0 / 32.0)
         held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
         least = int(held.energy.argmin())
-        yield Row(
+        yield TwoWays(
             f'wall energy, Case {name}', float(held.energy.mean()), other.kink_energy(flat),
             'continuum: integral of sqrt(2 psi)',
         )  # fmt: skip
@@ -72,7 +72,7 @@ def continuum() -> Iterator[Row]:
         slope = float(held.v[least][middle - 1] - held.v[least][middle])
         exact = other.kink_profile(flat, flat.sites - X[least])
         theirs = float(exact[middle - 1] - exact[middle])
-        yield Row(f'wall width, Case {name}', _width(flat, slope), _width(flat, theirs),
+        yield TwoWays(f'wall width, Case {name}', _width(flat, slope), _width(flat, theirs),
                   "continuum: v' = -sqrt(2 psi)")  # fmt: skip
     # Minimum and maximum of the Peierls-Nabarro potential are equilibria: find both by a root
     # finder on the literal forces (Case II; in Case I the barrier is below rounding).
@@ -85,7 +85,7 @@ def continuum() -> Iterator[Row]:
             tol=1e-13,
         )
         ends.append(other.total_energy(flat, solution.x, np.zeros(flat.N)))
-    yield Row(
+    yield TwoWays(
         'Peierls-Nabarro barrier, Case II', float(np.ptp(held.energy)), ends[1] - ends[0],
         'SciPy root: saddle less minimum',
     )  # fmt: skip
@@ -93,7 +93,7 @@ def continuum() -> Iterator[Row]:
         other.total_energy(flat, other.kink_profile(flat, flat.sites - place), np.zeros(flat.N))
         for place in X
     ]
-    yield Row(
+    yield TwoWays(
         'Peierls-Nabarro barrier, unrelaxed', float(np.ptp(held.energy)),
         float(np.ptp(bare)), 'continuum wall put on the lattice, not relaxed',
     )  # fmt: skip
@@ -104,7 +104,7 @@ def _width(design: Design, drop: float) -> float:
     return (design.D_s2 - design.D_s1) / drop
 
 
-def kink_fit(quality: Quality) -> Row:
+def kink_fit(quality: Quality) -> TwoWays:
     """Return the error of the arctan ansatz: our fit against SciPy's from random starts."""
     from scipy.optimize import least_squares
 
@@ -121,24 +121,24 @@ def kink_fit(quality: Quality) -> Row:
     starts = draw.uniform((1.0, 0.01, -1.5, 0.01, -1.5), (1.6, 2.0, -0.05, 2.0, -0.05),
                           (quality.pick(4, 40), 5))  # fmt: skip
     best = min(float(np.sqrt(np.mean(least_squares(residual, s).fun ** 2))) for s in starts)
-    return Row('kink ansatz e_rms x 1e3, Case I', 1e3 * fit_kink(CASE_I).e_rms, 1e3 * best,
+    return TwoWays('kink ansatz e_rms x 1e3, Case I', 1e3 * fit_kink(CASE_I).e_rms, 1e3 * best,
                'SciPy least_squares, random starts')  # fmt: skip
 
 
-def static(quality: Quality) -> Iterator[Row]:
+def static(quality: Quality) -> Iterator[TwoWays]:
     """Yield equilibria: Newton against SciPy's minimiser, and de-pinning by energy alone."""
     design = CASE_II
     v = resting_wall(Specimen(design), 3)
     # Not from the answer: from the continuum's wall, a third of a cell off the defect.
     guess = other.kink_profile(uniform(design), design.sites - design.defect(3) - 0.35)
-    yield Row('wall pinned at level 3', wall_position(design, v),
+    yield TwoWays('wall pinned at level 3', wall_position(design, v),
               wall_position(design, _minimised(design, guess, 0.0)), 'SciPy L-BFGS-B')  # fmt: skip
     design = dataclasses.replace(CASE_I, N=150)
     signs = {'compression': -1.0, 'tension': 1.0}
     for name in quality.pick(['compression'], signs):
         sign = signs[name]
         limit = abs(depinning_strain(design, 0, sign, LARGEST))
-        yield Row(f'de-pinning {name} x 1e3, N = 150', 1e3 * limit,
+        yield TwoWays(f'de-pinning {name} x 1e3, N = 150', 1e3 * limit,
                   1e3 * _leaves(design, sign, limit, quality.pick(6e-3, 3e-4)),
                   'SciPy L-BFGS-B, halving')  # fmt: skip
 

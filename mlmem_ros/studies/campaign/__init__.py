@@ -10,7 +10,7 @@ machine or a Dask cluster (`workers`). `save_table` writes what came out.
 from .campaign import Campaign, Row
 from .errors import CampaignError
 from .execution import run
-from .executors import workers
+from .executors import cores, workers
 from .ledger import Ledger
 from .table import FORMATS, save_table
 
@@ -20,6 +20,7 @@ __all__ = [
     'CampaignError',
     'Ledger',
     'Row',
+    'cores',
     'run',
     'save_table',
     'workers',

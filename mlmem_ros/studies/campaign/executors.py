@@ -24,6 +24,13 @@ PATIENCE = '10s'
 """How long we wait for the scheduler of a cluster to answer."""
 
 
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, 'sched_getaffinity'):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
     """Lend an executor of `concurrent.futures`; None stands for this very process.

@@ -1,0 +1,46 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""All figures in the order of the paper, ours behind them, and all claims by page."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+
+from .figure import Claim, Figure
+
+FILES = (
+    'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
+    'mov_s1', 'gradient', 'carriers', 'peaks', 'launches', 'rigidity', 'design', 'retention',
+    'fast_write', 'energy_use', 'check',
+)  # fmt: skip
+"""Those of the folder `figures`, each with a `FIGURE`."""
+
+FIGURES: tuple[Figure, ...] = tuple(
+    importlib.import_module(f'.figures.{file}', __package__).FIGURE for file in FILES
+)
+
+BY_NAME = {figure.name: figure for figure in FIGURES}
+
+CLAIMS: tuple[Claim, ...] = tuple(
+    sorted((claim for figure in FIGURES for claim in figure.claims), key=lambda claim: claim.page)
+)
+"""The claims of all figures."""
+
+
+def select(names: Iterable[str]) -> list[Figure]:
+    """Return the named figures in the order of the paper; all of them for no name.
+
+    Args:
+        names: As a person types them: '2b', 'fig_2b', 'Fig. 2b', '2B'.
+
+    Raises:
+        KeyError: There is no such figure; the message lists those that are.
+    """
+    wanted = []
+    for name in names:
+        key = name.lower().removeprefix('fig').lstrip('._ ').removeprefix('mov_')
+        if key not in BY_NAME:
+            raise KeyError(f'figure must be one of {", ".join(BY_NAME)}; got {name!r}')
+        wanted.append(key)
+    return [figure for figure in FIGURES if not wanted or figure.name in wanted]
