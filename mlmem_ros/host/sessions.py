@@ -142,7 +142,7 @@ class Sessions:
                 raise
         finally:
             self.state = State.IDLE if self.current is None else State.ON
-        return path
+        return recording.status.path
 
     def _begin(self, recording: Recording, element: MemoryElement) -> None:
         recording.begin(element)

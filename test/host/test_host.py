@@ -190,6 +190,15 @@ def test_of_many_starts_and_stops_at_once_one_is_done(serve, record):
     assert host.sessions.state is State.IDLE
 
 
+def test_a_bag_is_told_where_it_is_whoever_asks(serve, tmp_path, monkeypatch):
+    """A client is elsewhere: a path from the node's own folder tells it nothing."""
+    monkeypatch.chdir(tmp_path)
+    service = serve()
+    host = service.activate()
+    begun = host.record(service.plan(RecordSettings(path='session'))).result(SOON)
+    assert begun == host.record(None).result(SOON) == tmp_path / 'session'
+
+
 @pytest.mark.parametrize('active', [False, True])
 def test_a_session_whose_path_exists_gets_the_time_added(serve, record, tmp_path, active):
     """At the start of an element as while it runs; what is there stays as it is."""
