@@ -15,7 +15,6 @@ from .definitions import Codec, Definition, codec_of
 from .errors import BagError, storage_errors
 from .mcap_source import McapSource
 from .metadata import FILE_NAME, BagMetadata, TopicInfo, parse_metadata, read_metadata
-from .rosbags_source import RosbagsSource
 from .source import Source
 
 
@@ -152,11 +151,12 @@ class BagReader:
         raise BagError(f'{self.path} must be a bag; it has no {FILE_NAME}, .mcap or .db3 file.')
 
     def _open(self, files: list[Path], metadata: BagMetadata | None) -> Source:
-        if metadata is not None and metadata.compression_mode.lower() not in {'', 'none'}:
-            return RosbagsSource([self.path])
-        if files[0].suffix == '.db3':
-            return RosbagsSource(files)
-        return McapSource(files)
+        compressed = metadata is not None and metadata.compression_mode.lower() not in {'', 'none'}
+        if not compressed and files[0].suffix != '.db3':
+            return McapSource(files)
+        from .rosbags_source import RosbagsSource
+
+        return RosbagsSource([self.path] if compressed else files)
 
 
 def _parsed(text: str | None) -> BagMetadata | None:

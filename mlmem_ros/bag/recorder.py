@@ -20,7 +20,7 @@ DROPPED_KEY = 'dropped_messages'
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
 _SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins: the rest is for the disk
-_POLL_INTERVAL = 0.02  # seconds; a poll wakes no one, where a signal would cost the loop
+_POLL_INTERVAL = 0.05  # seconds; a poll wakes no one, where a signal would cost the loop
 
 
 class _Item(NamedTuple):

@@ -25,7 +25,7 @@ from .contents import Loss, Message
 from .definitions import Definition
 from .errors import BagError
 from .metadata import TopicInfo
-from .qos import QosProfile, profiles_of
+from .qos import QosProfile
 
 _ENCODINGS = {
     MessageDefinitionFormat.NONE: '',
@@ -130,19 +130,18 @@ def _opened(path: Path) -> Iterator[Reader]:
 
 
 def _profile(qos: Qos) -> QosProfile:
-    node = {
-        'history': qos.history.name.lower(),
-        'depth': str(qos.depth),
-        'reliability': qos.reliability.name.lower(),
-        'durability': qos.durability.name.lower(),
-        'deadline': _duration(qos.deadline),
-        'lifespan': _duration(qos.lifespan),
-        'liveliness': qos.liveliness.name.lower(),
-        'liveliness_lease_duration': _duration(qos.liveliness_lease_duration),
-        'avoid_ros_namespace_conventions': str(qos.avoid_ros_namespace_conventions).lower(),
-    }
-    return profiles_of([node])[0]
+    return QosProfile(
+        history=qos.history.name.lower(),
+        depth=qos.depth,
+        reliability=qos.reliability.name.lower(),
+        durability=qos.durability.name.lower(),
+        deadline=_nanoseconds(qos.deadline),
+        lifespan=_nanoseconds(qos.lifespan),
+        liveliness=qos.liveliness.name.lower(),
+        liveliness_lease_duration=_nanoseconds(qos.liveliness_lease_duration),
+        avoid_ros_namespace_conventions=qos.avoid_ros_namespace_conventions,
+    )
 
 
-def _duration(time: QosTime) -> dict[str, str]:
-    return {'sec': str(time.sec), 'nsec': str(time.nsec)}
+def _nanoseconds(time: QosTime) -> int:
+    return time.sec * 10**9 + time.nsec
