@@ -47,7 +47,7 @@ class Guard:
         async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
             self._check_origin(request)
             if self.token and not self._known(request.cookies.get(COOKIE, '')):
-                return self._admit(request)
+                raise self._admitted(request)
             response = await handler(request)
             if not response.prepared:
                 response.headers.update(HEADERS)
@@ -70,8 +70,8 @@ class Guard:
     def _known(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self.token.encode())
 
-    def _admit(self, request: web.Request) -> web.StreamResponse:
-        """Let in who brings the token, which is kept in a cookie and out of the address."""
+    def _admitted(self, request: web.Request) -> web.HTTPSeeOther:
+        """Return the way in for who brings the token: a cookie keeps it out of the address."""
         if not self._known(request.query.get('token', '')):
             raise web.HTTPForbidden(text='open the address that the server has printed')
         response = web.HTTPSeeOther('/')

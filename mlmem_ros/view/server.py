@@ -13,7 +13,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from aiohttp import WSCloseCode, WSMsgType, web
+from aiohttp import WSMsgType, web
 
 from .. import __version__
 from ..bag import BagError
@@ -96,7 +96,7 @@ class Server:
         socket = web.WebSocketResponse(heartbeat=PATIENCE, max_msg_size=MESSAGE, compress=False)
         await socket.prepare(request)
         page = live.open()
-        sender = asyncio.create_task(_send(socket, page))
+        sender = asyncio.create_task(_send(request, socket, page))
         rate, under_way = Rate(BURST, RATE), set[asyncio.Task[None]]()
         try:
             async for message in socket:
@@ -163,7 +163,7 @@ class Server:
             raise web.HTTPNotFound(text='there is no such session') from None
 
 
-async def _send(socket: web.WebSocketResponse, page: Page) -> None:
+async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
     """Send a page what waits for it, as fast as it takes it; let go one that takes nothing."""
     try:
         async for frame in page.frames():
@@ -171,7 +171,8 @@ async def _send(socket: web.WebSocketResponse, page: Page) -> None:
     except (ConnectionError, RuntimeError):
         return
     except asyncio.TimeoutError:
-        await socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
+        if request.transport is not None:
+            request.transport.abort()  # a farewell would not be taken either
 
 
 async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:

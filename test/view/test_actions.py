@@ -1,0 +1,112 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a page asks for becomes a request of the client, or is refused before it is sent."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_ros.view.actions import Actions, BadRequest
+from mlmem_ros.view.activity import Activity
+
+ABOUT = {'max_strain': 0.08, 'max_rate': 1e-4, 'scale': {'time': 1e-4}}
+
+
+class Client:
+    """Notes down what is asked of it."""
+
+    def __init__(self):
+        self.sent = []
+
+    def __getattr__(self, name):
+        return lambda *arguments, **options: self.sent.append((name, arguments, options))
+
+
+@pytest.fixture
+def client():
+    return Client()
+
+
+@pytest.fixture
+def actions(client):
+    return Actions(client, lambda: SimpleNamespace(about=ABOUT))
+
+
+@pytest.mark.parametrize(
+    ('asked', 'sent'),
+    [
+        ({'do': 'write', 'level': 5}, ('write', (5,), {})),
+        ({'do': 'read', 'end': 'both'}, ('read', (), {'end': 'both'})),
+        ({'do': 'pause', 'hold': False}, ('pause', (False,), {})),
+        ({'do': 'speed', 'speed': 2}, ('set_parameters', ({'time.speed': 2.0},), {})),
+        (
+            {'do': 'fault', 'name': 'stuck_cell', 'value': 7},
+            ('set_parameters', ({'faults.stuck_cell': 7},), {}),
+        ),
+        (
+            {'do': 'fault', 'name': 'actuator_stuck', 'value': 1},
+            ('set_parameters', ({'faults.actuator_stuck': True},), {}),
+        ),
+    ],
+)
+def test_a_request(actions, client, asked, sent):
+    actions.ask(asked)
+    assert client.sent == [sent]
+
+
+@pytest.mark.parametrize(
+    'asked',
+    [
+        {},
+        {'do': 'shutdown'},
+        {'do': ['write']},
+        {'do': 'write'},
+        {'do': 'write', 'level': 1.5},
+        {'do': 'write', 'level': True},
+        {'do': 'write', 'level': '1'},
+        {'do': 'write', 'level': -1},
+        {'do': 'read', 'end': 'top'},
+        {'do': 'strain', 'strain': math.nan},
+        {'do': 'strain', 'strain': 2.0},
+        {'do': 'speed', 'speed': math.inf},
+        {'do': 'fault', 'name': 'design.N', 'value': 1},
+        {'do': 'fault', 'name': 'stuck_cell', 'value': 'x'},
+    ],
+)
+def test_what_is_no_request_is_not_sent(actions, client, asked):
+    with pytest.raises(BadRequest):
+        actions.ask(asked)
+    assert not client.sent
+
+
+def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(actions, client):
+    """From one end of its range to the other within the rate, which a cubic exceeds by a half."""
+    actions.ask({'do': 'strain', 'strain': -0.03})
+    ((name, (times, strains, rates), _),) = client.sent
+    assert name == 'follow'
+    assert strains == [-0.03]
+    assert rates == [0.0]
+    fastest = 1.5 * 2.0 * ABOUT['max_strain'] / times[0]
+    assert fastest < ABOUT['max_rate'] / ABOUT['scale']['time']
+
+
+def test_healing_leaves_no_fault(actions, client):
+    actions.ask({'do': 'heal'})
+    ((_, (values,), _),) = client.sent
+    assert values['faults.actuator_stuck'] is False
+    assert values['faults.damping_factor'] == 1.0
+    assert 'faults.seed' not in values
+
+
+def test_a_procedure_is_known_from_the_page_that_asked_or_from_the_diagnostics():
+    activity = Activity()
+    assert activity.told() == {}
+    assert activity.asked({'do': 'write', 'level': 3})
+    assert activity.told()['doing']['name'] == 'write'
+    assert activity.told()['doing']['level'] == 3
+    assert not activity.asked({'do': 'erase'})  # it will be refused: a write runs
+    activity.ended('write')
+    assert activity.told() == {}
+    activity.running('')
+    assert not activity.asked({'do': 'strain'})

@@ -1,0 +1,87 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded session as the page gets it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mlmem_ros.bag import BagError
+from mlmem_ros.view import recorded
+from mlmem_ros.view.differences import differences
+from mlmem_ros.view.frames import COUNTS, counts, packed
+from mlmem_ros.view.recorded import Columns, load
+
+DATA = Path(__file__).parent.parent / 'data'
+
+
+def unpacked(frame):
+    length = int.from_bytes(frame[:4], 'little')
+    return json.loads(frame[4 : 4 + length]), frame[4 + length :]
+
+
+@pytest.fixture(scope='module')
+def life():
+    return load(DATA / 'life')
+
+
+def test_a_session_tells_what_was_asked_and_what_came_of_it(life):
+    asked = [event['text'] for event in life.events if event['kind'] == 'command']
+    ended = [event['text'] for event in life.events if event['kind'] == 'outcome']
+    assert asked == ['write 2', 'read', 'erase', 'read']
+    assert ended == [f'{name.split()[0]} succeeded' for name in asked]
+
+
+def test_its_configuration_goes_as_whole_numbers_between_the_phases(life):
+    """While level 2 is held the first 75 cells are active; an erased element has none."""
+    head, body = unpacked(life.frame)
+    columns = np.frombuffer(body, dtype='<i2').reshape(len(head['t']), head['element']['rows'])
+    written = next(event['t'] for event in life.events if event['text'] == 'write succeeded')
+    held = columns[np.searchsorted(head['t'], written) - 1]
+    assert abs(held[:65].mean() / COUNTS - 1.0) < 0.01
+    assert abs(held[85:].mean() / COUNTS) < 0.01
+    assert abs(columns[-1].mean() / COUNTS) < 0.01
+
+
+def test_a_long_session_is_thinned_out_evenly():
+    columns = Columns()
+    for number in range(5 * recorded.COLUMNS):
+        columns.add(0.1 * number, number)
+    assert recorded.COLUMNS / 2 <= len(columns.t) <= recorded.COLUMNS
+    assert len(set(np.diff(columns.rows))) == 1
+    assert columns.t[-1] > 0.1 * 4.99 * recorded.COLUMNS
+
+
+def test_nothing_differs_between_a_session_and_itself(life):
+    found = differences(life, life)
+    assert found == {'parameters': [], 'events': [], 'alike': len(life.events)}
+
+
+def test_what_differs_is_told_by_side(life):
+    aborted = load(DATA / 'aborted_write')
+    found = differences(life, aborted)
+    left = [row['left']['text'] for row in found['events'] if row['left']]
+    right = [row['right']['text'] for row in found['events'] if row['right']]
+    assert 'write succeeded, level 2' in left
+    assert any('aborted' in text for text in right)
+
+
+def test_what_is_no_session_is_refused(tmp_path):
+    with pytest.raises(BagError):
+        load(tmp_path / 'nowhere')
+    (tmp_path / 'empty').mkdir()
+    with pytest.raises(BagError, match='must be a bag'):
+        load(tmp_path / 'empty')
+
+
+def test_a_frame_holds_no_number_that_json_does_not_know():
+    head, body = unpacked(packed({'a': [float('inf'), 1.5]}, np.array([1, -2])))
+    assert head == {'a': [None, 1.5], 'body': 'i2'}
+    assert np.frombuffer(body, dtype='<i2').tolist() == [1, -2]
+
+
+def test_cells_beyond_the_scale_are_drawn_at_its_end():
+    values = counts(np.array([-1.0, 1.0, 100.0, np.nan]), (-1.0, 1.0))
+    assert values.tolist() == [0, COUNTS, 32767, 0]

@@ -1,0 +1,234 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Who may drive the element through the server, how much at a time, and who holds up nobody."""
+
+import asyncio
+import io
+import json
+import zipfile
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+aiohttp = pytest.importorskip('aiohttp')
+
+from aiohttp import web  # noqa: E402
+
+from mlmem_ros.view import server as served  # noqa: E402
+from mlmem_ros.view.frames import packed  # noqa: E402
+from mlmem_ros.view.guard import Guard, Rate  # noqa: E402
+from mlmem_ros.view.pages import KEPT, Page, Pages  # noqa: E402
+from mlmem_ros.view.server import Server  # noqa: E402
+
+LIFE = Path(__file__).parent.parent / 'data' / 'life'
+
+
+class Element:
+    """Stands for a running element: it does what it is asked, and notes it down."""
+
+    def __init__(self):
+        self.pages = Pages()
+        self.recordings = []
+        self.asked = []
+
+    def open(self):
+        page = Page()
+        self.pages.add(page)
+        return page
+
+    def close(self, page):
+        self.pages.discard(page)
+
+    async def ask(self, asked):
+        self.asked.append(asked)
+        return {'ok': True}
+
+
+@asynccontextmanager
+async def serving(element, token='', sessions=()):
+    """Serve an element; yields a client and the server's address."""
+    runner = web.AppRunner(Server(Guard(token), element, sessions).application)
+    await runner.setup()
+    site = web.TCPSite(runner, '127.0.0.1', 0)
+    await site.start()
+    address = f'http://127.0.0.1:{runner.addresses[0][1]}'
+    try:
+        async with aiohttp.ClientSession(cookie_jar=aiohttp.CookieJar(unsafe=True)) as client:
+            yield client, address
+    finally:
+        await runner.cleanup()
+
+
+def unpacked(frame):
+    length = int.from_bytes(frame[:4], 'little')
+    return json.loads(frame[4 : 4 + length])
+
+
+FOREIGN = 'http://example.com'
+
+
+@pytest.mark.parametrize('origin', [FOREIGN, 'null', 'http://127.0.0.1:1', None])
+def test_no_other_site_drives_the_element(origin):
+    """A page of another site, of no site, of another port; and who hides where it comes from."""
+
+    async def run():
+        element = Element()
+        async with serving(element) as (client, address):
+            headers = {} if origin is None else {'Origin': origin}
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await client.ws_connect(f'{address}/live', headers=headers)
+            assert refused.value.status == 403
+            assert not element.asked
+
+            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
+                await own.send_json({'id': 1, 'do': 'read'})
+                assert unpacked(await own.receive_bytes())['ok']
+            assert element.asked == [{'id': 1, 'do': 'read'}]
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize('host', ['example.com', 'mlmem.example.com:8742', '192.0.2.1'])
+def test_a_foreign_name_that_resolves_to_the_loopback_is_refused(host):
+    """DNS rebinding: the browser believes that the page and we are one site."""
+
+    async def run():
+        async with serving(Element()) as (client, address):
+            for path in ('/', '/about', '/live'):
+                headers = {'Host': host, 'Origin': f'http://{host}'}
+                async with client.get(address + path, headers=headers) as response:
+                    assert response.status == 403
+
+    asyncio.run(run())
+
+
+def test_no_other_site_frames_the_page_or_reads_what_it_is_sent():
+    async def run():
+        async with serving(Element()) as (client, address):
+            for path in ('/', '/about', '/static/js/main.js'):
+                async with client.get(address + path) as response:
+                    assert response.status == 200
+                    assert "frame-ancestors 'none'" in response.headers['Content-Security-Policy']
+                    assert "default-src 'self'" in response.headers['Content-Security-Policy']
+                    assert response.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+                    assert 'Access-Control-Allow-Origin' not in response.headers
+
+    asyncio.run(run())
+
+
+def test_where_others_may_look_the_token_is_asked_for():
+    """Once in the address; from then on it is in a cookie that no script can read."""
+
+    async def run():
+        async with serving(Element(), token='secret') as (client, address):
+            for path in ('/', '/about', '/live', '/?token=wrong', '/static/js/main.js'):
+                async with client.get(address + path) as response:
+                    assert response.status == 403, path
+            async with client.get(f'{address}/?token=secret') as response:
+                assert response.status == 200
+                assert 'token' not in str(response.url)
+                cookie = response.history[0].headers['Set-Cookie']
+                assert 'HttpOnly' in cookie
+                assert 'SameSite=Strict' in cookie
+            async with client.get(f'{address}/about') as response:
+                assert response.status == 200
+            with pytest.raises(aiohttp.WSServerHandshakeError):
+                await client.ws_connect(f'{address}/live', headers={'Origin': FOREIGN})
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize('said', ['x' * 5000, 'no JSON', '[1]', '[' * 4000, b'\0\1'])
+def test_a_page_that_talks_nonsense_is_let_go(said):
+    async def run():
+        element = Element()
+        async with serving(element) as (client, address):
+            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
+                await (own.send_bytes if isinstance(said, bytes) else own.send_str)(said)
+                message = await own.receive(5.0)
+                assert message.type in (aiohttp.WSMsgType.CLOSE, aiohttp.WSMsgType.CLOSED)
+            assert not element.asked
+            assert not element.pages
+
+    asyncio.run(run())
+
+
+def test_a_page_that_asks_too_much_at_once_is_refused_the_rest():
+    async def run():
+        element = Element()
+        async with serving(element) as (client, address):
+            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
+                for number in range(200):
+                    await own.send_json({'id': number, 'do': 'read'})
+                answers = [unpacked(await own.receive_bytes()) for _ in range(KEPT)]
+        assert served.UNDER_WAY <= len(element.asked) < 100
+        refusals = [answer['text'] for answer in answers if not answer['ok']]
+        assert set(refusals) == {'too much at once'}
+
+    asyncio.run(run())
+
+
+def test_a_slow_page_misses_pictures_and_no_news():
+    """What waits for it is bounded; the newest picture and the newest news are there."""
+
+    async def run():
+        page = Page()
+        for number in range(1000):
+            page.show(packed({'picture': number}))
+            page.tell(packed({'news': number}))
+        found = []
+        async for frame in page.frames():
+            found.append(unpacked(frame))
+            if len(found) == KEPT + 1:
+                break
+        assert found[-1] == {'picture': 999}
+        assert [each['news'] for each in found[:-1]] == list(range(1000 - KEPT, 1000))
+
+    asyncio.run(run())
+
+
+def test_a_page_that_takes_nothing_holds_up_no_other(monkeypatch):
+    """It is let go once it has taken nothing for a while."""
+    monkeypatch.setattr(served, 'PATIENCE', 0.5)
+
+    async def run():
+        element = Element()
+        picture = packed({'k': 'picture'}, np.zeros(1_000_000, dtype=np.int16))
+        async with serving(element) as (client, address):
+            own = {'Origin': address}
+            stuck = await client.ws_connect(f'{address}/live', headers=own, autoclose=False)
+            stuck._reader._protocol.pause_reading()
+            async with client.ws_connect(f'{address}/live', headers=own, max_msg_size=0) as other:
+                for _ in range(20):
+                    element.pages.show(picture)
+                    await asyncio.wait_for(other.receive_bytes(), 2.0)
+                deadline = asyncio.get_running_loop().time() + 5.0
+                while len(element.pages) > 1:
+                    assert asyncio.get_running_loop().time() < deadline
+                    element.pages.show(picture)
+                    await asyncio.wait_for(other.receive_bytes(), 2.0)
+
+    asyncio.run(run())
+
+
+def test_a_session_is_fetched_whole_and_no_other_file():
+    async def run():
+        async with serving(None, sessions=[str(LIFE)]) as (client, address):
+            async with client.get(f'{address}/sessions/0/bag.zip') as response:
+                names = zipfile.ZipFile(io.BytesIO(await response.read())).namelist()
+                assert 'life/metadata.yaml' in names
+                assert 'life/life_0.mcap' in names
+            for number in ('1', '-1', 'r0', 'x', '..%2f..', '0%2f..'):
+                async with client.get(f'{address}/sessions/{number}/bag.zip') as response:
+                    assert response.status == 404, number
+            async with client.get(f'{address}/static/../server.py') as response:
+                assert response.status == 404
+
+    asyncio.run(run())
+
+
+def test_so_many_at_once_and_so_many_a_second():
+    rate = Rate(5, 1e-3)
+    assert [rate.take() for _ in range(7)] == [True] * 5 + [False] * 2
