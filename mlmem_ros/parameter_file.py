@@ -22,7 +22,8 @@ from .device.presets import DEFAULT
 from .physics import Design, DesignError
 
 OF_THE_NODE = (
-    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'use_sim_time'
+    'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'view',
+    'use_sim_time',
 )  # fmt: skip
 """Groups and names that the node knows and a design does not."""
 

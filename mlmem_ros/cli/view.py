@@ -3,8 +3,9 @@
 """`mlmem view`: the element behind a running node in a browser, or recorded sessions.
 
 Serves one page on this machine and prints its address, until Ctrl-C. With a session it shows
-that one, with two sessions both side by side and what differs. With --host the page can be seen
-from other machines, by whoever has the address with the token in it.
+that one, with two sessions both side by side and what differs. With --start it brings an element
+of its own. With --host the page can be seen from other machines, by whoever has the address with
+the token in it.
 """
 
 from __future__ import annotations
@@ -13,8 +14,12 @@ import argparse
 import asyncio
 import secrets
 import signal
+import socket
+import subprocess
 import sys
-from contextlib import ExitStack
+import webbrowser
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from .console import complain
@@ -30,6 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('session', nargs='*', help='one or two recorded sessions to show instead')
     parser.add_argument('--node', default='mlmem', help='name of the memory node')
     parser.add_argument(
+        '--start', action='store_true', help='start a memory node of that name, too'
+    )
+    parser.add_argument(
         '--host', default='127.0.0.1', help='address to listen at; others may look with a token'
     )
     parser.add_argument('--port', type=int, help='port (default: 8742, or a free one)')
@@ -41,31 +49,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
-    if len(arguments.session) > 2:
-        complain('view', f'session: one or two can be shown; got {len(arguments.session)}')
+    if len(arguments.session) > 2 or (arguments.session and arguments.start):
+        complain('view', 'one or two sessions can be shown, and --start goes without')
         return 2
     try:
         asyncio.run(_serve(arguments))
     except OSError as error:
         complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}')
         return 1
-    except RuntimeError as error:
+    except _NoSession as error:
         complain('view', error)
         return 1
     return 0
 
 
+class _NoSession(Exception):
+    """A session cannot be shown."""
+
+
 async def _serve(arguments: argparse.Namespace) -> None:
     from ..bag import BagError
     from ..view.guard import LOOPBACK, Guard
-    from ..view.recorded import load
     from ..view.server import Server, serve
 
-    for path in arguments.session:
-        try:
-            await asyncio.to_thread(load, path)
-        except BagError as error:
-            raise RuntimeError(str(error)) from error
     over = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -75,18 +81,29 @@ async def _serve(arguments: argparse.Namespace) -> None:
     token = '' if arguments.host in LOOPBACK else secrets.token_urlsafe(24)
 
     def ready(port: int) -> None:
-        host = f'[{arguments.host}]' if ':' in arguments.host else arguments.host
-        address = f'http://{host}:{port}/' + (f'?token={token}' if token else '')
+        address = _address(arguments.host, port, token)
         print(f'mlmem view: {address}', flush=True)
         if arguments.browser:
-            import webbrowser
-
             webbrowser.open(address)
 
     with ExitStack() as stack:
+        if arguments.start:
+            stack.enter_context(_memory_node(arguments.node))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
+        try:
+            await server.check()
+        except BagError as error:
+            raise _NoSession(str(error)) from error
         await serve(server, arguments.host, arguments.port, ready, over)
+
+
+def _address(host: str, port: int, token: str) -> str:
+    """Return where the page is; where it is on every interface, by the name of this machine."""
+    if host in ('0.0.0.0', '::'):
+        host = socket.gethostname()
+    host = f'[{host}]' if ':' in host else host
+    return f'http://{host}:{port}/' + (f'?token={token}' if token else '')
 
 
 def _live(node: str, stack: ExitStack) -> Live:
@@ -96,3 +113,21 @@ def _live(node: str, stack: ExitStack) -> Live:
     live = Live(stack.enter_context(standalone(node)))
     stack.callback(live.end)
     return live
+
+
+@contextmanager
+def _memory_node(name: str) -> Iterator[None]:
+    """Run a memory node of a name, and end it as Ctrl-C would."""
+    namespace, _, own = name.rpartition('/')
+    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args', '-r', f'__node:={own}']
+    if namespace:
+        command += ['-r', f'__ns:=/{namespace.lstrip("/")}']
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(20.0)
+        except subprocess.TimeoutExpired:
+            process.kill()

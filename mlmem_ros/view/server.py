@@ -71,6 +71,15 @@ class Server:
             ]
         )
 
+    async def check(self) -> None:
+        """Read the sessions.
+
+        Raises:
+            BagError: One of them cannot be read.
+        """
+        for path in self._sessions:
+            await asyncio.to_thread(self._load, path)
+
     # --- the page ------------------------------------------------------------------------
 
     async def _page(self, _: web.Request) -> web.StreamResponse:

@@ -19,6 +19,10 @@ def test_the_speed_is_a_parameter_that_wins_over_all_before(given, speed):
     assert ros_arguments([*others[:1], *given, *others[1:]]) == expected
 
 
+def test_the_page_is_a_parameter():
+    assert ros_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
+
+
 def test_the_options_of_ros_pass():
     arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
     assert ros_arguments(arguments) == arguments

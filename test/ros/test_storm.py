@@ -24,7 +24,7 @@ from mlmem_ros.ros.node.run import ENDED, NOT_SAVED
 NUMBERS = (0.0, -0.0, 1e-9, 0.01, -0.03, 0.08, 1.0, -1e9, 1e308, 5e-324, math.nan, math.inf)
 PATHS = ('', '{folder}/session', '/', '.', '~nosuchuser/x', 'x' * 300, '{folder}/no/such/way')
 REQUESTS = ('write', 'read', 'erase', 'abort', 'follow')
-KEPT = {'files.root', 'autostart', 'use_sim_time', 'state.path', 'scale.time'}
+KEPT = {'files.root', 'autostart', 'view', 'use_sim_time', 'state.path', 'scale.time'}
 """Parameters that the storm leaves alone: the last one would slow it down a thousandfold."""
 
 

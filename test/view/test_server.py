@@ -158,11 +158,13 @@ def test_a_page_that_talks_nonsense_is_let_go(said):
 def test_a_page_that_asks_too_much_at_once_is_refused_the_rest():
     async def run():
         element = Element()
-        async with serving(element) as (client, address):
-            async with client.ws_connect(f'{address}/live', headers={'Origin': address}) as own:
-                for number in range(200):
-                    await own.send_json({'id': number, 'do': 'read'})
-                answers = [unpacked(await own.receive_bytes()) for _ in range(KEPT)]
+        async with (
+            serving(element) as (client, address),
+            client.ws_connect(f'{address}/live', headers={'Origin': address}) as own,
+        ):
+            for number in range(200):
+                await own.send_json({'id': number, 'do': 'read'})
+            answers = [unpacked(await own.receive_bytes()) for _ in range(KEPT)]
         assert served.UNDER_WAY <= len(element.asked) < 100
         refusals = [answer['text'] for answer in answers if not answer['ok']]
         assert set(refusals) == {'too much at once'}

@@ -31,11 +31,18 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
         metavar='FACTOR',
         help='factor on real time, or "max" for as fast as it can: the parameter time.speed',
     )
+    parser.add_argument(
+        '--view',
+        action='store_true',
+        help='serve its page and print the address, as "mlmem view" does: the parameter view',
+    )
     parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
     plain, of_ros = _parted(arguments[1:])
     given = parser.parse_args(plain)
     if given.speed is not None:
         of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
+    if given.view:
+        of_ros += ['--ros-args', '-p', 'view:=true']
     return [*arguments[:1], *of_ros]
 
 

@@ -26,6 +26,8 @@ all others only while the node is unconfigured."""
 
 AUTOSTART = (True, Description('configure and activate at the start'))
 
+VIEW = (False, Description('serve the page of this element while the node runs: `mlmem view`'))
+
 PRESET = (
     DEFAULT,
     Description(
@@ -68,6 +70,7 @@ def declarations() -> Iterator[tuple[str, Any, Description]]:
     for name, (default, description) in {
         **LIVE,
         'autostart': AUTOSTART,
+        'view': VIEW,
         'design.preset': PRESET,
         'design.check': CHECK,
     }.items():

@@ -28,7 +28,7 @@ from ...host.design_check import SKIP, WAS_SKIP
 from ...host.files import confined
 from ...host.settings import Parameters
 from ...physics import DesignError
-from .declarations import AUTOSTART, CHECK, LIVE, OF_A_PRESET, PRESET, groups
+from .declarations import AUTOSTART, CHECK, LIVE, OF_A_PRESET, PRESET, VIEW, groups
 
 
 class ParameterError(ValueError):
@@ -82,6 +82,7 @@ class ParameterSet:
         for live, (default, description) in LIVE.items():
             _declare(node, live, default, description)
         _declare(node, 'autostart', *AUTOSTART)
+        _declare(node, 'view', *VIEW)
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_pre_set_parameters_callback(self._meant)  # of two, rclpy would take both answers

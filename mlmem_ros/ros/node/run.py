@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from ...host import REFUSALS
 from .boundary import GuardedExecutor
 from .node import MemoryNode
+from .page import page
 from .parameters import ParameterError
 from .signal_wakeup import woken_by_signals
 
@@ -65,11 +66,12 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
             return NOT_STARTED
         raise
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
-    with woken_by_signals(executor):
-        while not stop:
-            executor.spin_once(timeout_sec=POLL)
-            node.mind_failure()
-    return _shut_down(node, executor)
+    with page(node):
+        with woken_by_signals(executor):
+            while not stop:
+                executor.spin_once(timeout_sec=POLL)
+                node.mind_failure()
+        return _shut_down(node, executor)
 
 
 def _shut_down(node: MemoryNode, executor: Executor) -> int:

@@ -1,0 +1,65 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page and the node start each other, and end together."""
+
+import json
+import subprocess
+import sys
+import time
+import urllib.request
+
+from mlmem_ros.cli.main import main
+
+
+def fetched(address):
+    with urllib.request.urlopen(f'{address}about', timeout=5.0) as response:
+        return json.load(response)
+
+
+def until(condition, what, within=20.0):
+    deadline = time.monotonic() + within
+    while not (value := condition()):
+        assert time.monotonic() < deadline, what
+        time.sleep(0.05)
+    return value
+
+
+def gone(address):
+    try:
+        fetched(address)
+    except OSError:
+        return True
+    return False
+
+
+def address_in(text):
+    lines = [line for line in text.splitlines() if line.startswith('mlmem view: ')]
+    return lines[0].removeprefix('mlmem view: ') if lines else ''
+
+
+def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
+    """Also where it is killed and can end nothing itself."""
+    node = start_shared(options=['--view'], name='seen')
+    address = until(lambda: address_in(node.output), 'the address of the page')
+    assert fetched(address)['live']
+    node.signal(9)
+    until(lambda: gone(address), 'the end of the page')
+
+
+def test_what_cannot_be_shown_is_told_in_a_line(tmp_path, capsys):
+    assert main(['view', str(tmp_path / 'nowhere')]) == 1
+    assert main(['view', 'a', 'b', 'c']) == 2
+    assert main(['view', '--start', 'a']) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 3
+    assert 'does not exist' in said[0]
+
+
+def test_the_page_starts_an_element_where_it_is_asked_to():
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--start', '--node', '/own/one']
+    with subprocess.Popen(
+        [*command, '--port', '0'], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        assert fetched(address_in(process.stdout.readline()))['live']
+        process.terminate()
+        assert process.wait(20.0) == 0
