@@ -9,7 +9,6 @@ setting: a tolerance, relative and absolute, or a step.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from ..physics.potential import Array
+from ..physics.potential import Array, on_site
 from .problem import Problem
 
 Solve = Callable[[float], Array]
@@ -25,7 +24,7 @@ Solve = Callable[[float], Array]
 
 TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
 
-RightHandSide = Callable[..., Array]
+RightHandSide = Callable[[float, Array], Array]
 
 
 class Missing(Exception):
@@ -72,32 +71,38 @@ def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> A
         x = y[j]
         left = y[j - 1] if j > 0 else x
         right = y[j + 1] if j < n - 1 else x
-        z = x + c
-        force = height[j] * math.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z)
         out[j] = y[n + j]
-        out[n + j] = left - 2.0 * x + right - force - eta * y[n + j]
+        out[n + j] = left - 2.0 * x + right - on_site(height[j], x, a, b, c) - eta * y[n + j]
     return out
 
 
-def _numpy_rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
-    """Return the same as one writes it with NumPy."""
-    x, velocity = np.split(y, 2)
-    z = x + c
-    force = -height * np.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z) - eta * velocity
-    stretch = np.diff(x)
-    force[:-1] += stretch
-    force[1:] -= stretch
-    return np.concatenate((velocity, force))
-
-
-def _scipy(method: str, right: RightHandSide, problem: Problem, duration: float) -> Peer:
-    from scipy.integrate import solve_ivp
-
+def _compiled(problem: Problem) -> RightHandSide:
     p, height = problem.design, problem.height
-    start = np.concatenate((problem.start, np.zeros(p.N)))
+    return lambda t, y: _rhs(y, height, p.eta, p.a, p.b, p.c)
+
+
+def _numpy(problem: Problem) -> RightHandSide:
+    """Return the same as one writes it with NumPy."""
+    height = problem.height
 
     def rhs(t: float, y: Array) -> Array:
-        return right(y, height, p.eta, p.a, p.b, p.c)
+        x, velocity = np.split(y, 2)
+        force = -problem.on_site(x, height, np.sin) - problem.design.eta * velocity
+        stretch = np.diff(x)
+        force[:-1] += stretch
+        force[1:] -= stretch
+        return np.concatenate((velocity, force))
+
+    return rhs
+
+
+def _scipy(
+    method: str, right: Callable[[Problem], RightHandSide], problem: Problem, duration: float
+) -> Peer:
+    from scipy.integrate import solve_ivp
+
+    p, rhs = problem.design, right(problem)
+    start = np.concatenate((problem.start, np.zeros(p.N)))
 
     def solve(tolerance: float) -> Array:
         options: dict[str, Any] = {'method': method, 'rtol': tolerance, 'atol': tolerance}
@@ -116,9 +121,7 @@ def _heyoka(problem: Problem, duration: float) -> Peer:
     u, v = hy.make_vars(*(f'u{j}' for j in range(n))), hy.make_vars(*(f'v{j}' for j in range(n)))
     equations = []
     for j in range(n):
-        z = u[j] + p.c
-        slope = p.a + 3.0 * p.b * z * z
-        force = float(problem.height[j]) * hy.sin(z * (p.a + p.b * z * z)) * slope
+        force = problem.on_site(u[j], float(problem.height[j]), hy.sin)
         pull = hy.sum([u[max(j - 1, 0)], u[min(j + 1, n - 1)], -2.0 * u[j]])
         equations += [(u[j], v[j]), (v[j], pull - force - p.eta * v[j])]
     start = np.zeros(2 * n)
@@ -150,8 +153,7 @@ def _diffrax(method: str) -> Maker:
 
         def rhs(t: Any, y: Any, _: Any) -> Any:
             x, velocity = y
-            z = x + p.c
-            force = height * jnp.sin(z * (p.a + p.b * z * z)) * (p.a + 3.0 * p.b * z * z)
+            force = problem.on_site(x, height, jnp.sin)
             around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
             return velocity, around - 2.0 * x - force - p.eta * velocity
 
@@ -216,14 +218,13 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
 @numba.njit(error_model='numpy')
 def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
     for j in range(len(u)):
-        z = u[j] + c
-        out[j] = -height[j] * math.sin(z * (a + b * z * z)) * (a + 3.0 * b * z * z)
+        out[j] = -on_site(height[j], u[j], a, b, c)
 
 
 PEERS: dict[str, Maker] = {
-    'SciPy DOP853': _needs('scipy')(functools.partial(_scipy, 'DOP853', _rhs)),
-    'SciPy DOP853, NumPy': _needs('scipy')(functools.partial(_scipy, 'DOP853', _numpy_rhs)),
-    'SciPy LSODA': _needs('scipy')(functools.partial(_scipy, 'LSODA', _rhs)),
+    'SciPy DOP853': _needs('scipy')(functools.partial(_scipy, 'DOP853', _compiled)),
+    'SciPy DOP853, NumPy': _needs('scipy')(functools.partial(_scipy, 'DOP853', _numpy)),
+    'SciPy LSODA': _needs('scipy')(functools.partial(_scipy, 'LSODA', _compiled)),
     'heyoka': _heyoka,
     'diffrax Tsit5': _diffrax('Tsit5'),
     'diffrax Dopri8': _diffrax('Dopri8'),

@@ -9,7 +9,6 @@ import math
 import numba
 import numpy as np
 
-from ..physics.design import Design
 from ..physics.potential import Array
 from .problem import STEP, Problem, Runner, constants
 
@@ -20,28 +19,25 @@ def numpy_runner(problem: Problem) -> Runner:
     a0, a1, a2, a3, a4, a5, a6, a7 = constants(STEP)
     u, v, A = problem.start.copy(), np.zeros(p.N), problem.arrays().A
 
+    def acceleration(u: Array) -> Array:
+        force = -problem.on_site(u, height, np.sin)
+        stretch = np.diff(u)
+        force[:-1] += stretch
+        force[1:] -= stretch
+        return np.asarray(force)
+
     def advance(steps: int) -> None:
         nonlocal u, v, A
         for _ in range(steps):
             u_p = u + a0 * v + a1 * A
-            A_p = _acceleration(p, height, u_p) - p.eta * (v + a0 * A)
+            A_p = acceleration(u_p) - p.eta * (v + a0 * A)
             v_p = v + a2 * (A + A_p)
             u = u_p + a3 * v_p + a4 * A_p
-            A_new = _acceleration(p, height, u) - p.eta * (v_p + a3 * A_p)
+            A_new = acceleration(u) - p.eta * (v_p + a3 * A_p)
             v = v_p + a5 * A + a6 * A_p + a7 * A_new
             A = A_new
 
     return Runner(advance, lambda: u)
-
-
-def _acceleration(p: Design, height: Array, u: Array) -> Array:
-    y = u + p.c
-    y2 = y * y
-    force = -height * np.sin(y * (p.a + p.b * y2)) * (p.a + 3.0 * p.b * y2)
-    stretch = np.diff(u)
-    force[:-1] += stretch
-    force[1:] -= stretch
-    return force
 
 
 def numba_runner(problem: Problem) -> Runner:

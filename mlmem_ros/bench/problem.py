@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,12 @@ class Problem:
         x = design.sites
         packet = 0.01 * np.exp(-(((x - 0.2 * n) / 8.0) ** 2)) * np.sin(1.2 * x)
         return cls(design, wall_profile(design, 0.45 * n) + packet)
+
+    def on_site(self, x: Any, height: Any, sin: Callable[[Any], Any]) -> Any:
+        """Return the on-site force at displacements x in whatever arithmetic a solver has."""
+        p, z = self.design, x + self.design.c
+        square = z * z
+        return height * sin(z * (p.a + p.b * square)) * (p.a + 3.0 * p.b * square)
 
     @property
     def height(self) -> Array:
