@@ -10,8 +10,9 @@ from collections import namedtuple
 import pytest
 
 from mlmem_ros.cli import checkup, doctor
-from mlmem_ros.cli.checkup import Finding, Verdict
+from mlmem_ros.cli.checkup import Diagnosis
 from mlmem_ros.cli.main import main
+from mlmem_ros.verdict import Verdict
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
 
@@ -26,7 +27,7 @@ def test_python(version, verdict):
 def test_a_library_that_is_there_tells_its_version():
     import numpy
 
-    assert checkup.check_library('numpy') == Finding('numpy', PASS, numpy.__version__)
+    assert checkup.check_library('numpy') == Diagnosis('numpy', PASS, numpy.__version__)
 
 
 def test_a_library_that_is_missing_or_broken_says_how_to_get_it(tmp_path, monkeypatch):
@@ -117,6 +118,6 @@ def test_no_node_is_a_warning_and_the_rest_of_this_machine_is_fine(tmp_path):
 
 
 def test_a_row_of_the_table():
-    finding = Finding('what', WARN, 'seen', 'do this')
+    finding = Diagnosis('what', WARN, 'seen', 'do this')
     assert doctor.line(finding) == f'warn  {"what":<18} seen\n{"":25} -> do this'
     assert '\x1b[33mwarn\x1b[0m' in doctor.line(finding, colour=True)

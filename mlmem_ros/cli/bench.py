@@ -12,28 +12,21 @@ import argparse
 import sys
 from pathlib import Path
 
-from .output import add_json, print_json
-
-SUMMARY = 'measure kernel, ensembles and recorder beside their peers'
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument(
-        'names', nargs='*', metavar='NAME', help='which benchmarks; all by default'
-    )
-    parser.add_argument('--list', action='store_true', help='say which there are')
-    parser.add_argument('--repeats', type=int, default=7, help='rounds of every comparison')
-    parser.add_argument(
-        '--minutes', type=float, help='watch one idle node for so long (only for: bench node)'
-    )
-    parser.add_argument(
-        '--output', type=Path, default=Path('benchmarks'), help='folder of the results'
-    )
-    add_json(parser)
+from .command import JSON, command, option
+from .output import print_json
 
 
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    'measure kernel, ensembles and recorder beside their peers',
+    option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
+    option('--list', action='store_true', help='say which there are'),
+    option('--repeats', type=int, default=7, help='rounds of every comparison'),
+    option('--minutes', type=float, help='watch one idle node for so long (only for: bench node)'),
+    option('--output', type=Path, default=Path('benchmarks'), help='folder of the results'),
+    JSON,
+    text=__doc__,
+)
+def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
     from ..bench import registry
     from .console import plain_console

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from ..studies.campaign import cores
+from .command import option
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -16,20 +18,19 @@ if TYPE_CHECKING:
     from ..studies.campaign import Campaign, Ledger, Row
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of every sub-command that runs a campaign."""
-    from ..studies.campaign import cores
+JOBS = option('--jobs', type=int, default=cores(), help='processes side by side')
 
-    parser.add_argument('--seed', type=int, default=0, help='of all that chance decides')
-    parser.add_argument('--format', choices=('csv', 'parquet'), default='csv', help='of the table')
-    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
-    parser.add_argument(
+OPTIONS = (
+    option('--seed', type=int, default=0, help='of all that chance decides'),
+    option('--format', choices=('csv', 'parquet'), default='csv', help='of the table'),
+    JOBS,
+    option(
         '--cluster', default='', metavar='ADDRESS',
         help='scheduler of a Dask cluster that is used instead, as tcp://host:8786',
-    )  # fmt: skip
-    parser.add_argument(
-        '--point', type=int, metavar='N', help='run point N of the table alone, in detail'
-    )
+    ),
+    option('--point', type=int, metavar='N', help='run point N of the table alone, in detail'),
+)  # fmt: skip
+"""Of every sub-command that runs a campaign."""
 
 
 def evaluated(

@@ -10,11 +10,11 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 from importlib import metadata
 from pathlib import Path
 
 from ..packages import advice
+from ..verdict import Verdict
 
 PYTHONS = ((3, 10), (3, 14))
 """Oldest and newest Python that we are tested with."""
@@ -43,16 +43,8 @@ LAST_SAFE_DOMAIN = 101
 ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
 
 
-class Verdict(Enum):
-    """How a check ended."""
-
-    PASS = 'pass'
-    WARN = 'warn'
-    FAIL = 'fail'
-
-
 @dataclass(frozen=True)
-class Finding:
+class Diagnosis:
     """What a check found.
 
     Attributes:
@@ -68,7 +60,7 @@ class Finding:
     advice: str = ''
 
 
-def examine(node: str, wait: float, records: Path) -> Iterator[Finding]:
+def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
     """Look at everything, one after the other.
 
     Args:
@@ -89,38 +81,38 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Finding]:
         yield check_node(node, wait)
 
 
-def check_python(version: tuple[int, ...]) -> Finding:
+def check_python(version: tuple[int, ...]) -> Diagnosis:
     """Look at the version of Python."""
     seen = '.'.join(map(str, version))
     if not PYTHONS[0] <= version <= PYTHONS[1]:
         oldest, newest = ('.'.join(map(str, bound)) for bound in PYTHONS)
         verdict = Verdict.FAIL if version < PYTHONS[0] else Verdict.WARN
-        return Finding('Python', verdict, seen, f'use Python {oldest} to {newest}')
-    return Finding('Python', Verdict.PASS, seen)
+        return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
+    return Diagnosis('Python', Verdict.PASS, seen)
 
 
-def check_library(name: str) -> Finding:
+def check_library(name: str) -> Diagnosis:
     """Look whether a Python package can be imported."""
     try:
         module = importlib.import_module(name)
     except Exception as error:  # a broken installation may raise anything
         use = LIBRARIES.get(name)
         seen = f'{error}: no {use}' if use else str(error)
-        return Finding(name, Verdict.WARN if use else Verdict.FAIL, seen, advice(name))
-    return Finding(name, Verdict.PASS, getattr(module, '__version__', '') or _version(name))
+        return Diagnosis(name, Verdict.WARN if use else Verdict.FAIL, seen, advice(name))
+    return Diagnosis(name, Verdict.PASS, getattr(module, '__version__', '') or _version(name))
 
 
-def check_compile_cache() -> Finding:
+def check_compile_cache() -> Diagnosis:
     """Look whether compiled kernels can be kept, or every start compiles them anew."""
     what = 'compiled kernels'
     try:
         from ..physics import NOH_BATHE
         from ..physics.jit import cache_folder
     except ImportError as error:
-        return Finding(what, Verdict.FAIL, str(error), advice('numba'))
+        return Diagnosis(what, Verdict.FAIL, str(error), advice('numba'))
     if (folder := cache_folder(NOH_BATHE.advance)) is not None and _writable(folder):
-        return Finding(what, Verdict.PASS, f'kept in {folder}')
-    return Finding(
+        return Diagnosis(what, Verdict.PASS, f'kept in {folder}')
+    return Diagnosis(
         what,
         Verdict.WARN,
         'cannot be kept: every start takes half a minute longer',
@@ -128,7 +120,7 @@ def check_compile_cache() -> Finding:
     )
 
 
-def check_ros() -> Finding:
+def check_ros() -> Diagnosis:
     """Look for rclpy, its middleware and the message packages."""
     try:
         import rclpy
@@ -139,29 +131,29 @@ def check_ros() -> Finding:
         del rclpy
         middleware = get_rmw_implementation_identifier()
     except Exception as error:  # the middleware is loaded here and may raise anything
-        return Finding('ROS 2', Verdict.FAIL, str(error), ROS_ADVICE)
+        return Diagnosis('ROS 2', Verdict.FAIL, str(error), ROS_ADVICE)
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
         seen = f'{distribution}, {middleware}'
-        return Finding('ROS 2', Verdict.WARN, seen, 'Jazzy is what we are tested with')
-    return Finding('ROS 2', Verdict.PASS, f'rclpy {_version("rclpy")}, {middleware}')
+        return Diagnosis('ROS 2', Verdict.WARN, seen, 'Jazzy is what we are tested with')
+    return Diagnosis('ROS 2', Verdict.PASS, f'rclpy {_version("rclpy")}, {middleware}')
 
 
-def check_domain(value: str | None) -> Finding:
+def check_domain(value: str | None) -> Diagnosis:
     """Look at ROS_DOMAIN_ID: nodes of another domain are out of sight."""
     what = 'ROS_DOMAIN_ID'
     if not value:
         local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '') in ('LOCALHOST', 'OFF')
         if local:
-            return Finding(what, Verdict.PASS, 'not set: 0, on this machine only')
+            return Diagnosis(what, Verdict.PASS, 'not set: 0, on this machine only')
         seen = 'not set: 0, which is everybody on this network'
-        return Finding(what, Verdict.WARN, seen, 'give your robot a number of its own')
+        return Diagnosis(what, Verdict.WARN, seen, 'give your robot a number of its own')
     if not value.isdecimal() or int(value) > LAST_DOMAIN:
-        return Finding(what, Verdict.FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
+        return Diagnosis(what, Verdict.FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
     if int(value) > LAST_SAFE_DOMAIN:
         advice = f'above {LAST_SAFE_DOMAIN} Linux may use its ports for something else'
-        return Finding(what, Verdict.WARN, value, advice)
-    return Finding(what, Verdict.PASS, value)
+        return Diagnosis(what, Verdict.WARN, value, advice)
+    return Diagnosis(what, Verdict.PASS, value)
 
 
 def log_folder() -> Path:
@@ -172,15 +164,15 @@ def log_folder() -> Path:
     return Path(home).expanduser() / 'log'
 
 
-def check_log_folder(folder: Path) -> Finding:
+def check_log_folder(folder: Path) -> Diagnosis:
     """Look whether ROS can write its log files."""
     if _writable(folder):
-        return Finding('ROS logs', Verdict.PASS, f'go to {folder}')
+        return Diagnosis('ROS logs', Verdict.PASS, f'go to {folder}')
     seen = f'{folder} cannot be written'
-    return Finding('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a folder that can')
+    return Diagnosis('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a folder that can')
 
 
-def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Finding:
+def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnosis:
     """Look whether there is room for records.
 
     Args:
@@ -193,14 +185,15 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Finding
     free = shutil.disk_usage(existing).free
     seen = f'{free / 1e9:.1f} GB free in {existing}'
     if not _writable(folder):
-        return Finding(what, Verdict.FAIL, f'{existing} cannot be written', 'name another folder')
+        seen = f'{existing} cannot be written'
+        return Diagnosis(what, Verdict.FAIL, seen, 'name another folder')
     if free >= plenty:
-        return Finding(what, Verdict.PASS, seen)
+        return Diagnosis(what, Verdict.PASS, seen)
     verdict = Verdict.WARN if free >= least else Verdict.FAIL
-    return Finding(what, verdict, seen, 'delete old sessions, or record elsewhere')
+    return Diagnosis(what, verdict, seen, 'delete old sessions, or record elsewhere')
 
 
-def check_node(name: str, wait: float) -> Finding:
+def check_node(name: str, wait: float) -> Diagnosis:
     """Look whether a memory node answers.
 
     Args:
@@ -217,20 +210,20 @@ def check_node(name: str, wait: float) -> Finding:
             values = client.parameters('design.preset', 'design.N', 'use_sim_time').wait()
             timeless = values['use_sim_time'] and not client.node.count_publishers('/clock')
     except RequestError:
-        return Finding(
+        return Diagnosis(
             what,
             Verdict.WARN,
             f'does not answer within {wait:g} s',
             'if it should run: ros2 run mlmem_ros memory_node; mind name and ROS_DOMAIN_ID',
         )
     except Exception as error:  # rclpy could not start at all
-        return Finding(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
+        return Diagnosis(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
     seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
     if timeless:
         seen = 'answers, and waits for a /clock that nobody publishes'
         advice = 'start what publishes /clock, or the node with use_sim_time: false'
-        return Finding(what, Verdict.WARN, seen, advice)
-    return Finding(what, Verdict.PASS, seen)
+        return Diagnosis(what, Verdict.WARN, seen, advice)
+    return Diagnosis(what, Verdict.PASS, seen)
 
 
 def _version(name: str) -> str:

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .output import add_json, print_json
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from ..contract.answers import Decoded
     from ..ros.client.client import MemoryClient
 
-SUMMARY = 'write every level up and some down through ROS 2, read each back, show it'
 
 LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
 """The levels that are written: all of them upward, one downward, one upward again."""
@@ -38,7 +38,7 @@ NODE_START = 60.0
 
 
 @dataclass(frozen=True)
-class Row:
+class Written:
     """One line of the table."""
 
     asked: int
@@ -47,15 +47,13 @@ class Row:
     duration: float
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument(
-        '--output', type=Path, default=Path('sessions'), help='folder of session and picture'
-    )
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    'write every level up and some down through ROS 2, read each back, show it',
+    option('--output', type=Path, default=Path('sessions'), help='folder of session and picture'),
+    JSON,
+    text=__doc__,
+)
+def demo(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level that was read is the one asked for."""
     from ..contract.errors import RequestError
     from ..session.data import load
@@ -102,7 +100,7 @@ def _memory_node(name: str, session: Path) -> Iterator[None]:
                 process.kill()
 
 
-def _write_and_read(console: Console, name: str) -> list[Row]:
+def _write_and_read(console: Console, name: str) -> list[Written]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     from std_msgs.msg import Float64MultiArray
 
@@ -110,7 +108,7 @@ def _write_and_read(console: Console, name: str) -> list[Row]:
     from ..ros.qos import SENSOR_DATA
 
     columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
-    rows: list[Row] = []
+    rows: list[Written] = []
     walls: list[Any] = []
     with standalone(name) as client, Progress(*columns, console=console) as progress:
         task = progress.add_task('waiting for the memory node', total=None)
@@ -126,7 +124,7 @@ def _write_and_read(console: Console, name: str) -> list[Row]:
     return rows
 
 
-def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Row:
+def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
     from ..ros.client.standalone import wait_until
 
     begun = time.monotonic()
@@ -136,7 +134,7 @@ def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Row:
     walls.clear()
     wait_until(lambda: walls, f'{client.name}/wall')
     positions = list(walls[-1].data)
-    return Row(asked, answer, positions[0] if len(positions) == 1 else None, duration)
+    return Written(asked, answer, positions[0] if len(positions) == 1 else None, duration)
 
 
 def _expected_cycles() -> list[int]:
@@ -149,7 +147,7 @@ def _expected_cycles() -> list[int]:
     return cycles
 
 
-def _print_table(console: Console, rows: list[Row]) -> None:
+def _print_table(console: Console, rows: list[Written]) -> None:
     from rich.text import Text
 
     from .console import plain_table

@@ -23,7 +23,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import proving
-from .output import add_json, print_json
+from .campaigns import JOBS
+from .command import JSON, command, option, tasks
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,50 +34,78 @@ if TYPE_CHECKING:
     from ..device import Settings
     from ..physics import Design
 
-SUMMARY = 'find a design for a number of levels, judge one, prove one'
 
 COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
 """Colours by verdict."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options and the sub-sub-commands of this sub-command."""
-    parser.add_argument(
-        '--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'
-    )
-    parser.add_argument('--output', type=Path, metavar='FILE.yaml', help='parameter file to write')
-    parser.add_argument('--prove', action='store_true', help='simulate what was found')
-    _add_proof(parser)
-    add_json(parser)
-    tasks = parser.add_subparsers(dest='task', metavar='TASK')
-    check = tasks.add_parser('check', help='judge a design', description=__doc__)
-    check.add_argument('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset')
-    add_json(check)
-    check.add_argument(
-        '--brief', action='store_true', help='leave out what passed and where the paper says it'
-    )
-    prove = tasks.add_parser('prove', help='simulate designs', description=__doc__)
-    prove.add_argument(
-        'sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'
-    )
-    prove.add_argument('--markdown', type=Path, metavar='FILE', help='write the table there, too')
-    _add_proof(prove)
-    add_json(prove)
-
-
-def _add_proof(parser: argparse.ArgumentParser) -> None:
-    from ..studies.campaign import cores
-
-    parser.add_argument(
+PROOF = (
+    option(
         '--sample', type=int, metavar='N',
         help='downward writes to try; by default all up to 16 levels, above as many as there are '
         'levels; every level is erased',
-    )  # fmt: skip
-    parser.add_argument('--folder', type=Path, default=Path('proofs'), help='of the ledgers')
-    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
+    ),
+    option('--folder', type=Path, default=Path('proofs'), help='of the ledgers'),
+    JOBS,
+)  # fmt: skip
+"""The options of a proof."""
+
+CHECK = (
+    option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
+    JSON,
+    option(
+        '--brief', action='store_true', help='leave out what passed and where the paper says it'
+    ),
+)
+
+PROVE = (
+    option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
+    option('--markdown', type=Path, metavar='FILE', help='write the table there, too'),
+    *PROOF,
+    JSON,
+)
 
 
-def run(arguments: argparse.Namespace) -> int:
+@command('judge a design', *CHECK, text=__doc__)
+def check(arguments: argparse.Namespace) -> int:
+    """Judge a design."""
+    from ..analysis import checks
+    from ..parameter_file import load
+    from .console import plain_console
+
+    report = checks.check(*load(arguments.source))
+    if arguments.json:
+        findings = [finding.as_dict() for finding in report.findings]
+        print_json({'verdict': report.verdict.value, 'findings': findings})
+    else:
+        _print_report(plain_console(), arguments.source, report, arguments.brief)
+    return 1 if report.verdict is checks.Verdict.FAIL else 0
+
+
+@command('simulate designs', *PROVE, text=__doc__)
+def prove(arguments: argparse.Namespace) -> int:
+    """Simulate designs."""
+    from ..parameter_file import load
+    from .console import plain_console
+
+    designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
+    return _show(plain_console(aside=arguments.json), designs, arguments, arguments.markdown)
+
+
+TASKS = {'check': check, 'prove': prove}
+
+
+@command(
+    'find a design for a number of levels, judge one, prove one',
+    option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
+    option('--prove', action='store_true', help='simulate what was found'),
+    *PROOF,
+    JSON,
+    tasks(**TASKS),
+    text=__doc__,
+)
+def design(arguments: argparse.Namespace) -> int:
     """Do the task; return the exit status."""
     from ..analysis.designer import DesignNotFound
     from ..device.errors import SettingsError
@@ -84,31 +114,13 @@ def run(arguments: argparse.Namespace) -> int:
     from ..studies.campaign import CampaignError
 
     try:
-        if arguments.task == 'check':
-            return _check(arguments)
-        if arguments.task == 'prove':
-            return _prove(arguments)
-        return _find(arguments)
+        return TASKS[arguments.task].run(arguments) if arguments.task else _find(arguments)
     except (ParameterFileError, DesignNotFound) as error:
         print(f'mlmem design: {error}', file=sys.stderr)
         return 2
     except (DesignError, SettingsError, CampaignError, OSError) as error:
         print(f'mlmem design: {error}', file=sys.stderr)
         return 1
-
-
-def _check(arguments: argparse.Namespace) -> int:
-    from ..analysis.checks import Verdict, check
-    from ..parameter_file import load
-    from .console import plain_console
-
-    report = check(*load(arguments.source))
-    if arguments.json:
-        findings = [finding.as_dict() for finding in report.findings]
-        print_json({'verdict': report.verdict.value, 'findings': findings})
-    else:
-        _print_report(plain_console(), arguments.source, report, arguments.brief)
-    return 1 if report.verdict is Verdict.FAIL else 0
 
 
 def _find(arguments: argparse.Namespace) -> int:
@@ -145,14 +157,6 @@ def _find(arguments: argparse.Namespace) -> int:
         return 0
     name = f'levels_{arguments.levels}'
     return _show(console, [(name, found.design, found.settings)], arguments, None)
-
-
-def _prove(arguments: argparse.Namespace) -> int:
-    from ..parameter_file import load
-    from .console import plain_console
-
-    designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
-    return _show(plain_console(aside=arguments.json), designs, arguments, arguments.markdown)
 
 
 def _show(

@@ -13,33 +13,30 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .output import add_json, print_json
+from .command import JSON, NODE, command, option, wait
+from .output import print_json
 
 if TYPE_CHECKING:
-    from .checkup import Finding
+    from .checkup import Diagnosis
 
-SUMMARY = 'look whether this machine has what a memory needs'
 
 COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
 """Colours of a terminal, by verdict: green, yellow and red."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('--node', default='mlmem', help='name of the memory node')
-    parser.add_argument(
-        '--wait', type=float, default=3.0, metavar='S', help='how long to wait for the node'
-    )
-    parser.add_argument(
-        '--records', type=Path, default=Path('sessions'), help='where sessions are recorded'
-    )
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    'look whether this machine has what a memory needs',
+    NODE,
+    wait(3.0),
+    option('--records', type=Path, default=Path('sessions'), help='where sessions are recorded'),
+    JSON,
+    text=__doc__,
+)
+def doctor(arguments: argparse.Namespace) -> int:
     """Look at everything and print a table; return the exit status."""
     from .. import __version__
-    from .checkup import Verdict, examine
+    from ..verdict import Verdict
+    from .checkup import examine
 
     stream = sys.stderr if arguments.json else sys.stdout
     print(f'mlmem_ros {__version__}', file=stream)
@@ -55,15 +52,15 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def line(finding: Finding, colour: bool = False) -> str:
-    """Return a finding as a row of the table, with a second line of advice if there is any.
+def line(diagnosis: Diagnosis, colour: bool = False) -> str:
+    """Return a diagnosis as a row of the table, with a second line of advice if there is any.
 
     Args:
-        finding: What a check found.
+        diagnosis: What a check found.
         colour: Whether to colour the verdict for a terminal.
     """
-    verdict = finding.verdict.value
+    verdict = diagnosis.verdict.value
     if colour:
         verdict = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'
-    advice = f'\n{"":25} -> {finding.advice}' if finding.advice else ''
-    return f'{verdict}  {finding.what:<18} {finding.seen}{advice}'
+    advice = f'\n{"":25} -> {diagnosis.advice}' if diagnosis.advice else ''
+    return f'{verdict}  {diagnosis.what:<18} {diagnosis.seen}{advice}'

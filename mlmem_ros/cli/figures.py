@@ -15,7 +15,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .output import add_json, print_json
+from .campaigns import JOBS
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,24 +25,18 @@ if TYPE_CHECKING:
     from ..paper.figure import Figure
     from ..paper.run import Done
 
-SUMMARY = "draw the paper's figures from our simulation, judge its claims"
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    from ..studies.campaign import cores
-
-    parser.add_argument('names', nargs='*', metavar='FIGURE', help='as 2b; all if none is given')
-    parser.add_argument('--output', type=Path, default=Path('reproduction'), help='folder')
-    parser.add_argument(
-        '--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'
-    )
-    parser.add_argument('--jobs', type=int, default=cores(), help='processes side by side')
-    parser.add_argument('--list', action='store_true', help='list the figures and end')
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    "draw the paper's figures from our simulation, judge its claims",
+    option('names', nargs='*', metavar='FIGURE', help='as 2b; all if none is given'),
+    option('--output', type=Path, default=Path('reproduction'), help='folder'),
+    option('--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'),
+    JOBS,
+    option('--list', action='store_true', help='list the figures and end'),
+    JSON,
+    text=__doc__,
+)
+def figures(arguments: argparse.Namespace) -> int:
     """Draw the figures; return 0 when all were drawn, 1 when a file could not be
     written, 2 for a wrong argument.
     """

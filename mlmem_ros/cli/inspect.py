@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..clipped import printable
-from .output import add_json, print_json
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -23,21 +24,17 @@ if TYPE_CHECKING:
     from ..device import Command
     from ..session.data import SessionData
 
-SUMMARY = 'list a session bag, decode its echoes again, plot or repair it'
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('bag', type=Path, help='bag directory or file')
-    parser.add_argument('--node', default='', help='which node of the bag, if there are several')
-    parser.add_argument('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)')
-    parser.add_argument(
-        '--repair', type=Path, metavar='NEW', help='write a whole bag of all that can be read'
-    )
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    'list a session bag, decode its echoes again, plot or repair it',
+    option('bag', type=Path, help='bag directory or file'),
+    option('--node', default='', help='which node of the bag, if there are several'),
+    option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
+    option('--repair', type=Path, metavar='NEW', help='write a whole bag of all that can be read'),
+    JSON,
+    text=__doc__,
+)
+def inspect(arguments: argparse.Namespace) -> int:
     """Inspect; return the exit status."""
     from ..bag.errors import BagError
     from ..bag.reader import BagReader

@@ -11,28 +11,29 @@ from collections.abc import Sequence
 
 from .. import __version__
 from ..packages import missing
+from .command import Command, add_commands
 
-SUBCOMMANDS = (
-    'demo',
-    'write',
-    'read',
-    'erase',
-    'calibrate',
-    'self_test',
-    'abort',
-    'record',
-    'watch',
-    'view',
-    'design',
-    'figures',
-    'margins',
-    'replay',
-    'inspect',
-    'bench',
-    'tolerance',
-    'doctor',
-)
-"""Modules of this package, each with SUMMARY, add_arguments(parser) and run(arguments)."""
+SUBCOMMANDS = {
+    'demo': 'demo',
+    'write': 'request',
+    'read': 'request',
+    'erase': 'request',
+    'calibrate': 'request',
+    'self_test': 'request',
+    'abort': 'request',
+    'record': 'request',
+    'watch': 'watch',
+    'view': 'view',
+    'design': 'design',
+    'figures': 'figures',
+    'margins': 'margins',
+    'replay': 'replay',
+    'inspect': 'inspect',
+    'bench': 'bench',
+    'tolerance': 'tolerance',
+    'doctor': 'doctor',
+}
+"""Each with the module of this package that has the `Command` of its name."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,26 +53,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else arguments
     # The modules of the other ones take a while, too.
     names = given[:1] if given and given[0] in SUBCOMMANDS else SUBCOMMANDS
-    modules = {name: importlib.import_module(f'.{name}', __package__) for name in names}
-    for name, module in modules.items():
-        subparser = subparsers.add_parser(
-            name, help=module.SUMMARY, description=module.__doc__, formatter_class=_Formatter
-        )
-        module.add_arguments(subparser)
+    commands: dict[str, Command] = {
+        name: getattr(importlib.import_module(f'.{SUBCOMMANDS[name]}', __package__), name)
+        for name in names
+    }
+    add_commands(subparsers, commands)
     parsed = parser.parse_args(arguments)
     try:
-        status: int = modules[parsed.command].run(parsed)
+        return commands[parsed.command].run(parsed)
     except ModuleNotFoundError as error:
         print(f'mlmem {parsed.command}: {missing(error)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print(f'mlmem {parsed.command}: interrupted', file=sys.stderr)
         return 130
-    return status
-
-
-class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
-    """Keeps the line breaks of a description and shows the defaults."""
 
 
 if __name__ == '__main__':

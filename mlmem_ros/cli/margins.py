@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
-from .output import add_json, print_json
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,34 +29,40 @@ if TYPE_CHECKING:
     from ..studies.campaign import Row
     from ..studies.margins import Margins, Shmoo
 
-SUMMARY = 'map over which settings the memory works, and measure its margins'
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('--x', default='write.compression', help='axis to the right')
-    parser.add_argument('--y', default='write.tension', help='axis upward')
-    for axis in ('x', 'y'):
-        parser.add_argument(
-            f'--{axis}-range', type=float, nargs=2, metavar=('FROM', 'TO'),
+@command(
+    'map over which settings the memory works, and measure its margins',
+    option('--x', default='write.compression', help='axis to the right'),
+    option('--y', default='write.tension', help='axis upward'),
+    *(
+        option(
+            f'--{axis}-range',
+            type=float,
+            nargs=2,
+            metavar=('FROM', 'TO'),
             help=f'where the map begins and ends along {axis}; wide by default',
-        )  # fmt: skip
-    parser.add_argument('--size', type=int, default=64, help='points along either axis')
-    parser.add_argument(
-        '--design', default='case_2', metavar='FILE|PRESET',
+        )
+        for axis in ('x', 'y')
+    ),
+    option('--size', type=int, default=64, help='points along either axis'),
+    option(
+        '--design',
+        default='case_2',
+        metavar='FILE|PRESET',
         help='ROS parameter file or preset: the design, and the operating point',
-    )  # fmt: skip
-    parser.add_argument(
-        '--tick', type=float,
+    ),
+    option(
+        '--tick',
+        type=float,
         help='time units to which every wait is rounded up; by default 50, which is faster to '
         'simulate, where the schedule is in whole ones, else those of the design',
-    )  # fmt: skip
-    parser.add_argument('--output', type=Path, help='folder; margins/X-Y by default')
-    campaigns.add_arguments(parser)
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+    ),
+    option('--output', type=Path, help='folder; margins/X-Y by default'),
+    *campaigns.OPTIONS,
+    JSON,
+    text=__doc__,
+)
+def margins(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
     from ..parameter_file import load
     from ..studies.campaign import CampaignError

@@ -1,23 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The option `--json`: the result of a sub-command for a program to read."""
+"""The result of a sub-command for a program to read, as the option `--json` asks for it."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import json
 import math
 from collections.abc import Mapping
 from enum import Enum
 from typing import Any
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the option to a sub-command."""
-    parser.add_argument(
-        '--json', action='store_true', help='print the result as one JSON object, and nothing else'
-    )
 
 
 def print_json(result: Any) -> None:
@@ -27,7 +19,7 @@ def print_json(result: Any) -> None:
         result: Of mappings, sequences, dataclasses, arrays and plain values; what else it
             holds is told as text. JSON has no infinity and no NaN: these are null.
     """
-    print(json.dumps(_plain(result), indent=2))
+    print(json.dumps(_plain(result), indent=2), flush=True)
 
 
 def _plain(value: Any) -> Any:

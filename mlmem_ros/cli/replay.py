@@ -18,31 +18,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..clipped import printable
-from .output import add_json, print_json
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from ..ros.client.play import Played
     from ..session.replay import Progress
     from ..session.report import ReplayReport
 
-SUMMARY = 'run a recorded session again and compare, without ROS or into a running node'
 
 OTHERS = 'case_2'
 """Preset of the element for a bag that tells of none."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('bag', type=Path, help='session bag, or any bag with our command topics')
-    parser.add_argument('--node', default='', help='which node of the bag, if there are several')
-    parser.add_argument(
+@command(
+    'run a recorded session again and compare, without ROS or into a running node',
+    option('bag', type=Path, help='session bag, or any bag with our command topics'),
+    option('--node', default='', help='which node of the bag, if there are several'),
+    option(
         '--preset', help=f'element for a bag that another recorder wrote; {OTHERS} unless given'
-    )
-    parser.add_argument('--ros', metavar='NAME', help='play into the running node of this name')
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+    ),
+    option('--ros', metavar='NAME', help='play into the running node of this name'),
+    JSON,
+    text=__doc__,
+)
+def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
     from ..bag.errors import BagError
     from ..physics import DesignError

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
-from .output import add_json, print_json
+from .command import JSON, command, option
+from .output import print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -28,44 +29,55 @@ if TYPE_CHECKING:
     from ..studies.campaign import Row
     from ..studies.tolerance.study import Tolerance
 
-SUMMARY = 'measure what scatter, noise and vibration a memory stands'
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument(
+@command(
+    'measure what scatter, noise and vibration a memory stands',
+    option(
         '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
-    )
-    parser.add_argument(
-        '--kinds', nargs='+', default=(), metavar='KIND',
+    ),
+    option(
+        '--kinds',
+        nargs='+',
+        default=(),
+        metavar='KIND',
         help='what chance decides, one at a time: alpha, s, mass, offset, noise, vibration; all '
         'by default',
-    )  # fmt: skip
-    parser.add_argument(
-        '--tried', nargs='+', default=(), metavar='WHAT',
+    ),
+    option(
+        '--tried',
+        nargs='+',
+        default=(),
+        metavar='WHAT',
         help='what is tried: step, left, right (a read from that end); all by default',
-    )  # fmt: skip
-    parser.add_argument('--amounts', type=int, default=10, help='amounts in a decade')
-    parser.add_argument('--most', type=int, default=3000, help='trials of an amount, at most')
-    parser.add_argument(
-        '--screen', action='store_true',
+    ),
+    option('--amounts', type=int, default=10, help='amounts in a decade'),
+    option('--most', type=int, default=3000, help='trials of an amount, at most'),
+    option(
+        '--screen',
+        action='store_true',
         help='let a forecast choose which steps are simulated, and weight them: for rare failures',
-    )  # fmt: skip
-    parser.add_argument(
-        '--levels', type=int, default=0, metavar='N',
+    ),
+    option(
+        '--levels',
+        type=int,
+        default=0,
+        metavar='N',
         help='try N levels of each element, drawn anew for each; all by default. What spoils one '
         'level may spoil all, so few levels of many elements tell more of large ones',
-    )  # fmt: skip
-    parser.add_argument('--output', type=Path, default=Path('tolerance'), help='folder')
-    parser.add_argument(
-        '--compare', nargs='+', type=Path, metavar='FOLDER',
+    ),
+    option('--output', type=Path, default=Path('tolerance'), help='folder'),
+    option(
+        '--compare',
+        nargs='+',
+        type=Path,
+        metavar='FOLDER',
         help='draw the curves of these studies over each other, and count nothing',
-    )  # fmt: skip
-    campaigns.add_arguments(parser)
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+    ),
+    *campaigns.OPTIONS,
+    JSON,
+    text=__doc__,
+)
+def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
     from ..parameter_file import load
     from ..studies.campaign import CampaignError

@@ -22,32 +22,31 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from .command import JSON, NODE, command, option
 from .console import complain
+from .output import print_json
 
 if TYPE_CHECKING:
     from ..view.live import Live
 
-SUMMARY = 'show the element behind a running node, or sessions, in a browser'
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('session', nargs='*', help='one or two recorded sessions to show instead')
-    parser.add_argument('--node', default='mlmem', help='name of the memory node')
-    parser.add_argument(
-        '--start', action='store_true', help='start a memory node of that name, too'
-    )
-    parser.add_argument(
+@command(
+    'show the element behind a running node, or sessions, in a browser',
+    option('session', nargs='*', help='one or two recorded sessions to show instead'),
+    NODE,
+    option('--start', action='store_true', help='start a memory node of that name, too'),
+    option(
         '--host', default='127.0.0.1', help='address to listen at; others may look with a token'
-    )
-    parser.add_argument('--port', type=int, help='port (default: 8742, or a free one)')
-    parser.add_argument('--browser', action='store_true', help='open the page in the browser, too')
-    parser.add_argument(
+    ),
+    option('--port', type=int, help='port (default: 8742, or a free one)'),
+    option('--browser', action='store_true', help='open the page in the browser, too'),
+    option(
         '--until-eof', action='store_true', help='end with the standard input, as a child does'
-    )
-
-
-def run(arguments: argparse.Namespace) -> int:
+    ),
+    JSON,
+    text=__doc__,
+)
+def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
     if len(arguments.session) > 2 or (arguments.session and arguments.start):
         complain('view', 'one or two sessions can be shown, and --start goes without')
@@ -82,7 +81,10 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
     def ready(port: int) -> None:
         address = _address(arguments.host, port, token)
-        print(f'mlmem view: {address}', flush=True)
+        if arguments.json:
+            print_json({'address': address})
+        else:
+            print(f'mlmem view: {address}', flush=True)
         if arguments.browser:
             webbrowser.open(address)
 

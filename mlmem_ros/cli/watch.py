@@ -12,26 +12,23 @@ import argparse
 import sys
 import time
 
-from .output import add_json, print_json
-
-SUMMARY = 'show the element behind a running node in the terminal'
+from .command import JSON, NODE, command, option, wait
+from .output import print_json
 
 FIRST_REPORT = 3.0
 """Longest wait in seconds for the first health report, which comes once a second."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this sub-command."""
-    parser.add_argument('--node', default='mlmem', help='name of the memory node')
-    parser.add_argument(
-        '--wait', type=float, default=5.0, metavar='S', help='how long to wait for the node'
-    )
-    parser.add_argument('--rate', type=float, default=10.0, help='pictures per second')
-    parser.add_argument('--once', action='store_true', help='print one picture and leave')
-    add_json(parser)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@command(
+    'show the element behind a running node in the terminal',
+    NODE,
+    wait(5.0),
+    option('--rate', type=float, default=10.0, help='pictures per second'),
+    option('--once', action='store_true', help='print one picture and leave'),
+    JSON,
+    text=__doc__,
+)
+def watch(arguments: argparse.Namespace) -> int:
     """Show the element; return the exit status."""
     from rich.live import Live
 

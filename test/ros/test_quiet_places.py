@@ -4,7 +4,8 @@
 
 from robot import OUT, RELIABLE, Robot
 
-from mlmem_ros.cli.checkup import Verdict, check_node
+from mlmem_ros.cli.checkup import check_node
+from mlmem_ros.verdict import Verdict
 
 
 def test_a_plain_subscriber_hears_every_stream(robot):

@@ -1,0 +1,91 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a sub-command is declared: a function of its arguments, with its options and words."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Option = Callable[[argparse.ArgumentParser], object]
+"""Adds itself to a parser."""
+
+Run = Callable[[argparse.Namespace], int]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A sub-command.
+
+    Attributes:
+        summary: One line for the list.
+        text: What its help says above the options.
+        options: In their order.
+        run: Does it, and returns the exit status.
+    """
+
+    summary: str
+    text: str
+    options: tuple[Option, ...]
+    run: Run
+
+
+def command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
+    """Return a decorator that makes a sub-command of a function; for the arguments see there."""
+    return lambda run: Command(summary, text or '', options, run)
+
+
+def option(*names: str, **settings: Any) -> Option:
+    """Return an option, as `argparse.ArgumentParser.add_argument` takes it."""
+    return lambda parser: parser.add_argument(*names, **settings)
+
+
+def tasks(**commands: Command) -> Option:
+    """Return sub-commands of a sub-command, by name; `task` of the arguments is the one given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        add_commands(parser.add_subparsers(dest='task', metavar='TASK'), commands)
+
+    return add
+
+
+def one_of(*options: Option) -> Option:
+    """Return options of which only one may be given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        group = parser.add_mutually_exclusive_group()
+        for each in options:
+            each(group)  # type: ignore[arg-type]
+
+    return add
+
+
+NODE = option('--node', default='mlmem', help='name of the memory node')
+
+
+def wait(seconds: float) -> Option:
+    """Return the option that tells how long to wait for a node, in seconds."""
+    return option(
+        '--wait', type=float, default=seconds, metavar='S', help='how long to wait for the node'
+    )
+
+
+JSON = option(
+    '--json', action='store_true', help='print the result as one JSON object, and nothing else'
+)
+
+
+def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:
+    """Give sub-commands to a parser, by name."""
+    for name, each in commands.items():
+        parser = subparsers.add_parser(
+            name, help=each.summary, description=each.text, formatter_class=_Formatter
+        )
+        for add in each.options:
+            add(parser)
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
+    """Keeps the line breaks of a description and shows the defaults."""
