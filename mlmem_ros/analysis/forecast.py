@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from ..device.echo import Echo, EchoDetector
-from ..device.procedures import listening_time
+from ..device.echo import Echo, EchoDetector, listening_time
+from ..device.end import End
 from ..device.pulse import Pulse
 from ..device.settings import ProbeSettings
 from ..physics import NOH_BATHE, Design, Integrator, Specimen
@@ -28,7 +28,7 @@ def forecast_echo(
     design: Design,
     v: Array,
     probe: ProbeSettings,
-    end: str,
+    end: End,
     dt: float,
     integrator: Integrator = NOH_BATHE,
 ) -> Echo:
@@ -40,7 +40,7 @@ def forecast_echo(
         design: The element.
         v: Its displacements at rest, shape (N,).
         probe: Pulse and detector.
-        end: 'left' or 'right'.
+        end: Which.
         dt: Step of the device.
         integrator: How it steps: this damps and slows the wave a little (see
             `Integrator.squared_frequency`).

@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..device.end import End
 from ..physics.methods import NOH_BATHE, Integrator
 from ..physics.potential import Array
 from ..physics.specimen import Specimen
@@ -23,7 +24,7 @@ def echo_response(
     specimen: Specimen,
     v: Array,
     omega: Array,
-    end: str,
+    end: End,
     dt: float = 0.0,
     integrator: Integrator = NOH_BATHE,
 ) -> Spectrum:
@@ -33,7 +34,7 @@ def echo_response(
         specimen: The element, unstrained.
         v: Its displacements at rest, shape (N,).
         omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
-        end: 'left' or 'right': that which is driven, let go and listened to.
+        end: That which is driven, let go and listened to.
         dt: Step of the integrator whose own damping and dispersion are to be counted in; 0 for
             none.
         integrator: That integrator.
@@ -42,7 +43,7 @@ def echo_response(
         Ratio of the complex amplitudes, shape (m,).
     """
     stiffness = specimen.alpha * specimen.potential.stiffness(v - specimen.offsets)
-    if end == 'right':
+    if end is End.RIGHT:
         stiffness = stiffness[::-1]
     common = 2.0 - integrator.squared_frequency(omega, specimen.eta, dt)
     ratio = 1.0 / (stiffness[-1] + common - 1.0)  # v_N / v_{N-1}: the far end is free

@@ -12,8 +12,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..device.end import End
 from ..device.motion import Profile
-from ..device.settings import ProbeSettings, WriteSettings
+from ..device.settings import Settings, WriteSettings
 from ..device.transducer import Transducer
 from ..physics import (
     CASE_II,
@@ -40,7 +41,6 @@ STEPS = {NOH_BATHE: (4.0, 2.0), PEFRL: (2.0,)}
 FINEST = 1.0 / 32.0
 
 TICK = 20.0
-PROBE = ProbeSettings()
 LEVELS = (0, 3, 7)
 
 
@@ -81,8 +81,8 @@ def _echo_delays(dt: float, integrator: Integrator) -> Array:
 def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
     chain = Chain(CASE_II, dt, integrator)
     chain.place(resting_wall(Specimen(CASE_II), level))
-    transducer = Transducer(chain, {'left': PROBE, 'right': PROBE})
-    detector = transducer.fire('left')
+    transducer = Transducer(CASE_II, Settings(), chain)
+    detector = transducer.fire(End.LEFT)
     steps = round(TICK / dt)
     while detector.delay is None and detector.time < 1200.0:
         drive = transducer.drive(steps)

@@ -18,6 +18,7 @@ from .commands import (
     Write,
 )
 from .element import MemoryElement
+from .end import End
 from .errors import ProcedureFailed, Refused, SettingsError
 from .events import Check, Event, Heard, Outcome
 from .factory import factory_calibration, new_element
@@ -38,6 +39,7 @@ __all__ = [
     'Command',
     'DelayTable',
     'Disturb',
+    'End',
     'Erase',
     'Event',
     'Faults',

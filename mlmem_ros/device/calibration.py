@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..physics import Design
+from .end import End
 from .errors import SettingsError
 from .settings import Settings
 
@@ -124,9 +125,9 @@ class Calibration:
     right: DelayTable
 
     @property
-    def ends(self) -> tuple[str, ...]:
+    def ends(self) -> tuple[End, ...]:
         """Ends from which every level can be read."""
-        return ('right',) if self.left is None else ('left', 'right')
+        return (End.RIGHT,) if self.left is None else tuple(End)
 
     def check(self, levels: int) -> None:
         """Raise `SettingsError` unless the tables have this number of levels."""
@@ -136,13 +137,17 @@ class Calibration:
                     f'the calibration must have {levels} levels, as the design; got {count}'
                 )
 
-    def table(self, end: str) -> DelayTable:
-        """Return the table of an end, 'left' or 'right'.
+    def longest(self, end: End) -> float:
+        """Return the delay of the farthest echo at an end that is read from, or at the other."""
+        return self.table(end if end in self.ends else end.opposite).longest
+
+    def table(self, end: End) -> DelayTable:
+        """Return the table of an end.
 
         Raises:
             SettingsError: It is the left one, and there is none.
         """
-        if end == 'right':
+        if end is End.RIGHT:
             return self.right
         if self.left is None:
             raise SettingsError('the left end is not read from (read.end is right)')
@@ -179,7 +184,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
-        settings.read.end == 'right',  # which leaves the left end out
+        settings.read.end == End.RIGHT,  # which leaves the left end out
     ]
     if settings.time.integrator != 'noh_bathe':  # which had no name in the keys of before
         values.append(settings.time.integrator)

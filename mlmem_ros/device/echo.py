@@ -9,9 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..physics import Design
+from ..physics.dispersion import group_velocity
 from ..physics.portable import exponential
 from ..physics.potential import Array
 from .carrier import carried, half_period
+from .end import End
 from .settings import ProbeSettings
 
 
@@ -29,6 +32,18 @@ def blanking(probe: ProbeSettings) -> float:
     """Return the time from which echoes are looked for: the window is clear of the pulse."""
     return pulse_duration(probe) + 0.5 * window(probe)
 
+
+def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
+    """Return how long an echo can take: there and back over the whole element, and its tail."""
+    speed = max(SLOWEST, float(group_velocity(probe.omega_c, end.k_s(design))))
+    return pulse_duration(probe) + 2.0 * design.N / speed + TAIL
+
+
+TAIL = 150.0
+"""How long a read listens on after the first crossing, for the echo's peak, in time units."""
+
+SLOWEST = 0.15
+"""Least group velocity, in cells per time unit, for which the listening time is made."""
 
 FAINTEST = 1e-13
 """Least threshold in cells: about an end that rests near 0, rounding alone makes as much."""
@@ -65,7 +80,7 @@ class Echo:
     """What came back to a probe.
 
     Attributes:
-        end: The end that was probed, 'left' or 'right'.
+        end: The end that was probed.
         probe: The pulse and the detector's settings.
         t: Times since the pulse began, shape (n,).
         v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, that of the
@@ -78,7 +93,7 @@ class Echo:
         spoiled: Whether it began to only after the pulse, when all was listened to.
     """
 
-    end: str
+    end: End
     probe: ProbeSettings
     t: Array
     v_m: Array
@@ -190,7 +205,7 @@ class EchoDetector:
         if self.delay is None and (ratio > 1.0).any():
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])
 
-    def echo(self, end: str, spoiled: bool = False) -> Echo:
+    def echo(self, end: End, spoiled: bool = False) -> Echo:
         """Return all that was heard, up to the time where v_c is known.
 
         Args:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -14,11 +13,13 @@ from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
-from .commands import Read
 from .element import MemoryElement
-from .errors import SettingsError
-from .events import Heard
+from .end import End, read_from
+from .errors import ProcedureFailed, SettingsError
+from .instrument import Instrument
 from .presets import Preset
+from .procedures.blocks import run, wait
+from .procedures.listening import answer
 from .settings import Settings
 
 
@@ -54,14 +55,13 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
-    unknown = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
     at_rest = replace(settings.read, rest=0.0)  # as the ideal element is: no wait is needed
-    settings = replace(settings, read=at_rest)
-    twin = MemoryElement(design, settings, Calibration(unknown, unknown))
+    twin = Instrument(design, replace(settings, read=at_rest))
     walls = [_resting(design, level) for level in range(design.levels)]
-    left = None if settings.read.end == 'right' else DelayTable(_delays(twin, walls, 'left'))
-    blank = _delay(twin, np.full(design.N, design.D_s1), 'right')
-    return Calibration(left, DelayTable(_delays(twin, walls, 'right'), blank))
+    tables = {end: _delays(twin, walls, end) for end in read_from(settings)}
+    left = DelayTable(tables[End.LEFT]) if End.LEFT in tables else None
+    blank = _delay(twin, np.full(design.N, design.D_s1), End.RIGHT)
+    return Calibration(left, DelayTable(tables[End.RIGHT], blank))
 
 
 def _resting(design: Design, level: int) -> Array:
@@ -71,7 +71,7 @@ def _resting(design: Design, level: int) -> Array:
         raise SettingsError(f'the wall finds no rest at level {level}: {error}') from error
 
 
-def _delays(twin: MemoryElement, walls: Sequence[Array], end: str) -> tuple[float, ...]:
+def _delays(twin: Instrument, walls: Sequence[Array], end: End) -> tuple[float, ...]:
     """Return the delays of walls at an end."""
     delays = []
     for level, wall in enumerate(walls):
@@ -86,17 +86,14 @@ def _delays(twin: MemoryElement, walls: Sequence[Array], end: str) -> tuple[floa
     return tuple(delays)
 
 
-def _delay(twin: MemoryElement, v: Array, end: str) -> float | None:
+def _delay(twin: Instrument, v: Array, end: End) -> float | None:
     """Place a configuration, probe it once, and return the echo delay."""
     twin.chain.place(v)
     twin.transducer.settle()
-    if twin.design.substrate == 'elastic':  # which the wall pulls at: let that come to rest
-        write = twin.settings.write
-        for _ in range(math.ceil((write.settle + write.final_settle) / twin.tick)):
-            twin.advance()
-    twin.apply(Read(end))
-    while True:
-        for event in twin.advance():
-            if isinstance(event, Heard):
-                return event.echo.delay
-            raise SettingsError(f'the ideal element cannot be probed: {event.error}')
+    write = twin.settings.write
+    try:
+        if twin.design.substrate == 'elastic':  # which the wall pulls at: let that come to rest
+            run(twin, wait(twin, write.settle + write.final_settle))
+        return run(twin, answer(twin, end, 0.0)).delay
+    except ProcedureFailed as error:
+        raise SettingsError(f'the ideal element cannot be probed: {error}') from error

@@ -200,10 +200,10 @@ class Loop:
     def _let_go(self) -> None:
         """Abort what runs and bring the strain to zero, without a pace."""
         self._box.close(Refused(SHUT_DOWN))
-        if self.element.idle:
+        if self.element.released:
             return
         commands = self._apply(Abort(SHUT_DOWN), threads.Future())
-        while not self.element.idle:
+        while not self.element.released:
             self._tick(self._pacer.now(), commands)
             commands = []
 

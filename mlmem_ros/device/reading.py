@@ -14,6 +14,7 @@ from ..words import UNDECODABLE as UNDECODABLE
 from ..words import describe_level as describe_level
 from .calibration import Calibration
 from .echo import Echo
+from .end import BOTH, End
 from .settings import ReadSettings
 
 REST_TOLERANCE = 0.25
@@ -112,13 +113,13 @@ def decode(
         phases: Phases of the left and the right end (see `phase_of`).
     """
     if None in phases:
-        end = 'left' if phases[0] is None else 'right'
+        end = End.LEFT if phases[0] is None else End.RIGHT
         return _undecodable(echo, f'the {end} end rests in neither phase')
-    if echo.end == 'left' and phases[0] == 0:
+    if echo.end is End.LEFT and phases[0] == 0:
         return _undecodable(echo, 'the left end is inactive and hears nothing: probe the right')
     if echo.end not in calibration.ends:
         return _undecodable(echo, f'the {echo.end} end is not read from (read.end is right)')
-    if echo.end == 'right' and phases[1] == 1:
+    if echo.end is End.RIGHT and phases[1] == 1:
         return _undecodable(echo, 'the right end is active: the wall has left the element')
     if echo.spoiled:
         return _undecodable(echo, f'the base began to shake while the {echo.end} end listened')
@@ -169,7 +170,7 @@ def decode(
     return Reading(
         level,
         code,
-        echo.end,
+        echo.end.value,
         echo.delay,
         margin,
         echo.threshold_margin,
@@ -192,7 +193,7 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
     """
     both = replace(
         left,
-        end='both',
+        end=BOTH,
         right_delay=right.delay,
         level_margin=min(left.level_margin, right.level_margin),
         threshold_margin=min(left.threshold_margin, right.threshold_margin),
@@ -249,15 +250,22 @@ def _active(echo: Echo, level: int, clear: bool) -> Reading:
     )
 
 
-def _distance(design: Design, calibration: Calibration, end: str, delay: float) -> float:
-    first = 1 if end == 'left' else design.N
-    distances = [abs(design.defect(level) - first) for level in range(design.levels)]
+def _distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
+    distances = [end.distance(design, level) for level in range(design.levels)]
     return calibration.table(end).distance(delay, distances)
 
 
 def _undecodable(echo: Echo, reason: str, walls: int | None = None) -> Reading:
     return Reading(
-        UNDECODABLE, '', echo.end, echo.delay, 0.0, echo.threshold_margin, math.inf, reason, walls
+        UNDECODABLE,
+        '',
+        echo.end.value,
+        echo.delay,
+        0.0,
+        echo.threshold_margin,
+        math.inf,
+        reason,
+        walls,
     )
 
 

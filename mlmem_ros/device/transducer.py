@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
-from ..physics import Chain, Drive, Specimen, substep_times
+from ..physics import Design, Drive, substep_times
 from ..physics.dispersion import band
 from ..physics.potential import Array
 from .echo import FAINTEST, EchoDetector
+from .end import End
 from .errors import SettingsError
+from .material import Material
 from .pulse import BoundaryMotion, Move, Pulse
-from .settings import ProbeSettings
-
-ENDS = ('left', 'right')
+from .settings import Settings
 
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest of an end is taken."""
@@ -40,40 +40,39 @@ class Transducer:
         detector: Listens to the pulse fired last, or None.
     """
 
-    def __init__(self, chain: Chain, probes: dict[str, ProbeSettings]) -> None:
-        """Fit transducers to a chain.
+    def __init__(self, design: Design, settings: Settings, material: Material) -> None:
+        """Fit transducers to a material.
 
         Args:
-            chain: The material.
-            probes: Pulse and detector settings of the ends, keys 'left' and 'right'.
+            design: The element.
+            settings: With pulse and detector of either end.
+            material: What is driven and sensed.
 
         Raises:
             SettingsError: A carrier is so slow that too many samples would have to be kept.
         """
-        self._chain = chain
-        self.probes = probes
-        slowest = min(probe.omega_c for probe in probes.values())
+        self._design = design
+        self._material = material
+        self.probes = {end: end.probe(settings) for end in End}
+        slowest = min(probe.omega_c for probe in self.probes.values())
+        dt = material.dt
         width = 2.0 * math.pi * REST_PERIODS / slowest
-        self._difference = _difference(upper_edge(chain.specimen), chain.dt)
-        samples = max(math.ceil(width / chain.dt), self._difference + 1)
+        self._difference = _difference(upper_edge(design), dt)
+        samples = max(math.ceil(width / dt), self._difference + 1)
         if samples > MOST_SAMPLES:
             raise SettingsError(
                 f'omega_c must be at least {slowest * samples / MOST_SAMPLES:.4g} with steps of '
-                f'{chain.dt:.4g}, or a rest takes more than {MOST_SAMPLES} samples; '
+                f'{dt:.4g}, or a rest takes more than {MOST_SAMPLES} samples; '
                 f'got {slowest:g}'
             )
         self.recent: Array = np.empty((2, samples))
         self.settle()
         self.detector: EchoDetector | None = None
-        self._listening_end = 'left'
+        self._listening_end = End.LEFT
         self._rest = 0.0
         self._motion: BoundaryMotion | None = None
         self._motion_site = 1
         self._elapsed_steps = 0
-
-    def site(self, end: str) -> int:
-        """Return the site of an end."""
-        return 1 if end == 'left' else self._chain.design.N
 
     @property
     def driving(self) -> bool:
@@ -81,43 +80,43 @@ class Transducer:
         return self._motion is not None
 
     @property
-    def idle(self) -> bool:
-        """Whether no cell is held and nobody waits for an echo."""
-        return self._motion is None and self.detector is None
+    def busy(self) -> bool:
+        """Whether a cell is held, or somebody waits for an echo."""
+        return self.driving or self.detector is not None
 
     # --- sensing -------------------------------------------------------------------------
 
     def settle(self) -> None:
         """Take the ends for having rested where they are."""
-        for row, end in enumerate(ENDS):
-            self.recent[row] = self._chain.end(self.site(end))
+        for end in End:
+            self.recent[end.row] = self._material.end(end.site(self._design))
 
-    def rest(self, end: str) -> float:
+    def rest(self, end: End) -> float:
         """Return the mean displacement of an end over the recent samples."""
-        return float(self.recent[ENDS.index(end)].mean())
+        return float(self.recent[end.row].mean())
 
-    def unrest(self, end: str) -> float:
+    def unrest(self, end: End) -> float:
         """Return the mean departure of an end from its rest over the recent samples."""
-        samples = self.recent[ENDS.index(end)]
+        samples = self.recent[end.row]
         return float(np.abs(samples - samples.mean()).mean())
 
-    def noise(self, end: str) -> float:
+    def noise(self, end: End) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
         Of a motion as fast as the pass bands allow less than 0.1 % is left in a difference of
         high enough order (for Case II the sixth of samples 0.25 time units apart, the thirteenth
         0.5 apart), while white noise is all there.
         """
-        differences = np.diff(self.recent[ENDS.index(end)], self._difference)
+        differences = np.diff(self.recent[end.row], self._difference)
         return float(np.abs(differences).mean()) / _noise_gain(self._difference)
 
     # --- driving -------------------------------------------------------------------------
 
-    def fire(self, end: str, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
+    def fire(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
         """Fire the probe pulse of an end, about its rest, and listen to what comes back.
 
         Args:
-            end: 'left' or 'right'.
+            end: Which.
             floor: What noise alone may make of v_c, in cells.
             shaken: Whether to listen to the carrier alone, for the base shakes.
         """
@@ -125,22 +124,22 @@ class Transducer:
         self._hold(end, Pulse(self._rest, self.probes[end]))
         return detector
 
-    def listen(self, end: str, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
+    def listen(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
         """Listen as after a pulse (see `fire`), though none is fired."""
         self._rest = self.rest(end)
         self._listening_end = end
         least = FAINTEST * max(1.0, abs(self._rest))  # rounding goes with what is rounded
-        self.detector = EchoDetector(self.probes[end], self._chain.dt, floor, least, shaken)
+        self.detector = EchoDetector(self.probes[end], self._material.dt, floor, least, shaken)
         return self.detector
 
-    def move(self, end: str, target: float, speed: float) -> None:
+    def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell from where it is to a displacement at constant speed, let go."""
-        start = self._chain.end(self.site(end))
+        start = self._material.end(end.site(self._design))
         self._hold(end, Move(start, target, speed))
 
-    def _hold(self, end: str, motion: BoundaryMotion) -> None:
+    def _hold(self, end: End, motion: BoundaryMotion) -> None:
         self._motion = motion
-        self._motion_site = self.site(end)
+        self._motion_site = end.site(self._design)
         self._elapsed_steps = 0
 
     def release(self) -> None:
@@ -154,8 +153,8 @@ class Transducer:
         """Return the prescribed motion during the next steps, or None."""
         if self._motion is None:
             return None
-        chain = self._chain
-        times = substep_times(steps, chain.dt, chain.integrator, self._elapsed_steps)
+        material = self._material
+        times = substep_times(steps, material.dt, material.integrator, self._elapsed_steps)
         held = times[times <= self._motion.duration]
         self._elapsed_steps += steps
         motion = self._motion.at(held)
@@ -168,7 +167,7 @@ class Transducer:
         width = self.recent.shape[1]
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
         if self.detector is not None:
-            self.detector.feed(ends[ENDS.index(self._listening_end)] - self._rest)
+            self.detector.feed(ends[self._listening_end.row] - self._rest)
 
 
 def _noise_gain(order: int) -> float:
@@ -176,10 +175,9 @@ def _noise_gain(order: int) -> float:
     return math.sqrt(math.comb(2 * order, order))
 
 
-def upper_edge(specimen: Specimen) -> float:
+def upper_edge(design: Design) -> float:
     """Return the upper edge of the pass bands, rounded up to a tenth: no cell moves faster."""
-    design = specimen.design
-    stiffest = max(design.k_s1, design.k_s2) * float(specimen.alpha.max())
+    stiffest = max(design.k_s1, design.k_s2) * float(design.alpha.max())
     return math.ceil(10.0 * band(stiffest)[1]) / 10.0
 
 

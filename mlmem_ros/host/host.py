@@ -342,7 +342,7 @@ class Host:
         try:
             element.apply(Abort('the device has failed'))
             for _ in range(3 * most):
-                if element.idle:
+                if element.released:
                     return True
                 element.advance()
         except Exception as error:

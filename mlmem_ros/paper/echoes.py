@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from ..device.echo import Echo, EchoDetector
+from ..device.end import End
 from ..device.pulse import Pulse
 from ..device.settings import ProbeSettings
 from ..physics import Chain, Design, Drive, substep_times
@@ -26,7 +27,7 @@ def listen(
     design: Design,
     v: Array,
     probe: ProbeSettings,
-    end: str = 'left',
+    end: End = End.LEFT,
     duration: float = 1200.0,
     dt: float | None = None,
     settle: float = 0.0,
@@ -37,7 +38,7 @@ def listen(
         design: The element.
         v: Its displacements at rest, shape (N,).
         probe: The pulse.
-        end: 'left' or 'right'.
+        end: Which.
         duration: Time from the beginning of the pulse, in time units.
         dt: Step; by default the chain's own.
         settle: Time to come to rest before: an elastic substrate gives way under a wall.
@@ -48,17 +49,17 @@ def listen(
     chain = Chain(design, dt)
     chain.place(v)
     chain.rest(math.ceil(settle / chain.dt))
-    site, row = (1, 0) if end == 'left' else (design.N, 1)
+    site = end.site(design)
     rest = chain.end(site)
     pulse = Pulse(rest, probe)
     steps = math.ceil(duration / chain.dt)
     times = substep_times(steps, chain.dt)
     drive = Drive(site, pulse.at(times[times <= pulse.duration]))
     ends = chain.advance(np.zeros(2 * steps), drive)
-    return ends[row] - rest, chain.dt
+    return ends[end.row] - rest, chain.dt
 
 
-def detect(displacement: Array, dt: float, probe: ProbeSettings, end: str = 'left') -> Echo:
+def detect(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:
     """Return what the device's detector makes of displacements from rest, shape (n,)."""
     detector = EchoDetector(probe, dt)
     detector.feed(displacement)
@@ -66,7 +67,7 @@ def detect(displacement: Array, dt: float, probe: ProbeSettings, end: str = 'lef
 
 
 def probe_element(
-    design: Design, v: Array, probe: ProbeSettings, end: str = 'left', duration: float = 1200.0
+    design: Design, v: Array, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
 ) -> Echo:
     """Fire one pulse into a resting, unstrained element and return what was heard.
 
@@ -74,18 +75,18 @@ def probe_element(
         design: The element.
         v: Its displacements at rest, shape (N,).
         probe: Pulse and detector.
-        end: 'left' or 'right'.
+        end: Which.
         duration: Time from the beginning of the pulse, in time units.
     """
     return detect(*listen(design, v, probe, end, duration), probe, end)
 
 
 def without_wall(
-    design: Design, probe: ProbeSettings, end: str = 'left', duration: float = 1200.0
+    design: Design, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
 ) -> tuple[Array, float]:
     """Listen as `listen` does to an element of one phase, too long to echo from its far end."""
     longer = math.ceil(0.36 * duration)  # half of what the fastest wave, 0.72 cells/time, covers
-    if end == 'left':
+    if end is End.LEFT:
         endless = dataclasses.replace(design, N=design.N + longer)
         return listen(endless, np.full(endless.N, design.D_s2), probe, end, duration)
     # From the right the chain goes on beyond j = 1 with cells like the first one: shift the

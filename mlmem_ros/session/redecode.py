@@ -10,6 +10,7 @@ import numpy as np
 
 from ..device import BLANK, Calibration, Settings
 from ..device.echo import EchoDetector, pulse_duration
+from ..device.end import End
 from ..device.pulse import Pulse
 from ..device.reading import confidence
 from ..device.settings import ProbeSettings
@@ -28,7 +29,7 @@ class Redecoded:
         threshold_margin: Greatest v_c over the threshold.
     """
 
-    end: str
+    end: End
     delay: float | None
     level: int | None
     level_margin: float
@@ -55,9 +56,8 @@ def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -
         settings: Pulses and thresholds of both ends.
         calibration: Delays by level.
     """
-    probes = {'left': settings.probe, 'right': settings.probe_right}
-    end = min(probes, key=lambda name: _misfit(echo, probes[name]))
-    detector = EchoDetector(probes[end], float(echo.t[1] - echo.t[0]))
+    end = min(End, key=lambda end: _misfit(echo, end.probe(settings)))
+    detector = EchoDetector(end.probe(settings), float(echo.t[1] - echo.t[0]))
     detector.feed(echo.v_m)
     if detector.delay is None or end not in calibration.ends:
         return Redecoded(end, None, None, 0.0, detector.threshold_margin)

@@ -10,6 +10,7 @@ from ..analysis.checks.schedule import cycle_time
 from ..analysis.checks.subject import Subject
 from ..analysis.designer.listening import dynamic_range
 from ..device import Settings
+from ..device.end import read_from
 from ..device.settings import WriteSettings
 from ..physics import Design
 from .proof import Tally
@@ -46,7 +47,7 @@ def row(name: str, design: Design, settings: Settings, tally: Tally) -> tuple[st
         tally: What its proof adds up to.
     """
     write, subject = settings.write, Subject(design, settings)
-    probe = settings.probe if settings.read.end == 'left' else settings.probe_right
+    probe = read_from(settings)[0].probe(settings)
     step = cycle_time(subject, write)
     unit = settings.scale.time
     return (

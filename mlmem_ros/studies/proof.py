@@ -21,10 +21,8 @@ import numpy as np
 
 from ..device import (
     Calibration,
-    Command,
     Erase,
     MemoryElement,
-    Outcome,
     Settings,
     Write,
     factory_calibration,
@@ -115,8 +113,8 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         return _row(element, trial.reached, trial.passed, error, level_margin, threshold_margin)
     element.chain.place(resting_wall(Specimen(design), values['start']))
     element.transducer.settle()
-    command: Command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
-    outcome = _run(element, command)
+    command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
+    outcome = element.perform(command)
     true = level_of(design, element.chain.configuration)
     passed = outcome.success and true == values['goal']
     error = outcome.error or ('' if passed else f'the wall is at level {true}')
@@ -127,14 +125,6 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
         else (reading.level_margin, reading.threshold_margin)
     )
     return _row(element, int(passed), passed, error, *margins)
-
-
-def _run(element: MemoryElement, command: Command) -> Outcome:
-    element.apply(command)
-    while True:
-        for event in element.advance():
-            if isinstance(event, Outcome):
-                return event
 
 
 def _row(

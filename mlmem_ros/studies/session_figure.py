@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..device.echo import threshold
+from ..device.end import End, read_from
 from ..device.units import Units
 from ..session.data import SessionData
 from ..session.replay import element_of
@@ -50,7 +51,7 @@ def figure_of(session: SessionData) -> Figure:
     field_axes, strain_axes = left.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     _draw_field(left, field_axes, session)
     _draw_strain(strain_axes, session)
-    end = 'right' if session.settings.read.end == 'right' else 'left'
+    end = read_from(session.settings)[0]
     reads = _last_echo_of_each_level(session, end)
     rows = max(1, len(reads))
     grid = right.add_gridspec(rows + 3, 1)
@@ -110,11 +111,11 @@ def _draw_echoes(
     figure: Any,
     grid: Any,
     session: SessionData,
-    end: str,
+    end: End,
     reads: dict[int, tuple[Any, dict[str, str]]],
 ) -> None:
     settings = session.settings
-    probe = settings.probe if end == 'left' else settings.probe_right
+    probe = end.probe(settings)
     latest = max((echo.t[-1] for echo, _ in reads.values()), default=1.0)
     title = rf'(b) last echo of each level at the {end} end, in cells: $v_m$ grey, $v_c$ blue'
     if not reads:

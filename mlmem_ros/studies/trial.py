@@ -129,7 +129,7 @@ def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:
     assert element.settings.write.attempts == 1
     steps = []
     for level in range(element.design.levels):
-        outcome = _write(element, level, heat)
+        outcome = element.perform(Write(level), heat.kick if heat else None)
         configuration = element.chain.configuration
         steps.append(
             Step(
@@ -142,16 +142,6 @@ def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:
         if steps[-1].failure:
             break
     return Trial(tuple(steps), element.design.levels)
-
-
-def _write(element: MemoryElement, level: int, heat: Heat | None) -> Outcome:
-    element.apply(Write(level))
-    while True:
-        for event in element.advance():
-            if isinstance(event, Outcome):
-                return event
-        if heat is not None:
-            heat.kick()
 
 
 def blank_element(design: Design, settings: Settings) -> MemoryElement:

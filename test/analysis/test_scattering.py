@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.analysis.scattering import echo_response, propagation
+from mlmem_ros.device.end import End
 from mlmem_ros.physics import CASE_II, Chain, Drive, Specimen, substep_times
 from mlmem_ros.physics.dispersion import wavenumber
 from mlmem_ros.physics.equilibrium import resting_wall
@@ -28,7 +29,7 @@ def test_theta_is_that_of_the_dispersion():
 def test_the_free_far_end_of_a_uniform_chain():
     """There, reflected as theta, and back: theta^(2 N - 1), and (1 + theta) at the free end."""
     omega = np.linspace(0.9, 2.0, 12)
-    ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, 'left')
+    ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, End.LEFT)
     trace = 2.0 + UNIFORM.k_s2 - omega**2 + 1j * UNIFORM.eta * omega
     theta = propagation(trace)
     assert np.abs(ratio - theta ** (2 * UNIFORM.N - 1) * (1.0 + theta)).max() < 1e-10
@@ -38,11 +39,11 @@ def test_the_right_end_is_the_left_end_of_the_mirror_image():
     v = resting_wall(Specimen(CASE_II), 3)
     omega = np.linspace(0.5, 2.0, 5)
     flat_v = np.where(CASE_II.sites < 100, UNIFORM.D_s2, UNIFORM.D_s1)
-    right = echo_response(Specimen(UNIFORM), flat_v, omega, 'right')
+    right = echo_response(Specimen(UNIFORM), flat_v, omega, End.RIGHT)
     assert right == pytest.approx(
-        echo_response(Specimen(UNIFORM), flat_v[::-1].copy(), omega, 'left')
+        echo_response(Specimen(UNIFORM), flat_v[::-1].copy(), omega, End.LEFT)
     )
-    assert np.abs(echo_response(Specimen(CASE_II), v, omega, 'right')).max() < 2.0
+    assert np.abs(echo_response(Specimen(CASE_II), v, omega, End.RIGHT)).max() < 2.0
 
 
 def test_a_step_of_zero_is_the_differential_equation():
@@ -102,7 +103,7 @@ def test_the_chain_returns_what_the_linear_waves_say():
     omega = 2.0 * np.pi * np.fft.rfftfreq(period, dt)
     used = np.abs(omega - carrier) < 5.0 / sigma
     spectrum = np.where(used, np.fft.rfft(np.where(t <= 96.0, pulse(t), 0.0)), 0.0)
-    spectrum[used] *= echo_response(Specimen(CASE_II), v, omega[used], 'left', dt)
+    spectrum[used] *= echo_response(Specimen(CASE_II), v, omega[used], End.LEFT, dt)
     forecast = np.fft.irfft(spectrum, period)[:steps]
     echo = t[:steps] > 170.0
     scale = np.abs(heard[echo]).max()

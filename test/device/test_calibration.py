@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mlmem_ros.device import Calibration, DelayTable, SettingsError
+from mlmem_ros.device.end import End
 
 from . import rig
 
@@ -130,8 +131,8 @@ def test_a_file_that_holds_no_table_is_refused(data, message):
 
 def test_a_calibration_has_a_table_for_either_end():
     calibration = Calibration(RISING, FALLING)
-    assert calibration.table('left') is RISING
-    assert calibration.table('right') is FALLING
+    assert calibration.table(End.LEFT) is RISING
+    assert calibration.table(End.RIGHT) is FALLING
     calibration.check(4)
     for other in (3, 5):
         with pytest.raises(SettingsError, match=f'must have {other} levels, as the design; got 4'):

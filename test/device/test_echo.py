@@ -18,7 +18,8 @@ from mlmem_ros.device.echo import (
     threshold,
     window,
 )
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.end import End
+from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, Chain
 
@@ -84,7 +85,7 @@ CHUNKS = st.lists(st.integers(1, 300), min_size=1, max_size=5)
 @given(CHUNKS, st.integers(0, 2**32 - 1))
 def test_v_c_is_a_plain_centred_convolution_however_the_samples_come(chunks, seed):
     v = np.random.default_rng(seed).normal(0.0, 1e-3, 1000)
-    echo = heard(PROBE, v, chunks).echo('left')
+    echo = heard(PROBE, v, chunks).echo(End.LEFT)
     expected = convolved(v)
     assert len(echo.t) == len(echo.v_m) == len(echo.v_c) == len(expected)
     np.testing.assert_array_equal(echo.t, times(len(expected)))
@@ -128,7 +129,7 @@ def test_no_echo_is_no_delay():
     detector = heard(FLAT, np.full(2000, 1.599e-4))
     assert detector.delay is None
     assert detector.threshold_margin == pytest.approx(1.599 / 1.6)
-    assert detector.echo('right').delay is None
+    assert detector.echo(End.RIGHT).delay is None
 
 
 def test_nothing_is_looked_for_while_the_window_touches_the_pulse():
@@ -160,7 +161,7 @@ def test_samples_are_known_half_a_window_later():
     detector = EchoDetector(PROBE, DT)
     detector.feed(np.zeros(48))
     assert detector.time == 0.0
-    assert len(detector.echo('left').t) == 0
+    assert len(detector.echo(End.LEFT).t) == 0
     detector.feed(np.zeros(1))
     assert detector.time == DT
     detector.feed(np.zeros(0))
@@ -171,7 +172,7 @@ def test_a_window_shorter_than_a_step_still_averages():
     fast = ProbeSettings(omega_c=10.0, sigma=0.1)
     detector = EchoDetector(fast, 10.0)  # T = 5, so the box is the least one, three samples
     detector.feed(np.array([3.0, 0.0, 0.0, 0.0]))
-    np.testing.assert_allclose(detector.echo('left').v_c, [1.0, 1.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(detector.echo(End.LEFT).v_c, [1.0, 1.0, 0.0], atol=1e-15)
 
 
 # --- bounds --------------------------------------------------------------------------------------
@@ -183,7 +184,7 @@ def test_the_threshold_never_falls_below_rounding(gain_decay):
     probe = dataclasses.replace(PROBE, gain_decay=gain_decay)
     detector = EchoDetector(probe, 0.25)
     detector.feed(1e-15 * np.random.default_rng(1).standard_normal(40_000))
-    echo = detector.echo('left')
+    echo = detector.echo(End.LEFT)
     assert echo.delay is None
     assert echo.threshold_margin < 1.0
     assert threshold(probe, np.array(1e9)) == FAINTEST
@@ -195,8 +196,8 @@ def test_an_element_at_rest_gives_no_echo_whatever_its_gain():
     design = dataclasses.replace(CASE_II, N=60, c=-1000.0)
     chain = Chain(design)
     probe = dataclasses.replace(PROBE, A=1e-9, gain_decay=1.0)
-    transducer = Transducer(chain, {'left': probe, 'right': probe})
-    detector = transducer.fire('right')
+    transducer = Transducer(design, Settings(probe=probe, probe_right=probe), chain)
+    detector = transducer.fire(End.RIGHT)
     noise = 1e-13 * np.random.default_rng(1).standard_normal((2, 8000))
     transducer.record(design.D_s1 + noise)
     assert detector.delay is None

@@ -26,6 +26,7 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
+from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ReadSettings, TimeSettings
 from mlmem_ros.physics import CASE_II, Specimen, StateError, stable_step
 
@@ -160,29 +161,29 @@ def test_a_failed_write_leaves_what_was_read_last(written):
 
 def test_the_phases_of_the_ends_are_told_even_under_strain(written):
     element = written(3)
-    assert (element.phase('left'), element.phase('right')) == (1, 0)
+    assert (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
     element.apply(SetStrain(-0.02))
     rig.ticks(element, 100)
-    assert (element.phase('left'), element.phase('right')) == (1, 0)
+    assert (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
     blank = rig.device()
-    assert (blank.phase('left'), blank.phase('right')) == (0, 0)
+    assert (blank.phase(End.LEFT), blank.phase(End.RIGHT)) == (0, 0)
 
 
 def test_idle_is_nothing_running_and_no_strain_on_or_on_its_way(written):
     element = written(2)
-    assert element.idle
+    assert element.released
     element.apply(SetStrain(0.004))  # two ticks
-    assert not element.idle
+    assert not element.released
     rig.ticks(element, 3)
     assert not element.actuator.moving
-    assert not element.idle
+    assert not element.released
     element.apply(SetStrain(0.0))
     rig.ticks(element, 3)
-    assert element.idle
+    assert element.released
     element.apply(Read())
-    assert not element.idle
+    assert not element.released
     rig.ticks(element, 300)
-    assert element.idle
+    assert element.released
 
 
 # --- what is told -----------------------------------------------------------------------------

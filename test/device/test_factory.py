@@ -15,6 +15,7 @@ from mlmem_ros.device import (
     factory_calibration,
     new_element,
 )
+from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures import listening
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.physics import CASE_I, CASE_II
@@ -73,7 +74,7 @@ def test_a_new_element_is_blank_at_rest_and_its_content_is_not_known():
 
 
 @pytest.mark.parametrize('level', [0, 3, 7])
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_every_level_reads_as_itself_to_the_bit(level, end):
     """The same wall, the same pulse: the delay of the table again."""
     element = rig.device(level)

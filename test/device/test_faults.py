@@ -23,6 +23,7 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.chance import Stream, happens, normal
+from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import worn
 from mlmem_ros.physics import CASE_II, Chain, StateError
 
@@ -164,7 +165,7 @@ def test_loud_noise_leaves_no_echo_to_be_read_and_silence_brings_it_back(written
 
 def test_a_transducer_that_dropped_out_stands_still():
     element = suffering(rig.device(2), sensor_dropout=1.0)
-    element.transducer.fire('left')
+    element.transducer.fire(End.LEFT)
     last = element.transducer.recent[:, -1].copy()
     rig.ticks(element, 3)
     assert (element.transducer.recent[:, -200:] == last[:, None]).all()

@@ -5,6 +5,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,17 @@ def test_no_part_of_the_device_finds_walls(source):
     names = imported(source)
     assert not {name.rpartition('.')[2] for name in names} & found
     assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')]
+
+
+def test_no_file_of_the_device_or_the_analysis_imports_itself_by_a_detour():
+    """Not even for type checkers alone; a package's `__init__` counts as those that import it."""
+    files = [*SOURCES, *(ROOT / 'analysis').rglob('*.py')]
+    names = {'.'.join(f.relative_to(ROOT).with_suffix('').parts): f for f in files}
+    graph = {
+        name: {n for found in imported(f) for n in (found, found.rpartition('.')[0]) if n in names}
+        for name, f in names.items()
+    }
+    TopologicalSorter(graph).prepare()  # raises CycleError
 
 
 def test_the_device_can_be_imported_with_numpy_and_numba_alone():

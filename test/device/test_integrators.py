@@ -8,6 +8,7 @@ from mlmem_ros.analysis.checks import check
 from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
+from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.device.snapshot import digest, restore, take
 from mlmem_ros.physics import CASE_II, PEFRL, Specimen, StateError
@@ -35,7 +36,7 @@ def test_the_delays_are_those_of_the_material():
     """The paper's method damps the carrier by a third of eta, and slows it, at its step."""
     paper, fourth = new_element(CASE_II), new_element(CASE_II, FOURTH)
     wall = resting_wall(Specimen(CASE_II), 7)
-    exact = forecast_echo(CASE_II, wall, FOURTH.probe, 'left', dt=0.0).delay  # by linear waves
+    exact = forecast_echo(CASE_II, wall, FOURTH.probe, End.LEFT, dt=0.0).delay  # by linear waves
     assert fourth.calibration.left.delays[-1] == pytest.approx(exact, abs=1.0)  # two samples
     assert abs(paper.calibration.left.delays[-1] - exact) > 2.0
 

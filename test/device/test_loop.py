@@ -619,7 +619,7 @@ def test_a_loop_that_is_finished_while_single_ticks_wait_lets_go_of_the_strain(s
         steps = [loop.single_tick() for _ in range(50)]
         loop.finish()
         assert loop.failure is None
-        assert loop.element.idle
+        assert loop.element.released
         assert loop.element.actuator.strain == 0.0
         assert all(step.done() for step in steps)
 

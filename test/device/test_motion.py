@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import MemoryElement, Settings, factory_calibration
+from mlmem_ros.device import Settings
 from mlmem_ros.device.actuator import Actuator
+from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.procedures.blocks import strain
+from mlmem_ros.device.procedures.blocks import play, run
 from mlmem_ros.device.settings import ActuatorSettings, CycleSettings
 from mlmem_ros.physics import CASE_II
 
@@ -19,26 +20,20 @@ PLAIN = CycleSettings(ramp=400.0, hold=200.0, release=300.0, settle=100.0)
 EASED = dataclasses.replace(PLAIN, ease=200.0, ease_to=0.25)
 
 
-@pytest.fixture(scope='module')
-def calibration():
-    return factory_calibration(CASE_II, Settings())
-
-
 @pytest.mark.parametrize('max_rate', [2e-3, 1e-4])
 @pytest.mark.parametrize('times', [PLAIN, EASED])
-def test_it_is_what_the_device_does(calibration, times, max_rate):
+def test_it_is_what_the_device_does(times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
-    element = MemoryElement(CASE_II, settings, calibration)
-    procedure, seen = strain(element, Cycle.planned(times, PEAK)), []
-    for _ in procedure:
-        element.advance()
-        seen.append(element.actuator.strain)
+    instrument, seen = Instrument(CASE_II, settings), []
+    procedure = play(instrument, Cycle.planned(times, PEAK))
+    run(instrument, procedure, lambda: seen.append(instrument.actuator.strain))
+    seen = [*seen[1:], instrument.actuator.strain]
     told = Cycle.planned(times, PEAK, max_rate)
-    assert len(seen) * element.tick == pytest.approx(told.duration, abs=3 * element.tick)
+    assert len(seen) * instrument.tick == pytest.approx(told.duration, abs=3 * instrument.tick)
     if max_rate == 2e-3:  # nothing is put off to the next tick
         assert told.duration == 1000.0 + times.ease
-        at = element.tick * np.arange(1, len(seen) + 1)
+        at = instrument.tick * np.arange(1, len(seen) + 1)
         assert told.strain(at) == pytest.approx(seen, abs=1e-12)
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from mlmem_ros.device import Read, SelfTest, Write
 from mlmem_ros.device.echo import EchoDetector, threshold
+from mlmem_ros.device.end import End
 from mlmem_ros.device.procedures import listening
 from mlmem_ros.device.settings import ProbeSettings
 
@@ -40,7 +41,7 @@ def test_white_noise_is_all_noise():
     transducer = rig.device().transducer
     for seed in range(20):
         transducer.recent = np.random.default_rng(seed).normal(0.0, 1e-4, (2, 288))
-        for end in ('left', 'right'):
+        for end in End:
             assert transducer.noise(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
             assert transducer.unrest(end) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.2)
 
@@ -51,7 +52,7 @@ def test_no_motion_of_a_cell_is_noise(omega):
     transducer = rig.device().transducer
     t = np.arange(288) * 0.25
     transducer.recent = np.tile(np.exp(-t / 500.0) * np.sin(omega * t), (2, 1))
-    assert transducer.noise('left') < 1e-3 * transducer.unrest('left')
+    assert transducer.noise(End.LEFT) < 1e-3 * transducer.unrest(End.LEFT)
 
 
 def test_noise_is_heard_under_motion():
@@ -59,13 +60,13 @@ def test_noise_is_heard_under_motion():
     t = np.arange(288) * 0.25
     wave = 1e-3 * np.sin(2.1 * t)
     transducer.recent = wave + np.random.default_rng(2).normal(0.0, 1e-4, (2, 288))
-    assert transducer.noise('left') == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
+    assert transducer.noise(End.LEFT) == pytest.approx(MEAN_SIZE * 1e-4, rel=0.25)
 
 
 def test_a_quiet_sensor_raises_no_threshold(written):
     """So that without noise every read has the bits it would have without all this."""
     element = written(3)
-    for end in ('left', 'right'):
+    for end in End:
         assert listening.noise_floor(element, end) == 0.0
 
 

@@ -8,13 +8,14 @@ import math
 import numpy as np
 import pytest
 
+from mlmem_ros.device.end import End
 from mlmem_ros.device.pulse import Move, Pulse
 from mlmem_ros.device.settings import ProbeSettings
 
 from . import rig
 
 ENDS = pytest.mark.parametrize(
-    ('end', 'omega_c', 'rest'), [('left', 2.1, 1.0029), ('right', 0.7, -0.9979)]
+    ('end', 'omega_c', 'rest'), [(End.LEFT, 2.1, 1.0029), (End.RIGHT, 0.7, -0.9979)]
 )
 
 
@@ -104,14 +105,14 @@ def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
 def test_the_wave_needs_time_to_the_other_end(end, omega_c, rest):
     """No wave is faster than (sqrt(k + 4) - sqrt(k)) / 2 < 0.8 cells per time unit here."""
     element = rig.device(level=3)
-    other = 'right' if end == 'left' else 'left'
+    other = end.opposite
     element.transducer.fire(end)
     rig.ticks(element, 10)  # 200 time units: at most 160 of 224 cells
     assert element.transducer.unrest(other) < 1e-9
     assert element.transducer.unrest(end) > 1e-6
 
 
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_the_cell_is_moved_at_constant_speed_and_let_go(end):
     element = rig.device()
     row, cell = (0, 0) if end == 'left' else (1, -1)

@@ -11,6 +11,7 @@ import pytest
 
 from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable
 from mlmem_ros.device.echo import Echo
+from mlmem_ros.device.end import End
 from mlmem_ros.device.reading import decode, phase_of
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.physics import CASE_II
@@ -24,18 +25,18 @@ STORED, EMPTY = (1, 0), (0, 0)
 """Phases of the left and right end with a wall between them, and of a blank element."""
 
 
-def echo(delay, end='left', margin=3.0):
+def echo(delay, end=End.LEFT, margin=3.0):
     nothing = np.zeros(0)
     return Echo(end, ProbeSettings(), nothing, nothing, nothing, delay, margin)
 
 
-def decoded(delay, end='left', phases=STORED, right=CALIBRATION.right, **settings):
+def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **settings):
     calibration = dataclasses.replace(CALIBRATION, right=right)
     return decode(CASE_II, ReadSettings(**settings), calibration, echo(delay, end), phases)
 
 
 @pytest.mark.parametrize('level', range(8))
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_a_calibrated_delay_is_its_level(level, end):
     delay = 100.0 * (level + 1) if end == 'left' else 500.0 - 50.0 * level
     reading = decoded(delay, end)
@@ -74,7 +75,7 @@ def test_how_near_is_a_setting():
 
 
 def test_blank_is_an_answer():
-    reading = decoded(595.0, 'right', EMPTY)
+    reading = decoded(595.0, End.RIGHT, EMPTY)
     assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
     assert reading.level_margin == pytest.approx(1.0 - 2.0 * 5.0 / 150.0)  # not level 0 beside it
     assert reading.distance == math.inf
@@ -84,23 +85,23 @@ def test_the_left_end_tells_alike_echoes_apart():
     """Blank and level 0 are the farthest from the right: no wall is blank, no kink at level 0."""
     alike = dataclasses.replace(CALIBRATION.right, blank=503.0)
     for delay in (498.0, 502.0, 504.0):
-        assert decoded(delay, 'right', STORED, right=alike).level == 0
-        assert decoded(delay, 'right', EMPTY, right=alike).level == BLANK
+        assert decoded(delay, End.RIGHT, STORED, right=alike).level == 0
+        assert decoded(delay, End.RIGHT, EMPTY, right=alike).level == BLANK
 
 
 @pytest.mark.parametrize(
     ('delay', 'end', 'phases', 'reason'),
     [
-        (None, 'left', STORED, 'no echo came back'),
-        (None, 'right', EMPTY, 'no echo came back'),
-        (1000.0, 'left', (1, 1), 'the right end is active: the wall has left the element'),
-        (300.0, 'left', (1, 1), 'the left one hears a wall at level 2: there are two walls'),
-        (None, 'right', (0, 1), 'the right end is active: the wall has left the element'),
-        (300.0, 'left', (None, 0), 'the left end rests in neither phase'),
-        (300.0, 'left', (1, None), 'the right end rests in neither phase'),
-        (300.0, 'left', EMPTY, 'the left end is inactive and hears nothing: probe the right'),
-        (350.0, 'right', EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
-        (600.0, 'right', STORED, 'the delay 600.00 lies between levels'),
+        (None, End.LEFT, STORED, 'no echo came back'),
+        (None, End.RIGHT, EMPTY, 'no echo came back'),
+        (1000.0, End.LEFT, (1, 1), 'the right end is active: the wall has left the element'),
+        (300.0, End.LEFT, (1, 1), 'the left one hears a wall at level 2: there are two walls'),
+        (None, End.RIGHT, (0, 1), 'the right end is active: the wall has left the element'),
+        (300.0, End.LEFT, (None, 0), 'the left end rests in neither phase'),
+        (300.0, End.LEFT, (1, None), 'the right end rests in neither phase'),
+        (300.0, End.LEFT, EMPTY, 'the left end is inactive and hears nothing: probe the right'),
+        (350.0, End.RIGHT, EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
+        (600.0, End.RIGHT, STORED, 'the delay 600.00 lies between levels'),
     ],
 )
 def test_what_does_not_fit_together_is_undecodable(delay, end, phases, reason):

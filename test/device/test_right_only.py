@@ -16,6 +16,7 @@ from mlmem_ros.device import (
     new_element,
     snapshot,
 )
+from mlmem_ros.device.end import End
 from mlmem_ros.parameter_file import load
 
 from .rig import run
@@ -30,7 +31,7 @@ def test_it_is_calibrated_at_the_right_alone():
     assert calibration.left is None
     assert len(calibration.right.delays) == 2
     with pytest.raises(SettingsError, match='the left end is not read from'):
-        calibration.table('left')
+        calibration.table(End.LEFT)
 
 
 def test_it_is_written_read_and_calibrated():

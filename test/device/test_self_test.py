@@ -82,7 +82,7 @@ def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert rig.run(element, SelfTest()).error == 'failed: actuator'
     assert element.actuator.motion.target == 0.0
     rig.ticks(element, 100)
-    assert element.idle
+    assert element.released
     element.apply(SetFaults(HEALTHY))
     rig.ticks(element, 10)
     assert element.chain.V_N == 0.0

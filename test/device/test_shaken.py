@@ -12,20 +12,21 @@ import pytest
 from mlmem_ros.device import UNDECODABLE, Disturb, Read, Write
 from mlmem_ros.device.carrier import carried, half_period
 from mlmem_ros.device.echo import EchoDetector
+from mlmem_ros.device.end import End
 from mlmem_ros.device.events import Heard
 from mlmem_ros.device.settings import ProbeSettings
 
 from . import rig
 
 G = 9.81e-6
-PROBES = {'left': ProbeSettings(), 'right': ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4)}
+PROBES = {End.LEFT: ProbeSettings(), End.RIGHT: ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4)}
 DT = 0.25
 
 
 # --- the carrier apart from the sway ----------------------------------------------------------
 
 
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_the_carrier_passes_in_phase(end):
     probe = PROBES[end]
     lag = half_period(probe, DT)
@@ -35,7 +36,7 @@ def test_the_carrier_passes_in_phase(end):
     np.testing.assert_allclose(passed, wave[2 * lag : -2 * lag], atol=1e-3)
 
 
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_a_sway_ten_times_as_slow_does_not(end):
     """sin^4(pi / 20) is 6e-4."""
     probe = PROBES[end]
@@ -52,11 +53,11 @@ def test_too_few_samples_tell_nothing():
 
 def test_a_detector_hears_the_same_by_ticks_as_at_once():
     v = np.random.default_rng(1).normal(0.0, 1e-4, 4000)
-    at_once, by_ticks = (EchoDetector(PROBES['left'], DT, shaken=True) for _ in range(2))
+    at_once, by_ticks = (EchoDetector(PROBES[End.LEFT], DT, shaken=True) for _ in range(2))
     at_once.feed(v)
     for some in np.split(v, [7, 20, 100, 1000]):
         by_ticks.feed(some)
-    first, second = at_once.echo('left'), by_ticks.echo('left')
+    first, second = at_once.echo(End.LEFT), by_ticks.echo(End.LEFT)
     assert first.shaken
     assert len(first.t) > 3900
     assert first.delay == second.delay

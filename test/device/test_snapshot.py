@@ -22,6 +22,7 @@ from mlmem_ros.device import (
     factory_calibration,
     snapshot,
 )
+from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ActuatorSettings, TimeSettings
 from mlmem_ros.physics import CASE_II, StateError
 
@@ -117,7 +118,7 @@ def test_the_calibration_travels_with_the_content(written):
 
 def test_what_the_other_device_was_doing_is_forgotten():
     element = rig.device(4)
-    element.transducer.fire('left')
+    element.transducer.fire(End.LEFT)
     element.advance()
     snapshot.restore(element, snapshot.take(rig.device(2)))
     assert not element.transducer.driving

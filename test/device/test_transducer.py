@@ -9,23 +9,23 @@ import pytest
 
 from mlmem_ros.device import PRESETS, SettingsError
 from mlmem_ros.device.commands import SetStrain
+from mlmem_ros.device.end import End
 from mlmem_ros.device.pulse import Pulse
-from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.transducer import Transducer, upper_edge
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive, Specimen
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive
 from mlmem_ros.physics.dispersion import band
 
 from . import rig
 
 
 def test_the_ends_are_sites_1_and_N():
-    transducer = rig.device().transducer
-    assert (transducer.site('left'), transducer.site('right')) == (1, 225)
+    assert [end.site(CASE_II) for end in End] == [1, 225]
 
 
 def test_a_new_device_takes_its_ends_for_resting():
     element = rig.device()
-    for end in ('left', 'right'):
+    for end in End:
         assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
         assert element.transducer.unrest(end) < 1e-14
     assert not element.transducer.driving
@@ -36,7 +36,7 @@ def test_a_new_device_takes_its_ends_for_resting():
 def test_the_drive_does_not_depend_on_how_time_is_cut(piece):
     """Sub-steps end at p dt = 0.135 and dt = 0.25; the pulse holds all of them up to 96."""
     transducer = rig.device(level=0).transducer
-    transducer.fire('left')
+    transducer.fire(End.LEFT)
     pieces = []
     for _ in range(0, 1000, piece):
         drive = transducer.drive(piece)
@@ -46,7 +46,7 @@ def test_the_drive_does_not_depend_on_how_time_is_cut(piece):
             pieces.append(drive.motion)
     motion = np.concatenate(pieces, axis=1)
     t = np.sort(np.concatenate((np.arange(384) * 0.25 + 0.54 * 0.25, np.arange(1, 385) * 0.25)))
-    expected = Pulse(transducer.rest('left'), transducer.probes['left']).at(t)
+    expected = Pulse(transducer.rest(End.LEFT), transducer.probes[End.LEFT]).at(t)
     assert motion.shape == expected.shape == (2, 768)
     np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
     assert not transducer.driving
@@ -56,11 +56,11 @@ def test_a_move_may_end_within_a_step():
     """The sub-step after 10.0 ends at 10.0 + 0.54 x 0.25 = 10.135: within 10.15, not 10.1."""
     element = rig.device()
     start = element.design.D_s1
-    element.transducer.move('left', start + 1.01, speed=0.1)
+    element.transducer.move(End.LEFT, start + 1.01, speed=0.1)
     drive = element.transducer.drive(80)
     assert drive.motion.shape == (2, 80)  # 40 whole steps to 10.0
     assert drive.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
-    element.transducer.move('left', start + 1.015, speed=0.1)
+    element.transducer.move(End.LEFT, start + 1.015, speed=0.1)
     drive = element.transducer.drive(80)
     assert drive.motion.shape == (2, 81)  # and the first half of the next, to 10.135
     assert drive.motion[0, -1] == pytest.approx(start + 1.0135, abs=1e-14)
@@ -68,7 +68,7 @@ def test_a_move_may_end_within_a_step():
 
 def test_release_lets_go_at_once_and_stops_listening():
     element = rig.device(level=0)
-    element.transducer.fire('left')
+    element.transducer.fire(End.LEFT)
     element.advance()
     element.transducer.release()
     assert not element.transducer.driving
@@ -79,12 +79,12 @@ def test_release_lets_go_at_once_and_stops_listening():
 
 def test_the_detector_hears_departures_from_rest_from_the_first_step_on():
     element = rig.device(level=5)
-    rest = element.transducer.rest('right')
-    detector = element.transducer.fire('right')
+    rest = element.transducer.rest(End.RIGHT)
+    detector = element.transducer.fire(End.RIGHT)
     rig.ticks(element, 3)  # 60 time units: the pulse's 12 sigma
     t = np.arange(1, 241) * 0.25
     pulse = 0.01 * np.exp(-0.5 * ((t - 30.0) / 5.0) ** 2) * np.sin(0.7 * t)
-    v_m = detector.echo('right').v_m
+    v_m = detector.echo(End.RIGHT).v_m
     assert len(v_m) == 240 - round(4 * np.pi / 0.7 / 0.25)  # half of four periods
     np.testing.assert_allclose(v_m, np.abs(pulse)[: len(v_m)], atol=1e-14)
     assert rest == pytest.approx(element.design.D_s1, abs=1e-3)
@@ -94,10 +94,12 @@ def test_rest_is_where_the_end_is_even_on_a_strained_element():
     element = rig.device(level=2)
     element.apply(SetStrain(0.01))
     rig.ticks(element, 500)  # what the slewing stirred up has faded by exp(-20)
-    assert element.transducer.rest('right') == pytest.approx(element.chain.v[-1], abs=1e-6)
+    assert element.transducer.rest(End.RIGHT) == pytest.approx(element.chain.v[-1], abs=1e-6)
     # at a free end the strain of 0.01 or so is unbalanced: of order 0.01 / sqrt(k_s) off
-    assert element.transducer.rest('right') == pytest.approx(2.25 + element.design.D_s1, abs=0.03)
-    assert element.transducer.rest('left') == pytest.approx(element.design.D_s2, abs=0.03)
+    assert element.transducer.rest(End.RIGHT) == pytest.approx(
+        2.25 + element.design.D_s1, abs=0.03
+    )
+    assert element.transducer.rest(End.LEFT) == pytest.approx(element.design.D_s2, abs=0.03)
 
 
 def test_the_newest_samples_are_kept_and_judged():
@@ -108,7 +110,7 @@ def test_the_newest_samples_are_kept_and_judged():
     for piece in np.split(samples, [5, 85, 165, 600], axis=1):  # shorter and longer than 288
         transducer.record(piece)
     np.testing.assert_array_equal(transducer.recent, samples[:, -288:])
-    for row, end in enumerate(('left', 'right')):
+    for row, end in enumerate(End):
         kept = samples[row, -288:]
         assert transducer.rest(end) == pytest.approx(kept.mean(), abs=1e-15)
         deviation = np.abs(kept - kept.mean()).mean()
@@ -117,11 +119,11 @@ def test_the_newest_samples_are_kept_and_judged():
 
 def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
     element = rig.device(level=0)
-    element.transducer.fire('left')
+    element.transducer.fire(End.LEFT)
     rig.ticks(element, 4)
-    loud = element.transducer.unrest('left')
+    loud = element.transducer.unrest(End.LEFT)
     rig.ticks(element, 200)  # 4000 time units: damped by exp(-8) at least
-    assert element.transducer.unrest('left') < 1e-3 * loud
+    assert element.transducer.unrest(End.LEFT) < 1e-3 * loud
 
 
 # --- other designs -------------------------------------------------------------------------------
@@ -131,9 +133,9 @@ def test_a_moving_end_is_not_at_rest_and_comes_to_rest_by_damping():
 def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
     design = PRESETS[preset].design
     tops = [band(k * design.alpha.max())[1] for k in (design.k_s1, design.k_s2)]
-    assert max(tops) <= upper_edge(Specimen(design)) < max(tops) + 0.1
+    assert max(tops) <= upper_edge(design) < max(tops) + 0.1
     if preset != 'case_1':  # all others are of Case II's cells
-        assert upper_edge(Specimen(design)) == 2.2
+        assert upper_edge(design) == 2.2
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
@@ -141,27 +143,27 @@ def test_noise_is_told_from_motion_in_a_stiff_element(method):
     """With Case II's edge its fastest waves would be taken for the sensor's noise."""
     design = dataclasses.replace(CASE_II, N=60, d=2.0, s_min=1e4, s_max=3e4)
     chain = Chain(design, integrator=method)
-    slow = {end: ProbeSettings(omega_c=1.0) for end in ('left', 'right')}
-    transducer = Transducer(chain, slow)
+    probe = ProbeSettings(omega_c=1.0)
+    transducer = Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)
     t = chain.dt * np.arange(transducer.recent.shape[1])
     wave = 1e-3 * np.sin(band(design.k_s2)[1] * t)
     transducer.record(np.stack((wave, wave)))
-    assert transducer.unrest('left') > 5e-4
-    assert transducer.noise('left') < 1e-6
+    assert transducer.unrest(End.LEFT) > 5e-4
+    assert transducer.noise(End.LEFT) < 1e-6
 
 
 def test_noise_is_told_by_however_few_samples():
     """At the fastest legal carriers a rest is shorter than the difference that tells noise."""
     chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
-    fast = {end: ProbeSettings(omega_c=10.0) for end in ('left', 'right')}
-    transducer = Transducer(chain, fast)
+    probe = ProbeSettings(omega_c=10.0)
+    transducer = Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)
     noise = 1e-3 * np.random.default_rng(1).standard_normal((2, 50))
     transducer.record(noise)
-    assert 1e-4 < transducer.noise('left') < 5e-3
+    assert 1e-4 < transducer.noise(End.LEFT) < 5e-3
 
 
 def test_a_rest_of_too_many_samples_is_refused():
     chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3)
-    slow = {end: ProbeSettings(omega_c=1e-3) for end in ('left', 'right')}
+    probe = ProbeSettings(omega_c=1e-3)
     with pytest.raises(SettingsError, match='omega_c must be at least'):
-        Transducer(chain, slow)
+        Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)

@@ -64,7 +64,7 @@ def written(level):
     element = MemoryElement(DESIGN, SETTINGS, CALIBRATION)
     if level >= 0:
         element.apply(Write(level))
-        while not element.idle:
+        while not element.released:
             element.advance()
         assert element.reading.level == level
     return snapshot.take(element)

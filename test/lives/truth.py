@@ -93,7 +93,7 @@ def _walls(element):
 
 def _quiet(element):
     """Return whether nothing is under way that may move a wall."""
-    return element.idle and _undisturbed(element)
+    return element.released and _undisturbed(element)
 
 
 def _undisturbed(element):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import Settings, Write, new_element
+from mlmem_ros.device.end import End
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import CycleSettings, WriteSettings
 from mlmem_ros.paper.echoes import PAPER, PRINTED, detect, probe_element, without_wall
@@ -58,7 +59,7 @@ def test_levels_are_told_from_everything_else():
     assert level_of(CASE_II, at_the_end) == -2
 
 
-@pytest.mark.parametrize(('end', 'level'), [('left', 0), ('left', 5), ('right', 2)])
+@pytest.mark.parametrize(('end', 'level'), [(End.LEFT, 0), (End.LEFT, 5), (End.RIGHT, 2)])
 def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     element = new_element(CASE_II)
     probe = Settings().probe if end == 'left' else Settings().probe_right
@@ -66,7 +67,7 @@ def test_a_probe_hears_what_the_device_was_calibrated_to(end, level):
     assert echo.delay == pytest.approx(element.calibration.table(end).delays[level], abs=1e-9)
 
 
-@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize('end', list(End))
 def test_an_endless_element_is_silent_and_begins_like_the_real_one(end):
     probe = PAPER if end == 'left' else Settings().probe_right
     silence, dt = without_wall(CASE_II, probe, end, 600.0)

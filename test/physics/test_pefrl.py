@@ -24,6 +24,7 @@ import pytest
 
 from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import Settings
+from mlmem_ros.device.end import End
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen, StateError, stable_step
 from mlmem_ros.physics.energy import energy
@@ -117,19 +118,19 @@ def test_an_echo_is_that_of_linear_waves_without_any_step(level):
     """And the paper's method at its step hears less: it damps the carrier by a third of eta."""
     settings = Settings()
     wall = resting_wall(Specimen(CASE_II), level)
-    ideal = forecast_echo(CASE_II, wall, settings.probe, 'left', 0.0)
+    ideal = forecast_echo(CASE_II, wall, settings.probe, End.LEFT, 0.0)
     peaks = {}
     for method in (PEFRL, NOH_BATHE):
         chain = Chain(CASE_II, integrator=method)
         chain.place(wall)
-        transducer = Transducer(chain, {'left': settings.probe, 'right': settings.probe_right})
-        detector = transducer.fire('left')
+        transducer = Transducer(CASE_II, settings, chain)
+        detector = transducer.fire(End.LEFT)
         for _ in range(75):
             steps = round(20.0 / chain.dt)
             drive = transducer.drive(steps)
             rest = np.zeros(steps * method.substeps)
             transducer.record(chain.advance(rest, drive))
-        echo = detector.echo('left')
+        echo = detector.echo(End.LEFT)
         late = echo.t > ideal.delay - 5.0
         peaks[method.name] = float(echo.v_c[late].max())
         if method is PEFRL:

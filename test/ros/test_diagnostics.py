@@ -15,6 +15,7 @@ from robot import Robot, values
 from mlmem_ros.bag import BagError, RecorderStatus
 from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.end import End
 from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II, Specimen
@@ -116,7 +117,7 @@ def test_the_books_close_while_the_actuator_works(element):
 
 
 def test_the_books_close_while_the_transducer_drives_and_rings(element):
-    element.transducer.fire('left')
+    element.transducer.fire(End.LEFT)
     imbalances = [audited(element).values['energy_imbalance'] for _ in range(60)]
     assert not element.transducer.driving  # any more
     assert 1e-4 < max(imbalances) < LARGEST_IMBALANCE
@@ -135,7 +136,7 @@ def test_an_audit_changes_no_bit(element):
     other = MemoryElement(CASE_II, Settings(), element.calibration)
     for device in (element, other):
         device.apply(SetStrain(0.02))
-        device.transducer.fire('right')
+        device.transducer.fire(End.RIGHT)
     audited(element, ticks=20)
     for _ in range(20):
         other.advance()

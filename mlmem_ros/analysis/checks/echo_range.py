@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...device.echo import FAINTEST, falling, threshold, window
+from ...device.end import End
 from ...device.settings import ProbeSettings
 from ...physics import Design
 from ...physics.dispersion import band, group_velocity
@@ -26,16 +27,14 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on the range of either end."""
     settings = subject.settings
     for end in subject.ends:
-        probe = settings.probe if end == 'left' else settings.probe_right
-        yield _range(subject.design, probe, end)
+        yield _range(subject.design, end.probe(settings), end)
 
 
-def _range(design: Design, probe: ProbeSettings, end: str) -> Finding:
+def _range(design: Design, probe: ProbeSettings, end: End) -> Finding:
     """Judge the range that damping and dispersion leave, by closed forms."""
-    farthest = design.defect(design.levels - 1) if end == 'left' else design.N - design.defect(0)
+    farthest = max(end.distance(design, level) for level in (0, design.levels - 1))
     distance = np.arange(1.0, 4.0 * design.N)
-    k_s = design.k_s2 if end == 'left' else design.k_s1
-    t, v_c = echo_strength(design, probe, k_s, distance)
+    t, v_c = echo_strength(design, probe, end.k_s(design), distance)
     audible = v_c > threshold(probe, t)
     reach = float(distance[-1] if audible.all() else distance[audible.argmin()] - 1.0)
     last = float(falling(probe, t[farthest - 1]))

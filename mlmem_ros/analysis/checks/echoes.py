@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...device.element import steps_per_tick
+from ...device.end import End
+from ...device.instrument import steps_per_tick
 from ...physics import INTEGRATORS, Specimen, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst
@@ -33,7 +34,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         except StateError:
             continue  # `pin_depth` and `echo_...` tell of it
     for end in subject.ends:
-        probe = settings.probe if end == 'left' else settings.probe_right
+        probe = end.probe(settings)
         echoes = {
             n: forecast_echo(design, v, probe, end, dt, integrator) for n, v in walls.items()
         }
@@ -41,7 +42,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
         yield _heard(end, margins, delays)
     blank = forecast_echo(
-        design, np.full(design.N, design.D_s1), settings.probe_right, 'right', dt, integrator
+        design, np.full(design.N, design.D_s1), settings.probe_right, End.RIGHT, dt, integrator
     )
     yield Finding(
         'echo_blank',
@@ -56,17 +57,17 @@ def check(subject: Subject) -> Iterator[Finding]:
     )
 
 
-def _heard(end: str, margins: dict[int, float], delays: list[float]) -> Finding:
+def _heard(end: End, margins: dict[int, float], delays: list[float]) -> Finding:
     source = (
         'the time interval between excitation and echo reveals the position of the front; the '
         'more extended times correspond to higher memory state (p. 5, Fig. 4b)'
     )
-    group = 'probe' if end == 'left' else 'probe_right'
+    group = 'probe' if end is End.LEFT else 'probe_right'
     if not margins:
         text = 'no level holds a wall at rest'
         return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text, source)
     faintest = min(margins, key=lambda level: margins[level])
-    steps = np.diff(delays) * (1.0 if end == 'left' else -1.0)
+    steps = np.diff(delays) * (1.0 if end is End.LEFT else -1.0)
     order = bool((steps > 0.0).all())
     heard = judged(margins[faintest], 1.0, AUDIBLE)
     verdict = worst((heard, Verdict.PASS if order else Verdict.FAIL))

@@ -7,8 +7,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ...device.echo import listening_time
+from ...device.end import End
 from ...device.motion import Cycle
-from ...device.procedures import listening_time
 from ...device.settings import EraseSettings, WriteSettings
 from ...verdict import Verdict
 from .finding import Finding, judged
@@ -168,8 +169,8 @@ def _durations(subject: Subject) -> Finding:
     unit = settings.scale.time
     write, erase = settings.write, settings.erase
     step = cycle_time(subject, write)
-    read = listening_time(design, settings.probe, 'left')
-    look = listening_time(design, settings.probe_right, 'right')
+    read = listening_time(design, settings.probe, End.LEFT)
+    look = listening_time(design, settings.probe_right, End.RIGHT)
     top = design.levels - 1
     kink = cycle_time(subject, erase) + look
     values = {

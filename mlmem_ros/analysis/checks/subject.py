@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...device.end import End, read_from
 from ...device.settings import Settings
 from ...physics import Design, StateError
 from ..quasistatic import Landscape, depinning_strain, held_landscape
@@ -71,9 +72,9 @@ class Subject:
         return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
 
     @property
-    def ends(self) -> tuple[str, ...]:
-        """The ends that are read from; the right one tells an erase, too."""
-        return ('right',) if self.settings.read.end == 'right' else ('left', 'right')
+    def ends(self) -> tuple[End, ...]:
+        """The ends that are read from."""
+        return read_from(self.settings)
 
     @property
     def wall_width(self) -> float:

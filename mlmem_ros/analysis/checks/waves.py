@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from ...device.end import End
 from ...physics.dispersion import band
 from ...verdict import Verdict
 from .finding import Finding
@@ -40,15 +41,15 @@ def check(subject: Subject) -> Iterator[Finding]:
     own = whole['s2']
     alone = max(own[0], band(design.k_s1 * high)[1]), own[1]
     left, right = settings.probe, settings.probe_right
-    if 'left' in subject.ends:
-        yield _carrier('left', left.omega_c, left.sigma, own, alone, whole['s1'])
+    if End.LEFT in subject.ends:
+        yield _carrier(End.LEFT, left.omega_c, left.sigma, own, alone, whole['s1'])
     own = whole['s1']
     alone = own[0], min(own[1], band(design.k_s2 * low)[0])
-    yield _carrier('right', right.omega_c, right.sigma, own, alone, whole['s2'])
+    yield _carrier(End.RIGHT, right.omega_c, right.sigma, own, alone, whole['s2'])
 
 
 def _carrier(
-    end: str,
+    end: End,
     omega: float,
     sigma: float,
     own: tuple[float, float],
@@ -57,7 +58,7 @@ def _carrier(
 ) -> Finding:
     """Judge a carrier by three windows: `own` band, `alone` of it, and that of the other phase."""
     share, clear = _share(omega, sigma, own), _share(omega, sigma, alone)
-    phase, other = ('s2', 's1') if end == 'left' else ('s1', 's2')
+    phase, other = ('s2', 's1') if end is End.LEFT else ('s1', 's2')
     inside = _inside(omega, own)
     where = f'the band of {phase}, {own[0]:.4g} to {own[1]:.4g}'
     if share < DEAF:

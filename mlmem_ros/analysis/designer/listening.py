@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...device.echo import blanking, threshold
+from ...device.end import End
 from ...device.settings import ProbeSettings
 from ...physics import NOH_BATHE, Design, Specimen
 from ...physics.dispersion import band, group_velocity
@@ -91,7 +92,7 @@ def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
     far = [np.full(roomy.N, roomy.D_s1), resting_wall(Specimen(roomy), 0)]
     signal, clutter, faintest = math.inf, 0.0, math.inf
     for v in far:
-        echo = forecast_echo(roomy, v, probe, 'right', NOH_BATHE.accurate_step)
+        echo = forecast_echo(roomy, v, probe, End.RIGHT, NOH_BATHE.accurate_step)
         heard = echo.t > blanking(probe)
         t, v_c = echo.t[heard], echo.v_c[heard]
         gain = probe.v_th / threshold(probe, t)
@@ -118,9 +119,9 @@ def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
 def dynamic_range(subject: Subject) -> float:
     """Return the amplitude of the pulse over the v_c of the faintest echo that is read, in dB."""
     design, settings = subject.design, subject.settings
-    end = 'right' if settings.read.end == 'right' else 'left'
-    probe = settings.probe if end == 'left' else settings.probe_right
-    v = resting_wall(Specimen(design), design.levels - 1 if end == 'left' else 0)
+    end = subject.ends[0]
+    probe = end.probe(settings)
+    v = resting_wall(Specimen(design), design.levels - 1 if end is End.LEFT else 0)
     echo = forecast_echo(design, v, probe, end, NOH_BATHE.accurate_step)
     heard = echo.t > (blanking(probe) if echo.delay is None else echo.delay)
     return 20.0 * math.log10(probe.A / float(echo.v_c[heard].max()))

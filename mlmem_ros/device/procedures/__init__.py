@@ -8,10 +8,10 @@ displacements of the two ends, never the true wall position.
 """
 
 from .aborting import abort
-from .blocks import Procedure, Result
+from .blocks import Procedure, Result, run
 from .calibrating import calibrate
 from .erasing import erase
-from .listening import listening_time, read
+from .listening import read
 from .self_testing import self_test
 from .writing import write
 
@@ -21,8 +21,8 @@ __all__ = [
     'abort',
     'calibrate',
     'erase',
-    'listening_time',
     'read',
+    'run',
     'self_test',
     'write',
 ]

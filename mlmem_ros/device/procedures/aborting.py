@@ -4,15 +4,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from ..memory import Memory
 from .blocks import Procedure, Result, ramp, wait
 
-if TYPE_CHECKING:
-    from ..element import MemoryElement
 
-
-def abort(element: MemoryElement) -> Procedure[Result]:
+def abort(element: Memory) -> Procedure[Result]:
     """Let a held cell go and bring the strain to zero, smoothly.
 
     As slowly as an erase does: let go at the greatest rate, one element in twenty was left with

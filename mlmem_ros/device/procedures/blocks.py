@@ -5,19 +5,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
+from ..instrument import Instrument
+from ..memory import Memory
 from ..motion import Cycle
 from ..reading import Reading
 from ..settings import EraseSettings, WriteSettings
-
-if TYPE_CHECKING:
-    from ..element import MemoryElement
 
 T = TypeVar('T')
 Procedure = Generator[None, None, T]
@@ -40,13 +39,38 @@ class Result:
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
 
-def wait(element: MemoryElement, duration: float) -> Procedure[None]:
+def run(
+    instrument: Instrument, procedure: Procedure[T], before: Callable[[], object] | None = None
+) -> T:
+    """Advance an instrument until a procedure has ended, and return its result.
+
+    Args:
+        instrument: What it plays on.
+        procedure: What is done.
+        before: Called before every tick.
+
+    Raises:
+        ProcedureFailed: As by the procedure.
+        StateError: The material cannot go on.
+    """
+    while True:
+        try:
+            next(procedure)
+        except StopIteration as stop:
+            result: T = stop.value
+            return result
+        if before is not None:
+            before()
+        instrument.pass_tick()
+
+
+def wait(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
     for _ in range(math.ceil(duration / element.tick)):
         yield
 
 
-def ramp(element: MemoryElement, strain: float, duration: float) -> Procedure[None]:
+def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]:
     """Move the strain smoothly and wait until it is there.
 
     Raises:
@@ -67,7 +91,7 @@ def ramp(element: MemoryElement, strain: float, duration: float) -> Procedure[No
         yield
 
 
-def play(element: MemoryElement, cycle: Cycle) -> Procedure[None]:
+def play(element: Instrument, cycle: Cycle) -> Procedure[None]:
     """Strain the element through ramps and waits; see `ramp` and `wait`."""
     for motion in cycle.motions:
         if motion.still and not element.actuator.moving:
@@ -76,17 +100,10 @@ def play(element: MemoryElement, cycle: Cycle) -> Procedure[None]:
             yield from ramp(element, motion.target, motion.duration)
 
 
-def strain(element: MemoryElement, cycle: Cycle) -> Procedure[None]:
-    """Put the element through a strain cycle."""
-    element.statistics.cycles += 1
-    yield from play(element, cycle)
-
-
 def launch(
-    element: MemoryElement, times: WriteSettings | EraseSettings, target: float
+    element: Instrument, times: WriteSettings | EraseSettings, target: float
 ) -> Procedure[None]:
     """Under a strain, move v_1 to another ground state at constant speed, and let it go."""
-    element.statistics.cycles += 1
     rise, *rest = Cycle.planned(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
     element.transducer.move(End.LEFT, target, times.launch_speed)
@@ -95,7 +112,7 @@ def launch(
     yield from play(element, Cycle(tuple(rest)))
 
 
-def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
+def bring_back(element: Memory, end: End) -> Procedure[None]:
     """Move an end that strayed into a third ground state back to the active phase.
 
     A wall that is driven over a free end comes back as one between the active phase and the
@@ -109,7 +126,7 @@ def bring_back(element: MemoryElement, end: str) -> Procedure[None]:
     yield from wait(element, element.settings.erase.settle)
 
 
-def slacken(element: MemoryElement) -> Procedure[None]:
+def slacken(element: Memory) -> Procedure[None]:
     """Bring a strain that was set by hand back to zero, and let the element settle.
 
     By the times of an erase, which is slow: a write may end its way back within a tick.

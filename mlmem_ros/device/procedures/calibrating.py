@@ -5,21 +5,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from ..calibration import Calibration, DelayTable
+from ..end import End
 from ..errors import ProcedureFailed, SettingsError
+from ..memory import Memory
 from ..reading import BLANK, describe_level
 from .blocks import Procedure, Result, slacken
 from .erasing import erase
 from .listening import look, probe
 from .writing import drive, restore
 
-if TYPE_CHECKING:
-    from ..element import MemoryElement
 
-
-def calibrate(element: MemoryElement) -> Procedure[Result]:
+def calibrate(element: Memory) -> Procedure[Result]:
     """Learn the delay of every level from both ends, and restore the content in any case.
 
     Every new delay has to be nearest to that of its own level in the present calibration: a
@@ -44,10 +42,10 @@ def calibrate(element: MemoryElement) -> Procedure[Result]:
     return replace(restored, delays={end: learnt.table(end).delays for end in learnt.ends})
 
 
-def _learn(element: MemoryElement) -> Procedure[Calibration]:
+def _learn(element: Memory) -> Procedure[Calibration]:
     """Erase, step through all levels, and return what they sound like."""
     empty = (yield from erase(element)).reading
-    delays: dict[str, list[float]] = {end: [] for end in element.calibration.ends}
+    delays: dict[End, list[float]] = {end: [] for end in element.calibration.ends}
     for level in range(element.design.levels):
         yield from drive(element, level - 1 if level else BLANK, level)
         for end, known in delays.items():
@@ -63,7 +61,7 @@ def _learn(element: MemoryElement) -> Procedure[Calibration]:
             known.append(reading.delay)
     blank = empty.delay if empty else None
     try:
-        left = DelayTable(tuple(delays['left'])) if 'left' in delays else None
-        return Calibration(left, DelayTable(tuple(delays['right']), blank))
+        left = DelayTable(tuple(delays[End.LEFT])) if End.LEFT in delays else None
+        return Calibration(left, DelayTable(tuple(delays[End.RIGHT]), blank))
     except SettingsError as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error

@@ -4,25 +4,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from ..end import End
 from ..errors import ProcedureFailed
+from ..memory import Memory
 from ..motion import Cycle
 from ..reading import BLANK, describe_level
 from ..settings import peak
-from .blocks import Procedure, Result, bring_back, launch, slacken, strain
+from .blocks import Procedure, Result, bring_back, launch, play, slacken
 from .listening import probe
-
-if TYPE_CHECKING:
-    from ..element import MemoryElement
-
 
 LOOK_SPACING = 8
 """An erase looks after every cycle at first, then after an eighth more each time: a look takes as
 long as a cycle or several."""
 
 
-def erase(element: MemoryElement) -> Procedure[Result]:
+def erase(element: Memory) -> Procedure[Result]:
     """Make the element blank: launch a kink and drive it on until it meets the wall.
 
     A kink answers to the opposite strain of a wall at the same site. Whether the wall is gone
@@ -38,22 +34,22 @@ def erase(element: MemoryElement) -> Procedure[Result]:
     cycles = 2 * design.levels + 2
     kink, meeting = 0, _meeting(element)
     for _ in range(cycles):
-        for end in ('right', 'left'):
+        for end in (End.RIGHT, End.LEFT):
             if element.phase(end) is None:
                 yield from bring_back(element, end)
-        if element.phase('left') != 0:
-            element.forget()
+        if element.phase(End.LEFT) != 0:
+            element.begin_cycle()
             yield from launch(element, settings, design.D_s1)
             if kink:  # launched again: nothing is as foreseen
                 kink = meeting = 0
         late = kink - meeting
         if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
-            reading = yield from probe(element, 'right')
+            reading = yield from probe(element, End.RIGHT)
             if reading.level == BLANK:
                 return Result(reading)
-        element.forget()
+        element.begin_cycle()
         compress = not design.freed_by_compression(kink % 2)
-        yield from strain(element, Cycle.planned(settings, peak(settings, compress)))
+        yield from play(element, Cycle.planned(settings, peak(settings, compress)))
         kink += 1
     raise ProcedureFailed(
         f'the element is not blank after {cycles} strain cycles; read last: '
@@ -61,7 +57,7 @@ def erase(element: MemoryElement) -> Procedure[Result]:
     )
 
 
-def _meeting(element: MemoryElement) -> int:
+def _meeting(element: Memory) -> int:
     """Return after how many cycles to begin listening: when the kink meets the wall, if known.
 
     It begins at level 0 and moves on by one level each. A wall that compression frees has by then

@@ -5,26 +5,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...physics import Design
-from ...physics.dispersion import group_velocity
-from ..echo import Echo, threshold
+from ..echo import TAIL, Echo, listening_time, threshold
+from ..end import End, ends
 from ..errors import ProcedureFailed
+from ..instrument import Instrument
+from ..memory import Memory
 from ..reading import UNDECODABLE, Reading
-from ..settings import ProbeSettings
 from .blocks import Procedure, Result, wait
-
-if TYPE_CHECKING:
-    from ..element import MemoryElement
-
-ECHO_TAIL = 150.0
-"""How long a read listens on after the first crossing, for the echo's peak, in time units."""
-
-SLOWEST = 0.15
-"""Least group velocity, in cells per time unit, for which the listening time is made."""
 
 NOISE_SHARE = 1.25
 """Unrest over the sensor's noise up to which an end counts as resting under that noise."""
@@ -42,7 +32,7 @@ FALLING = 0.7
 """Hum over that of before up to which it is told by waves that die away."""
 
 
-def quiet(element: MemoryElement) -> Procedure[None]:
+def quiet(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
 
     Both, because a wave that still runs to and fro at one end is on its way to the other. The
@@ -70,7 +60,7 @@ def quiet(element: MemoryElement) -> Procedure[None]:
         yield
 
 
-def noise_floor(element: MemoryElement, end: str) -> float:
+def noise_floor(element: Instrument, end: End) -> float:
     """Return what noise alone may make of v_c at an end that is quiet; 0 where it is negligible.
 
     That is its mean size with what else still moves, times a factor for how it fluctuates.
@@ -81,14 +71,13 @@ def noise_floor(element: MemoryElement, end: str) -> float:
     return element.settings.read.noise_factor * transducer.unrest(end)
 
 
-def hum(element: MemoryElement, end: str) -> Procedure[float]:
+def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
     """Listen to a shaken element without a pulse, and return what that may make of v_c.
 
     As long as the longest echo takes, so that waves that are under way come by; and on while it
     falls silent, for those die away.
     """
-    calibration, factor = element.calibration, element.settings.read.noise_factor
-    longest = calibration.table(end if end in calibration.ends else 'right').longest
+    factor = element.settings.read.noise_factor
     faint = FAINT * float(threshold(element.transducer.probes[end], np.array(longest)))
     detector, span = element.transducer.listen(end, shaken=True), max(LIFE, longest)
     while True:
@@ -102,35 +91,52 @@ def hum(element: MemoryElement, end: str) -> Procedure[float]:
     return loud
 
 
-def _restless(element: MemoryElement, end: str, limit: float) -> bool:
+def _restless(element: Instrument, end: End, limit: float) -> bool:
     """Return whether an end moves more than a limit, and more than its sensor's noise."""
     unrest = element.transducer.unrest(end)
     return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
 
 
-def listening_time(design: Design, probe: ProbeSettings, end: str) -> float:
-    """Return how long an echo can take: there and back over the whole element, and its tail."""
-    k_s = design.k_s2 if end == 'left' else design.k_s1
-    speed = max(SLOWEST, float(group_velocity(probe.omega_c, k_s)))
-    return 12.0 * probe.sigma + 2.0 * design.N / speed + ECHO_TAIL
+def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
+    """Fire one pulse and return what comes back.
+
+    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
+    begins to shake afterwards spoils the answer.
+
+    Args:
+        element: The instrument.
+        end: Where the pulse is fired.
+        longest: The delay of the farthest echo, for which a hum is listened to.
+    """
+    yield from quiet(element)
+    yield from wait(element, element.settings.read.rest)
+    shaken, spoiled = not element.base.still, False
+    floor = (yield from hum(element, end, longest)) if shaken else noise_floor(element, end)
+    detector = element.transducer.fire(end, floor, shaken)
+    bound = listening_time(element.design, element.transducer.probes[end], end)
+    last = bound
+    while detector.time < last:
+        yield
+        spoiled |= not (shaken or element.base.still)
+        if spoiled:  # or the true echo were heard only after the next pulse
+            last = bound
+        elif detector.delay is not None:
+            last = min(last, detector.delay + TAIL)
+    element.transducer.release()
+    return detector.echo(end, spoiled)
 
 
-def probe(element: MemoryElement, end: str) -> Procedure[Reading]:
-    """Probe from an end: fire a pulse, listen, decode, and tell what was heard."""
-    return (yield from _listen(element, end))
+def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[Reading]:
+    """Fire a pulse and tell what was heard; while the base shakes, until two say the same.
 
-
-def probe_both(element: MemoryElement) -> Procedure[Reading]:
-    """Probe from the left, then from the right, and tell what both say together."""
-    left = yield from _listen(element, 'left')
-    return (yield from _listen(element, 'right', left))
-
-
-def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Procedure[Reading]:
-    """Fire a pulse and tell what was heard; while the base shakes, until two say the same."""
+    Args:
+        element: The device.
+        end: Where the pulse is fired.
+        left: What the left end has said just before, to be combined with what the right one says.
+    """
     said: list[int] = []
     while True:
-        echo = yield from _answer(element, end)
+        echo = yield from answer(element, end, element.calibration.longest(end))
         reading = element.hear(echo, left, said)
         understood = reading.level != UNDECODABLE or reading.walls is not None
         if understood or not echo.shaken or len(said) >= element.settings.read.attempts:
@@ -138,52 +144,32 @@ def _listen(element: MemoryElement, end: str, left: Reading | None = None) -> Pr
         element.forget()  # until it is confirmed
 
 
-def _answer(element: MemoryElement, end: str) -> Procedure[Echo]:
-    """Fire one pulse and return what comes back.
-
-    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
-    begins to shake afterwards spoils the answer.
-    """
-    yield from quiet(element)
-    yield from wait(element, element.settings.read.rest)
-    shaken, spoiled = not element.base.still, False
-    floor = (yield from hum(element, end)) if shaken else noise_floor(element, end)
-    detector = element.transducer.fire(end, floor, shaken)
-    longest = listening_time(element.design, element.transducer.probes[end], end)
-    last = longest
-    while detector.time < last:
-        yield
-        spoiled |= not (shaken or element.base.still)
-        if spoiled:  # or the true echo were heard only after the next pulse
-            last = longest
-        elif detector.delay is not None:
-            last = min(last, detector.delay + ECHO_TAIL)
-    element.transducer.release()
-    return detector.echo(end, spoiled)
-
-
-def look(element: MemoryElement) -> Procedure[Reading]:
+def look(element: Memory) -> Procedure[Reading]:
     """Probe from the end in the settings, or from the one that hears anything.
 
     The carrier of the left end lies above the band of the inactive phase, so that a blank
     element can only be told from the right; and so the other way round.
     """
-    return (yield from probe_from(element, element.settings.read.end))
+    return (yield from probe_from(element, ends(element.settings.read.end)))
 
 
-def probe_from(element: MemoryElement, end: str) -> Procedure[Reading]:
-    """Probe from an end, or from both, as far as they hear; see `look`."""
+def probe_from(element: Memory, wanted: tuple[End, ...]) -> Procedure[Reading]:
+    """Probe from an end, or from the left and then the right, as far as they hear; see `look`."""
     yield from quiet(element)
-    if element.phase('left') == 0:
-        end = 'right'
-    elif end == 'both' and element.phase('right') == 1:
-        end = 'left'
-    elif end == 'both' and 'left' not in element.calibration.ends:
-        end = 'right'
-    return (yield from (probe_both(element) if end == 'both' else probe(element, end)))
+    if element.phase(End.LEFT) == 0:
+        wanted = (End.RIGHT,)
+    elif len(wanted) == 2 and element.phase(End.RIGHT) == 1:
+        wanted = (End.LEFT,)
+    elif len(wanted) == 2:
+        wanted = element.calibration.ends
+    reading = None
+    for end in wanted:
+        reading = yield from probe(element, end, reading)
+    assert reading is not None
+    return reading
 
 
-def read(element: MemoryElement, end: str = '') -> Procedure[Result]:
+def read(element: Memory, end: str = '') -> Procedure[Result]:
     """Fire a probe pulse from an end, or from both in turn, and decode what comes back.
 
     Args:
@@ -193,10 +179,10 @@ def read(element: MemoryElement, end: str = '') -> Procedure[Result]:
     Raises:
         ProcedureFailed: The echo cannot be decoded, or the element does not come to rest.
     """
-    if end in ('left', 'right'):
-        reading = yield from probe(element, end)
+    if end in tuple(End):
+        reading = yield from probe(element, End(end))
     else:
-        reading = yield from probe_from(element, end or element.settings.read.end)
+        reading = yield from probe_from(element, ends(end or element.settings.read.end))
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Result(reading)

@@ -5,21 +5,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..echo import threshold
+from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
+from ..memory import Memory
 from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
 from .blocks import Procedure, Result, ramp, slacken, wait
 from .erasing import erase
 from .listening import look, noise_floor, probe_from, quiet
 from .writing import restore, write
-
-if TYPE_CHECKING:
-    from ..element import MemoryElement
 
 TEST_STRAIN = 0.01
 """Strain by which the actuator is tested: a third of what moves a wall."""
@@ -28,7 +26,7 @@ STRAIN_TOLERANCE = 0.05
 """Largest error of the strain as the right end feels it, as a share of the test strain."""
 
 
-def self_test(element: MemoryElement) -> Procedure[Result]:
+def self_test(element: Memory) -> Procedure[Result]:
     """Test all that can be tested, one check for each, and restore the content.
 
     What cannot be heard or strained is not written: with a transducer or the actuator that
@@ -62,7 +60,7 @@ def _passed(checks: list[Check]) -> bool:
     return all(check.passed for check in checks)
 
 
-def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
+def _hear(element: Memory, end: End) -> Procedure[Check]:
     """Measure the noise of an end's sensor: it must leave the threshold at the last echo alone.
 
     The last echo is that of the level that is farthest from the end, or of the blank element.
@@ -82,7 +80,7 @@ def _hear(element: MemoryElement, end: str) -> Procedure[Check]:
     return Check(name, raised <= MOST_RAISED, heard, values)
 
 
-def _erase(element: MemoryElement) -> Procedure[Check]:
+def _erase(element: Memory) -> Procedure[Check]:
     try:
         yield from erase(element)
     except ProcedureFailed as failure:
@@ -90,7 +88,7 @@ def _erase(element: MemoryElement) -> Procedure[Check]:
     return Check('erase', True, 'blank')
 
 
-def _strain(element: MemoryElement) -> Procedure[Check]:
+def _strain(element: Memory) -> Procedure[Check]:
     """Strain the element a little and see whether its right end goes with it, from zero on.
 
     As slowly as an erase does, so that the end is at rest when it is looked at.
@@ -115,18 +113,18 @@ def _strain(element: MemoryElement) -> Procedure[Check]:
     )
 
 
-def _felt(element: MemoryElement) -> float:
+def _felt(element: Memory) -> float:
     """Return the strain as the right end shows it, which is inactive."""
-    stretched = element.transducer.rest('right') - element.design.D_s1
+    stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 
 
-def _level(element: MemoryElement, level: int) -> Procedure[Check]:
+def _level(element: Memory, level: int) -> Procedure[Check]:
     """Write a level and read it from both ends."""
     name = f'level {level}'
     try:
         written = yield from write(element, level)
-        reading = yield from probe_from(element, 'both')
+        reading = yield from probe_from(element, tuple(End))
     except ProcedureFailed as failure:
         return Check(name, False, str(failure))
     values = {
@@ -144,7 +142,7 @@ def _level(element: MemoryElement, level: int) -> Procedure[Check]:
     return Check(name, True, f'read from both ends{tries}', values)
 
 
-def _restore(element: MemoryElement, content: Reading) -> Procedure[Check]:
+def _restore(element: Memory, content: Reading) -> Procedure[Check]:
     try:
         yield from restore(element, content)
     except ProcedureFailed as failure:

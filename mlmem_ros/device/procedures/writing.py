@@ -4,21 +4,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ..errors import ProcedureFailed
+from ..memory import Memory
 from ..motion import Cycle
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..settings import peak
-from .blocks import Procedure, Result, launch, slacken, strain, wait
+from .blocks import Procedure, Result, launch, play, slacken, wait
 from .erasing import erase
 from .listening import look
 
-if TYPE_CHECKING:
-    from ..element import MemoryElement
 
-
-def write(element: MemoryElement, level: int) -> Procedure[Result]:
+def write(element: Memory, level: int) -> Procedure[Result]:
     """Write a level: step up to it, or erase and start again; then verify by reading.
 
     What the reading says is where the next try goes on from, with peak strains that are
@@ -53,7 +49,7 @@ def write(element: MemoryElement, level: int) -> Procedure[Result]:
     )
 
 
-def restore(element: MemoryElement, content: Reading) -> Procedure[Result]:
+def restore(element: Memory, content: Reading) -> Procedure[Result]:
     """Write what a reading said, or erase where it said blank.
 
     Raises:
@@ -64,13 +60,13 @@ def restore(element: MemoryElement, content: Reading) -> Procedure[Result]:
     return (yield from erase(element))
 
 
-def _force(element: MemoryElement, attempt: int) -> float:
+def _force(element: Memory, attempt: int) -> float:
     """Return the factor on the peak strains of a try, the first being 1."""
     settings = element.settings.write
     return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
 
 
-def drive(element: MemoryElement, present: int, level: int, force: float = 1.0) -> Procedure[None]:
+def drive(element: Memory, present: int, level: int, force: float = 1.0) -> Procedure[None]:
     """Drive the wall from the level that was read to another, without looking.
 
     Args:
@@ -85,11 +81,11 @@ def drive(element: MemoryElement, present: int, level: int, force: float = 1.0) 
         yield from erase(element)
         present = BLANK
     if present == BLANK:
-        element.forget()
+        element.begin_cycle()
         yield from launch(element, settings, element.design.D_s2)
         present = 0
     for step in range(present, level):
-        element.forget()
+        element.begin_cycle()
         wanted = force * peak(settings, element.design.freed_by_compression(step))
-        yield from strain(element, Cycle.planned(settings, max(-limit, min(wanted, limit))))
+        yield from play(element, Cycle.planned(settings, max(-limit, min(wanted, limit))))
     yield from wait(element, settings.final_settle)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...device.echo import Echo, blanking
+from ...device.end import End
 from ...device.settings import ProbeSettings
 from ...physics import CASE_II, Specimen
 from ...physics.dispersion import band
@@ -48,9 +49,9 @@ def compute(quality: Quality) -> Data:
     levels = quality.pick((0, 3, 7), tuple(range(CASE_II.levels)))
     walls = [resting_wall(Specimen(CASE_II), level) for level in levels]
     data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
-    for end in ('left', 'right'):
-        low, high = (1.0, 2.5) if end == 'left' else (0.4, 1.2)
-        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end == 'left' else (0.62, 0.7)
+    for end in End:
+        low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
+        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else (0.62, 0.7)
         omega = np.unique(np.r_[np.linspace(low, high, quality.pick(4, 51)), printed])
         rows = [_one_carrier(float(o), walls, end) for o in omega]
         data[f'omega_{end}'] = omega
@@ -74,7 +75,7 @@ def _one_carrier(omega: float, walls: list[np.ndarray], end: str) -> Data:
         'quiet': float(background.v_c[late].max()),
     }
     for name, decay in (('plain', 0.0), ('compensated', COMPENSATED)):
-        row[name] = _usable(echoes, probe, decay, 1.0 if end == 'left' else -1.0)
+        row[name] = _usable(echoes, probe, decay, 1.0 if end is End.LEFT else -1.0)
     return row
 
 
@@ -103,10 +104,10 @@ def draw(data: Data) -> Any:
     """Draw strength over carrier above, usable thresholds below; left and right end."""
     figure = new_figure(7.0, 4.6)
     grid = axes_grid(figure, 2, 2, sharex='col')
-    for column, end in enumerate(('left', 'right')):
+    for column, end in enumerate(End):
         upper, lower = grid[:, column]
         omega = data[f'omega_{end}']
-        color = S2 if end == 'left' else S1
+        color = S2 if end is End.LEFT else S1
         for number, level in enumerate(data['levels']):
             shade = 0.3 + 0.7 * (number + 1) / len(data['levels'])
             upper.semilogy(omega, data[f'echo_{end}'][:, number], color=color, alpha=shade, lw=1)
@@ -117,8 +118,8 @@ def draw(data: Data) -> Any:
         upper.semilogy(
             omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=INK, ls=':', label='ring-down'
         )
-        upper.set(ylim=(1e-7, 2e-2), ylabel='greatest $v_c$' if end == 'left' else '')
-        lower.set(ylim=(1e-6, 2e-2), ylabel='threshold $v_{th}$' if end == 'left' else '')
+        upper.set(ylim=(1e-7, 2e-2), ylabel='greatest $v_c$' if end is End.LEFT else '')
+        lower.set(ylim=(1e-6, 2e-2), ylabel='threshold $v_{th}$' if end is End.LEFT else '')
         lower.set(xlabel=r'carrier $\omega_c$', yscale='log')
         for name, alpha in (('compensated', 0.25), ('plain', 0.6)):
             low, high = data[f'{name}_{end}'].T
@@ -128,7 +129,7 @@ def draw(data: Data) -> Any:
                 for edge in (low, high):
                     if omega[0] < edge < omega[-1]:
                         axes.axvline(edge, color=tint, lw=0.7, ls='--')
-        text = 'left end, in $s_2$' if end == 'left' else 'right end, in $s_1$'
+        text = 'left end, in $s_2$' if end is End.LEFT else 'right end, in $s_1$'
         label(upper, 'ab'[column], f'{text}: echo of each level')
         label(lower, 'cd'[column], 'thresholds that read every level')
     grid[0, 0].legend(loc='lower left')

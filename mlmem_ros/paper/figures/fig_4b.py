@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...device import Settings
+from ...device.end import End
 from ...device.settings import ProbeSettings
 from ...physics import CASE_II, Specimen
 from ...physics.dispersion import group_velocity
@@ -26,9 +27,9 @@ FIGURE = Figure(
 )
 
 READERS: dict[str, tuple[str, ProbeSettings]] = {
-    'paper': ('left', PAPER),
-    'left': ('left', Settings().probe),
-    'right': ('right', Settings().probe_right),
+    'paper': (End.LEFT, PAPER),
+    'left': (End.LEFT, Settings().probe),
+    'right': (End.RIGHT, Settings().probe_right),
 }
 """The paper's plain threshold (our reading of it), and the device's two ends."""
 
@@ -57,12 +58,11 @@ def compute(quality: Quality) -> Data:
     return data
 
 
-def _flight(end: str, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
+def _flight(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
     """Return 2 distance / group velocity of the carrier, without offset: Eq. (4)."""
     design = CASE_II
     wall = np.array([design.defect(int(level)) for level in levels])
-    k_s = design.k_s2 if end == 'left' else design.k_s1
-    distance = wall - 1 if end == 'left' else design.N - wall
+    k_s, distance = end.k_s(design), abs(wall - end.site(design))
     return np.asarray(2.0 * distance / group_velocity(probe.omega_c, k_s))
 
 

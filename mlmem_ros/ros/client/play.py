@@ -23,7 +23,6 @@ from ...device import (
     Disturb,
     Erase,
     FollowTrajectory,
-    Outcome,
     Read,
     SelfTest,
     SetFaults,
@@ -183,10 +182,7 @@ def _content_before(session: SessionData) -> str:
     if session.header is None:
         return describe_level(BLANK)  # as `replay_commands` takes it
     element = element_of(session)
-    element.apply(Read())
-    while not (ended := [event for event in element.advance() if isinstance(event, Outcome)]):
-        pass
-    (outcome,) = ended
+    outcome = element.perform(Read())
     return outcome.error or describe_level(outcome.reading.level if outcome.reading else BLANK)
 
 

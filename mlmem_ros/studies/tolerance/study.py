@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from ...device import Settings
+from ...device.end import read_from
 from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
 from .estimate import Rate, pooled, rare_scatter
 from .point import common, evaluate, screened, size
 from .screen import DRAWN, HEAVIEST
-from .trial import KINDS, STEP, ends
+from .trial import KINDS, STEP
 from .walk import next_rung, trials_wanted
 
 LEAST = 1e-8
@@ -58,7 +59,7 @@ class Tolerance:
     def __post_init__(self) -> None:
         if unknown := sorted(set(self.kinds) - set(KINDS)):
             raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
-        possible = (STEP, *ends(self.settings))
+        possible = (STEP, *(end.value for end in read_from(self.settings)))
         if unknown := sorted(set(self.tried) - set(possible)):
             raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
         if self.amounts < 1 or self.most < 1:

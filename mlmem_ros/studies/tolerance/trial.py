@@ -10,18 +10,19 @@ sample of every step or of every read, and a step that fails spoils no other.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
 
-from ...device import UNDECODABLE, Disturb, Faults, MemoryElement, SetFaults
+from ...device import UNDECODABLE, Faults, MemoryElement, SetFaults
+from ...device.end import End
 from ...device.errors import ProcedureFailed
+from ...device.procedures import run
 from ...device.procedures.listening import probe
 from ...device.procedures.writing import drive
 from ...device.settings import Settings
-from ...device.transducer import ENDS
 from ...physics import Design, Scatter, Specimen, StateError, level_of, scattered
 from ...physics.equilibrium import resting_wall
 from ..trace import wall_position
@@ -65,11 +66,6 @@ def chance(kind: str, amount: float) -> Chance:
     if kind in ('noise', 'vibration'):
         return Chance(**{kind: amount})
     return Chance(Scatter(**{kind: amount}))
-
-
-def ends(settings: Settings) -> tuple[str, ...]:
-    """Return the ends from which an instrument reads every level."""
-    return ENDS if settings.read.end != 'right' else ('right',)
 
 
 def wanted(design: Design, tried: str) -> tuple[int, ...]:
@@ -150,7 +146,7 @@ class _Trial:
     def step(self, level: int) -> int:
         """Drive the wall to the next level, and return that at which it rests then."""
         element, design = self._element, self._element.design
-        self._carry_out(drive(element, level, level + 1))
+        run(element, drive(element, level, level + 1), self._shake)
         configuration = element.chain.configuration
         reached = level_of(design, configuration, design.J / 2)
         if reached < 0:
@@ -165,20 +161,13 @@ class _Trial:
     def decoded(self, end: str) -> int:
         """Read from an end, and return the level."""
         try:
-            return self._carry_out(probe(self._element, end)).level
+            return run(self._element, probe(self._element, End(end)), self._shake).level
         except ProcedureFailed:  # it does not come to rest
             self._element.transducer.release()
             return UNDECODABLE
 
-    def _carry_out(self, steps: Generator[None, None, T]) -> T:
-        """Advance the element through a procedure and return what it gives."""
-        while True:
-            try:
-                next(steps)
-            except StopIteration as stop:
-                result: T = stop.value
-                return result
-            if self._vibration:
-                drawn = self._vibration * float(self._random.standard_normal())
-                self._element.apply(Disturb(min(max(drawn, -self._limit), self._limit)))
-            self._element.advance()
+    def _shake(self) -> None:
+        """Give the base the acceleration of a tick, where it is not still."""
+        if self._vibration:
+            drawn = self._vibration * float(self._random.standard_normal())
+            self._element.base.disturb(min(max(drawn, -self._limit), self._limit))

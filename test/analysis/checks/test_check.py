@@ -17,6 +17,7 @@ from mlmem_ros.analysis.checks.launch import launched
 from mlmem_ros.analysis.checks.subject import Subject, sample
 from mlmem_ros.analysis.forecast import forecast_echo
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
+from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Specimen
@@ -234,7 +235,7 @@ def test_the_echoes_of_the_device_are_forecast():
     """Delays to 2 time units, which is less than a hundredth of a level's."""
     settings = Settings()
     known = factory_calibration(CASE_II, settings)
-    for end, probe in (('left', settings.probe), ('right', settings.probe_right)):
+    for end, probe in ((End.LEFT, settings.probe), (End.RIGHT, settings.probe_right)):
         for level in (0, 3, 7):
             echo = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 0.25)
             assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
@@ -244,11 +245,11 @@ def test_a_forecast_margin_is_that_of_the_device():
     element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
     element.chain.place(resting_wall(Specimen(CASE_II), 7))
     element.transducer.settle()
-    detector = element.transducer.fire('left')
+    detector = element.transducer.fire(End.LEFT)
     while detector.time < 1200.0:
         element.advance()
     echo = forecast_echo(
-        CASE_II, resting_wall(Specimen(CASE_II), 7), Settings().probe, 'left', 0.25
+        CASE_II, resting_wall(Specimen(CASE_II), 7), Settings().probe, End.LEFT, 0.25
     )
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
 
@@ -261,8 +262,8 @@ def test_the_range_by_closed_forms_is_next_to_the_forecast():
     """
     settings = Settings()
     for end, probe, k_s, most in (
-        ('left', settings.probe, CASE_II.k_s2, 3.5),
-        ('right', settings.probe_right, CASE_II.k_s1, 1.25),
+        (End.LEFT, settings.probe, CASE_II.k_s2, 3.5),
+        (End.RIGHT, settings.probe_right, CASE_II.k_s1, 1.25),
     ):
         wall = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), 3), probe, end, 0.25)
         heard = wall.v_c[wall.t > 150.0].max()

@@ -47,7 +47,7 @@ class MaterialComponent(Component):
         """Take what a tick has led to."""
         chain = element.chain
         self._since_audit = 1 if self._auditor.end(chain) else self._since_audit + 1
-        self._idle = element.idle
+        self._idle = element.released
         parts = energy(chain)
         if self._judged[0] is not chain.specimen:
             limit = stable_step(chain.specimen, chain.integrator)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 from ....device import Loop, MemoryElement
-from ....device.transducer import ENDS
+from ....device.end import End
 from .health import OK, WARN, Component, Health
 
 WEAK = 1.5
@@ -28,7 +28,7 @@ class TransducerComponent(Component):
         """Take what the ends do, in cells, and the delays they are judged by, in time units."""
         transducer = element.transducer
         self._text = 'driving' if transducer.driving else 'listening'
-        self._values = {f'unrest_{end}': transducer.unrest(end) for end in ENDS}
+        self._values = {f'unrest_{end}': transducer.unrest(end) for end in End}
         for end in element.calibration.ends:
             delays = element.calibration.table(end).delays
             self._values[f'delays_{end}'] = ' '.join(f'{delay:g}' for delay in delays)

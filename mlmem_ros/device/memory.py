@@ -1,0 +1,79 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An instrument that knows what its echoes mean: calibration, content, history.
+
+This is all that a procedure knows of an element.
+"""
+
+from __future__ import annotations
+
+from ..physics import Design
+from .calibration import Calibration
+from .echo import Echo
+from .end import End
+from .events import Event, Heard
+from .instrument import Instrument
+from .memory_statistics import MemoryStatistics
+from .reading import Reading, combine, confirmed, decode
+from .settings import Settings
+
+
+class Memory(Instrument):
+    """An instrument that reads levels.
+
+    Attributes:
+        calibration: Echo delay of every level.
+        reading: The last reading, None while the content is not known.
+        statistics: What the element has been through.
+    """
+
+    def __init__(self, design: Design, settings: Settings, calibration: Calibration) -> None:
+        """Make an instrument around a blank chain at rest; raises as `Instrument`.
+
+        Args:
+            design: The element.
+            settings: The instrument's settings.
+            calibration: Echo delay of every level; `factory.new_element` makes one.
+
+        Raises:
+            SettingsError: The calibration is that of another number of levels.
+        """
+        calibration.check(design.levels)
+        super().__init__(design, settings)
+        self.calibration = calibration
+        self.reading: Reading | None = None
+        self.statistics = MemoryStatistics.of(design.levels)
+        self._events: list[Event] = []
+
+    def forget(self) -> None:
+        """Hold the content for unknown from now on: the wall may be about to move."""
+        self.reading = None
+
+    def begin_cycle(self) -> None:
+        """Count a strain cycle, which is about to move the wall."""
+        self.statistics.cycles += 1
+        self.forget()
+
+    def hear(
+        self, echo: Echo, left: Reading | None = None, said: list[int] | None = None
+    ) -> Reading:
+        """Decode an echo, remember the reading and tell it.
+
+        Args:
+            echo: What came back.
+            left: What the left end has said just before, to be combined with an echo at the
+                right end.
+            said: The levels that the pulses before have said, to which this one's is added: while
+                the base shakes, two have to say the same.
+        """
+        phases = self.phase(End.LEFT), self.phase(End.RIGHT)
+        reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
+        if left is not None:
+            reading = combine(self.design, self.settings.read, left, reading)
+        if said is not None:
+            said.append(reading.level)
+            if echo.shaken:
+                reading = confirmed(reading, said)
+        self.reading = reading
+        self._events.append(Heard(echo, reading))
+        return reading

@@ -1,0 +1,132 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""No procedure can reach the true wall: each works on a material that shows its ends alone."""
+
+import math
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    End,
+    Erase,
+    Read,
+    SelfTest,
+    SetStrain,
+    Write,
+)
+from mlmem_ros.device.material import Material
+from mlmem_ros.device.transducer import Transducer
+from mlmem_ros.physics import NOH_BATHE
+
+from . import rig
+
+SEEN = {'dt', 'integrator', 'V_N', 'advance', 'rest', 'end'}
+"""All that an instrument may ask of its material."""
+
+
+class Blindfold:
+    """Passes on what an instrument may ask, and tells nothing else."""
+
+    def __init__(self, chain):
+        self._tell = {name: lambda name=name: getattr(chain, name) for name in SEEN}.__getitem__
+
+    def __getattr__(self, name):
+        if name not in SEEN:
+            raise AssertionError(f'somebody looks at {name}')
+        return self._tell(name)()
+
+
+def blindfolded(level=None, **settings):
+    """Return a device whose material shows its ends alone, and the chain for the experimenter."""
+    element = rig.device(level, **settings)
+    chain = element.chain
+    element.material = element.transducer._material = Blindfold(chain)
+    return element, chain
+
+
+def test_a_material_is_asked_for_little():
+    members = {name for name in vars(Material) if not name.startswith('_')}
+    assert members | set(Material.__annotations__) == SEEN
+
+
+@pytest.mark.parametrize(
+    'commands',
+    [
+        [Write(2), Read('both'), Write(3), Write(1), Erase(), Read()],
+        [SetStrain(0.01), Write(0), Abort()],
+        [Write(1), Calibrate()],
+        [Write(0), SelfTest()],
+    ],
+    ids=lambda commands: type(commands[-1]).__name__,
+)
+def test_every_procedure_works_blindfolded(commands):
+    """To the bit as it works otherwise."""
+    blind, chain = blindfolded()
+    seeing = rig.device()
+    for command in commands:
+        for element in (blind, seeing):
+            element.apply(command)
+            while element.procedure:
+                element.advance()
+    assert chain.state().tobytes() == seeing.chain.state().tobytes()
+    assert blind.reading == seeing.reading
+    assert blind.ticks == seeing.ticks
+
+
+def test_a_look_at_anything_else_is_noticed():
+    element, _ = blindfolded(3)
+    for name in ('configuration', 'v', 'V', 'state', 'velocity', '_metamaterial', 'specimen'):
+        with pytest.raises(AssertionError, match=name):
+            getattr(element.material, name)
+    with pytest.raises(AssertionError):
+        element.chain  # noqa: B018
+
+
+class Stub:
+    """A rig of another make: its right end follows the strain, its left end throws pulses back."""
+
+    def __init__(self, design, dt, delay):
+        self.dt, self.integrator, self.V_N = dt, NOH_BATHE, 0.0
+        self._design, self._lag, self._sent = design, round(delay / dt), np.zeros(0)
+        self._share = 0.05 * math.exp(-0.5 * design.eta * delay)  # what a wave loses on its way
+
+    def end(self, site):
+        return self._design.D_s2 if site == 1 else self._design.D_s1 + self.V_N
+
+    def rest(self, steps):
+        return self.advance(np.full(2 * steps, self.V_N))
+
+    def advance(self, V_N, drive=None, shake=None):
+        steps, rest = len(V_N) // 2, self._design.D_s2
+        sent = np.zeros(steps)
+        if drive is not None:
+            driven = drive.motion[0, 1::2]
+            sent[: len(driven)] = driven - rest
+        self._sent = np.concatenate((np.zeros(self._lag), self._sent, sent))[-self._lag - steps :]
+        self.V_N = float(V_N[-1])
+        return np.stack(
+            (rest + sent + self._share * self._sent[:steps], self._design.D_s1 + V_N[1::2])
+        )
+
+
+def test_a_rig_of_another_make_is_strained_and_read():
+    """All of it stands in for the chain; its echo comes as late as that of a level, and is it."""
+    element = rig.device()
+    delays = element.calibration.left.delays
+
+    def read(delay):
+        element.material = Stub(element.design, element.material.dt, delay)
+        element.transducer = Transducer(element.design, element.settings, element.material)
+        return element.perform(Read('left')).reading
+
+    early = 500.0 - read(500.0).delay
+    for level, delay in list(enumerate(delays))[1:]:  # the first comes while the pulse still rings
+        reading = read(delay + early)
+        assert reading.level == level
+        assert reading.delay == pytest.approx(delay, abs=element.material.dt)
+    element.apply(SetStrain(0.01))
+    rig.ticks(element, 100)
+    assert element.transducer.rest(End.RIGHT) == pytest.approx(element.design.D_s1 + 2.25)
