@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ class TopicInfo:
     message_count: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass
 class FileInfo:
     """One storage file of a bag. Times are in nanoseconds, since the epoch or of the clock."""
 
@@ -43,6 +43,13 @@ class FileInfo:
     starting_time: int = NEVER
     duration: int = 0
     message_count: int = 0
+
+    def add(self, log_time: int) -> None:
+        """Count a message; its log time is in nanoseconds."""
+        end = max(self.starting_time + self.duration, log_time) if self.message_count else log_time
+        self.starting_time = min(self.starting_time, log_time)
+        self.duration = end - self.starting_time
+        self.message_count += 1
 
 
 @dataclass(frozen=True)
@@ -72,6 +79,24 @@ class BagMetadata:
                 raise BagError(
                     f'custom_data must map strings to strings; got {key!r:.80}: {value!r:.80}.'
                 )
+
+    @classmethod
+    def of(
+        cls, topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
+    ) -> BagMetadata:
+        """Describe a bag by its topics and files; raises as the class."""
+        filled = [file for file in files if file.message_count]
+        start = min((file.starting_time for file in filled), default=NEVER)
+        end = max((file.starting_time + file.duration for file in filled), default=start)
+        return cls(
+            topics=tuple(topics),
+            files=tuple(files),
+            relative_file_paths=tuple(file.path for file in files),
+            starting_time=start,
+            duration=end - start,
+            message_count=sum(file.message_count for file in files),
+            custom_data=dict(custom_data),
+        )
 
     def text(self) -> str:
         """Give the content of ``metadata.yaml``."""

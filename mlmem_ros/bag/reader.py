@@ -8,14 +8,16 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .contents import Loss, Message
 from .definitions import Codec, Definition, codec_of
 from .errors import BagError, storage_errors
 from .mcap_source import McapSource
 from .metadata import FILE_NAME, BagMetadata, TopicInfo, parse_metadata, read_metadata
-from .source import Source
+
+if TYPE_CHECKING:
+    from .rosbags_source import RosbagsSource
 
 
 class BagReader:
@@ -150,7 +152,7 @@ class BagReader:
                 return sorted(files, key=_natural_order)
         raise BagError(f'{self.path} must be a bag; it has no {FILE_NAME}, .mcap or .db3 file.')
 
-    def _open(self, files: list[Path], metadata: BagMetadata | None) -> Source:
+    def _open(self, files: list[Path], metadata: BagMetadata | None) -> McapSource | RosbagsSource:
         compressed = metadata is not None and metadata.compression_mode.lower() not in {'', 'none'}
         if not compressed and files[0].suffix != '.db3':
             return McapSource(files)

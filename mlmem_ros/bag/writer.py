@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import index
 from os import PathLike
 from pathlib import Path
@@ -16,9 +16,8 @@ from .. import threads
 from ..durable import make_directory
 from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
-from .ledger import Ledger
 from .mcap_file import COMPRESSIONS, McapFile
-from .metadata import BagMetadata, TopicInfo
+from .metadata import BagMetadata, FileInfo, TopicInfo
 from .qos import RELIABLE, QosProfile, dump_profiles
 
 _SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage demands
@@ -31,6 +30,7 @@ class _Channel:
     definition: Definition
     latch: bool
     id: int = 0  # in the file being written
+    message_count: int = 0
     last: tuple[bytes, int] | None = None  # if latched: data, publish time
 
 
@@ -87,7 +87,7 @@ class BagWriter:
         self.sync_interval = sync_interval
         self._compression = compression
         self._channels: dict[str, _Channel] = {}
-        self._ledger = Ledger(self.path.name)
+        self._files: list[FileInfo] = []
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
@@ -107,7 +107,7 @@ class BagWriter:
     @property
     def message_count(self) -> int:
         """Messages written so far, those repeated at splits included."""
-        return self._ledger.message_count
+        return sum(file.message_count for file in self._files)
 
     @property
     def size(self) -> int:
@@ -117,7 +117,7 @@ class BagWriter:
     @property
     def file_count(self) -> int:
         """Files begun so far."""
-        return self._ledger.file_count
+        return len(self._files)
 
     def add_topic(
         self,
@@ -157,7 +157,6 @@ class BagWriter:
         with self._storage():
             self._declare(channel)
         self._channels[name] = channel
-        self._ledger.add_topic(info)
 
     def write(
         self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None
@@ -258,7 +257,8 @@ class BagWriter:
                 ) from error
 
     def _open_file(self) -> None:
-        self._file = McapFile(self.path / self._ledger.add_file(), self._compression)
+        self._files.append(FileInfo(f'{self.path.name}_{len(self._files)}.mcap'))
+        self._file = McapFile(self.path / self._files[-1].path, self._compression)
         metadata = self._metadata()
         with self._storage():
             self._file.write_metadata(metadata.record_text())
@@ -284,17 +284,17 @@ class BagWriter:
 
     def _put(self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int) -> None:
         self._file.write(channel.id, cdr, log_time, publish_time)
-        self._ledger.add_message(channel.info.name, log_time)
+        self._files[-1].add(log_time)
+        channel.message_count += 1
         if channel.latch:
             channel.last = cdr, publish_time
         self.unsynced = True
 
     def _split_is_due(self, log_time: int) -> bool:
-        if not self._ledger.file_message_count:
-            return False
+        newest = self._files[-1]
         too_big = 0 < self._max_bytes <= self._file.size
-        too_long = 0 < self._max_duration < log_time - self._ledger.file_start
-        return too_big or too_long
+        too_long = 0 < self._max_duration < log_time - newest.starting_time
+        return newest.message_count > 0 and (too_big or too_long)
 
     def _split(self, log_time: int) -> None:
         self._close_file()
@@ -306,7 +306,11 @@ class BagWriter:
                 self._put(channel, cdr, log_time, publish_time)
 
     def _metadata(self) -> BagMetadata:
-        return self._ledger.metadata(self.custom_data)
+        topics = (
+            replace(channel.info, message_count=channel.message_count)
+            for channel in self._channels.values()
+        )
+        return BagMetadata.of(topics, self._files, self.custom_data)
 
 
 def _nanoseconds(time: int) -> int:
