@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .qos import LATCHED, RELIABLE, SENSOR_DATA, QosProfile
     from .reader import BagReader
     from .recorder import DROPPED_KEY, Recorder, RecorderStatus
-    from .repairing import RepairReport, repair
+    from .repairing import Repaired, repair
     from .writer import BagWriter
 
 __all__ = [
@@ -38,7 +38,7 @@ __all__ = [
     'QosProfile',
     'Recorder',
     'RecorderStatus',
-    'RepairReport',
+    'Repaired',
     'TopicInfo',
     'codec_of',
     'jazzy',
@@ -53,7 +53,7 @@ _HOMES = {
     'qos': ('LATCHED', 'RELIABLE', 'SENSOR_DATA', 'QosProfile'),
     'reader': ('BagReader',),
     'recorder': ('DROPPED_KEY', 'Recorder', 'RecorderStatus'),
-    'repairing': ('RepairReport', 'repair'),
+    'repairing': ('Repaired', 'repair'),
     'writer': ('BagWriter',),
 }
 """Modules, and the names that are at home there."""

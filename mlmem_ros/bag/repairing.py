@@ -15,7 +15,7 @@ from .writer import BagWriter
 
 
 @dataclass(frozen=True)
-class RepairReport:
+class Repaired:
     """What a repair did.
 
     Attributes:
@@ -31,7 +31,7 @@ class RepairReport:
     losses: tuple[Loss, ...]
 
 
-def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> RepairReport:
+def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
     """Copy all that can be read of a bag into a new one.
 
     Messages, times, definitions, QoS and custom data are kept; the new bag has one file.
@@ -61,4 +61,4 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
             )
         for message in reader:
             writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
-    return RepairReport(reader.path, writer.path, writer.message_count, reader.losses)
+    return Repaired(reader.path, writer.path, writer.message_count, reader.losses)

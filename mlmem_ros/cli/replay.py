@@ -138,11 +138,11 @@ def describe_played(played: Played) -> list[str]:
 
 def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
     """Return in a line how many agree, with the first that does not in a second one."""
-    from ..session.report import agreeing, told
+    from ..session.report import agreeing, comparable
 
-    if not told(recorded):
+    if not comparable(recorded):
         return [f'{what:<12}none recorded; here {", ".join(map(str, found)) or "none"}']
-    line = f'{what:<12}{agreeing(recorded, found)} of {told(recorded)} agree'
+    line = f'{what:<12}{agreeing(recorded, found)} of {comparable(recorded)} agree'
     if len(found) > len(recorded):
         line += f', {len(found) - len(recorded)} more than recorded'
     lines = [f'{line}: {", ".join(map(str, found))}' if found else line]

@@ -81,13 +81,13 @@ class ReplayReport:
     @property
     def compared(self) -> bool:
         """Whether there was anything to compare with."""
-        return bool(self.hashes or told(self.recorded_levels) or self.recorded_endings)
+        return bool(self.hashes or comparable(self.recorded_levels) or self.recorded_endings)
 
     @property
     def levels_agree(self) -> bool:
         """Whether every level that was recorded was decoded again, and every ending come to."""
         return all(
-            agreeing(then, now) == told(then)
+            agreeing(then, now) == comparable(then)
             for then, now in (
                 (self.recorded_levels, self.levels),
                 (self.recorded_endings, self.endings),
@@ -196,7 +196,7 @@ def ending(values: Mapping[str, Any]) -> str:
     return f'{procedure} {said}'.rstrip()
 
 
-def told(recorded: Sequence[object]) -> int:
+def comparable(recorded: Sequence[object]) -> int:
     """Return how many there are to compare with: those that are not None."""
     return len(recorded) - list(recorded).count(None)
 

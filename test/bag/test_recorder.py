@@ -60,7 +60,7 @@ def wait_for(condition):
 
 
 def test_all_that_was_put_is_in_the_bag(make):
-    recorder = make()
+    recorder = make(sync_interval=0.1)
     assert all(recorder.put('/level', level(i), i, i + 5) for i in range(1000))
     status = recorder.close(60)
     assert (status.state, status.messages, status.dropped, status.queued) == ('closed', 1000, 0, 0)
@@ -74,7 +74,7 @@ def test_all_that_was_put_is_in_the_bag(make):
 
 
 def test_several_threads_may_put(make):
-    recorder = make()
+    recorder = make(sync_interval=0.1)
     threads = [
         threading.Thread(target=lambda: [recorder.put('/level', level(i), i) for i in range(200)])
         for _ in range(4)
