@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..chance import Stream, happens
 from ..physics.portable import exponential
 from ..physics.potential import Array
-from .chance import Stream, happens
 from .faults import Faults
 
 NO_LAG = 1e-9

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..chance import Stream, happens, normal
 from ..physics.potential import Array
-from .chance import Stream, happens, normal
 from .faults import Faults
 
 

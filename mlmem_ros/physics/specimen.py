@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..chance import Stream, generator
 from .design import Design, strain_shape
 from .errors import DesignError
 from .potential import Array, Potential
@@ -136,8 +137,7 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
         seed: Of the random numbers; the same gives the same element.
     """
     alpha, s, mass, offset = (
-        np.random.Generator(np.random.PCG64(stream))
-        for stream in np.random.SeedSequence(seed).spawn(4)
+        generator(seed, stream) for stream in (Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET)
     )
 
     def factor(generator: np.random.Generator, deviation: float, size: int) -> Array:

@@ -9,6 +9,7 @@ import math
 import numpy as np
 import pytest
 
+from mlmem_ros.chance import Stream, happens, normal
 from mlmem_ros.device import (
     Abort,
     Faults,
@@ -22,7 +23,6 @@ from mlmem_ros.device import (
     Write,
     snapshot,
 )
-from mlmem_ros.device.chance import Stream, happens, normal
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import worn
 from mlmem_ros.physics import CASE_II, Chain, StateError

@@ -16,7 +16,7 @@ from mlmem_ros.physics import wall
 WALL = wall.__name__
 ROOT = Path(mlmem_ros.__file__).parent
 SOURCES = sorted((ROOT / 'device').rglob('*.py'))
-BELOW = ('clipped', 'described', 'device', 'durable', 'physics', 'threads', 'words')
+BELOW = ('chance', 'clipped', 'described', 'device', 'durable', 'physics', 'threads', 'words')
 """What the device may import, all of it in the package."""
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...chance import Stream, generator
 from ...device import UNDECODABLE, Settings
 from ...physics import Design, DesignError, scattered
 from ...physics.potential import Array
@@ -79,9 +80,8 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[Element]:
     by, right = chance(kind, values['scatter']), np.array(wanted(design, tried))
     count, each = size(shared, kind, tried)
     for one in np.random.SeedSequence(seed).generate_state(count, np.uint64).tolist():
-        # The specimen is made of the first four streams of this seed, the screen of the fifth.
-        random = np.random.Generator(np.random.PCG64(np.random.SeedSequence(one).spawn(6)[5]))
-        levels = np.sort(random.choice(len(right), each, replace=False))
+        drawn = generator(one, Stream.LEVELS).choice(len(right), each, replace=False)
+        levels = np.sort(drawn)
         counts = np.ones(each)
         if screened(shared, kind, tried):
             specimen = scattered(design, by.scatter, one)

@@ -17,6 +17,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ...chance import Stream, generator
 from ...physics import Specimen
 from ...physics.potential import Array
 from .forecast import Forecast
@@ -45,7 +46,5 @@ def weights(forecast: Forecast, specimen: Specimen, levels: Iterable[int], seed:
     """
     inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
     q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])
-    # The specimen is made of the first four streams of this seed.
-    stream = np.random.SeedSequence(seed).spawn(5)[4]
-    drawn = np.random.Generator(np.random.PCG64(stream)).random(len(q)) < q
+    drawn = generator(seed, Stream.SCREEN).random(len(q)) < q
     return np.where(drawn, 1.0 / q, 0.0)

@@ -1,0 +1,75 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Chance: every stream of random numbers has a name here, so that no two can be the same.
+
+What happens at a tick is decided by a seed and the tick, and by nothing that came before.
+Philox is a counter-based generator: a tick's numbers can be had without those of the ticks before,
+so that no state has to be kept, and a device that is restored in mid-fault goes on with the same
+chance. Its raw numbers are fixed by its paper (Salmon et al. 2011); what is made of them here is
+integer arithmetic and single roundings, and so the same with every numpy.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum, unique
+
+import numpy as np
+from numpy.typing import NDArray
+
+HALVES = 16
+"""Uniform 16-bit numbers that are summed up for one normal number."""
+
+
+@unique
+class Stream(IntEnum):
+    """What chance is asked for: each has numbers of its own.
+
+    The first belong to a tick, the others to an element that is made and tried.
+    """
+
+    NOISE = 0
+    DROPOUT = 1
+    SLIP = 2
+
+    ALPHA = 16
+    S = 17
+    MASS = 18
+    OFFSET = 19
+    SCREEN = 20
+    LEVELS = 21
+
+
+_SPAWNED = Stream.ALPHA
+"""The first stream of an element: those are spawned from its seed in their order."""
+
+
+def generator(seed: int, stream: Stream) -> np.random.Generator:
+    """Return the random numbers of an element's stream."""
+    key = np.random.SeedSequence(seed, spawn_key=(stream - _SPAWNED,))
+    return np.random.Generator(np.random.PCG64(key))
+
+
+def _raw(seed: int, tick: int, stream: Stream, count: int) -> NDArray[np.uint64]:
+    counter = np.array([0, tick, stream, 0], dtype=np.uint64)
+    return np.asarray(np.random.Philox(key=seed, counter=counter).random_raw(count))
+
+
+def happens(probability: float, seed: int, tick: int, stream: Stream) -> bool:
+    """Return whether something of a probability happens at a tick."""
+    if probability == 0.0:
+        return False
+    return bool((int(_raw(seed, tick, stream, 1)[0]) >> 11) < probability * 2.0**53)
+
+
+def normal(shape: tuple[int, ...], seed: int, tick: int, stream: Stream) -> NDArray[np.float64]:
+    """Return numbers of mean 0 and standard deviation 1 for a tick.
+
+    They are sums of sixteen uniform ones: normal but for their kurtosis, which is 0.075 less,
+    and never beyond 6.93.
+    """
+    count = int(np.prod(shape))
+    words = _raw(seed, tick, stream, count * HALVES // 4).astype('<u8')
+    total = words.view('<u2').reshape(count, HALVES).sum(axis=1, dtype=np.int64)
+    centred = (2 * total - HALVES * 0xFFFF).astype(np.float64)
+    deviation = np.sqrt(HALVES * (2.0**32 - 1.0) / 3.0)  # of the doubled sum
+    return np.asarray((centred / deviation).reshape(shape))

@@ -1,0 +1,26 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Streams of chance: none is another's, and every seed gives what it gave before."""
+
+import itertools
+
+import numpy as np
+
+from mlmem_ros.chance import Stream, generator, normal
+
+SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN, Stream.LEVELS]
+
+
+def test_streams_of_an_element_are_the_children_of_its_seed_in_their_order():
+    children = np.random.SeedSequence(7).spawn(len(SPAWNED))
+    for stream, child in zip(SPAWNED, children, strict=True):
+        expected = np.random.Generator(np.random.PCG64(child)).random(5)
+        assert generator(7, stream).random(5).tolist() == expected.tolist()
+
+
+def test_no_two_streams_are_alike():
+    ticks = [normal((50,), 1, 2, stream) for stream in Stream if stream not in SPAWNED]
+    made = [generator(1, stream).standard_normal(50) for stream in SPAWNED]
+    for one, other in itertools.combinations([*ticks, *made], 2):
+        assert not set(one) & set(other)
+        assert abs(np.corrcoef(one, other)[0, 1]) < 0.5
