@@ -24,6 +24,12 @@ _CHUNK_SIZE = 256 * 1024  # bytes; small, for what is damaged is lost chunk by c
 _MESSAGE_HEAD = 31  # bytes of a message besides its data
 
 
+def check_library() -> None:
+    """Raise a `BagError` where `mcap` is too old to be synced by."""
+    if not hasattr(Writer, 'flush'):
+        raise BagError('Recording needs mcap 1.6 or later: python3 -m pip install --upgrade mcap')
+
+
 class McapFile:
     """A new MCAP file of profile ``ros2``: chunks with CRC, indexes, statistics, summary.
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -83,43 +83,17 @@ class McapSource:
         Raises:
             BagError: A file has changed since it was opened.
         """
-        pending = [
-            (block.earliest, number, scan, block)
-            for number, (scan, block) in enumerate(self._blocks(topics))
-        ]
-        # Blocks by start; a block is read only once the merge has come to its start.
-        pending.sort(key=lambda item: item[:2], reverse=True)
-        heap: list[tuple[int, int, int, Message, Iterator[tuple[int, int, int, Message]]]] = []
-        while heap or pending:
-            if pending and (not heap or pending[-1][0] <= heap[0][0]):
-                _, number, scan, block = pending.pop()
-                entries = iter(self._sorted(scan, block, number, topics))
-            else:
-                *_, message, entries = heapq.heappop(heap)
+        blocks = (
+            (scan, block, labels)
+            for scan in self._scans
+            if (labels := _labels(scan, topics))
+            for block in scan.blocks
+            if not labels.keys().isdisjoint(block.counts)
+        )
+        entries = (_entries(number, *block) for number, block in enumerate(blocks))
+        for *_, message in heapq.merge(*entries):
+            if message is not None:
                 yield message
-            if (entry := next(entries, None)) is not None:
-                heapq.heappush(heap, (*entry, entries))
-
-    def _blocks(self, topics: Collection[str]) -> Iterator[tuple[McapScan, Block]]:
-        for scan in self._scans:
-            wanted = {i for i, channel in scan.channels.items() if channel.topic in topics}
-            for block in scan.blocks:
-                if not wanted.isdisjoint(block.counts):
-                    yield scan, block
-
-    def _sorted(
-        self, scan: McapScan, block: Block, number: int, topics: Collection[str]
-    ) -> list[tuple[int, int, int, Message]]:
-        labels = {
-            i: (channel.topic, _type_name(scan, channel))
-            for i, channel in scan.channels.items()
-            if channel.topic in topics
-        }
-        return sorted(
-            (m.log_time, number, position,
-             Message(*labels[m.channel_id], m.log_time, m.publish_time, m.data))
-            for position, m in enumerate(scan.messages(block, labels))
-        )  # fmt: skip
 
     def _collect(self, scan: McapScan) -> None:
         for channel in scan.channels.values():
@@ -128,6 +102,30 @@ class McapSource:
             info = self.topics.setdefault(channel.topic, info)
             self.topics[channel.topic] = replace(info, message_count=info.message_count + count)
         self.definitions.extend(_definition(schema) for schema in scan.schemas.values())
+
+
+def _labels(scan: McapScan, topics: Collection[str]) -> dict[int, tuple[str, str]]:
+    """Return topic and type of the channels that are wanted, by their ids."""
+    return {
+        number: (channel.topic, _type_name(scan, channel))
+        for number, channel in scan.channels.items()
+        if channel.topic in topics
+    }
+
+
+def _entries(
+    number: int, scan: McapScan, block: Block, labels: Mapping[int, tuple[str, str]]
+) -> Iterator[tuple[int, int, int, Message | None]]:
+    """Yield the messages of a block with what orders them: time, block, place in the block.
+
+    The first entry holds none, so that a block is read only once a merge has come to its start.
+    """
+    yield block.earliest, number, -1, None
+    yield from sorted(
+        (m.log_time, number, place,
+         Message(*labels[m.channel_id], m.log_time, m.publish_time, m.data))
+        for place, m in enumerate(scan.messages(block, labels))
+    )  # fmt: skip
 
 
 def _type_name(scan: McapScan, channel: Channel) -> str:

@@ -16,7 +16,7 @@ from .. import threads
 from ..durable import make_directory
 from .definitions import Definition, jazzy
 from .errors import BagError, storage_errors
-from .mcap_file import COMPRESSIONS, McapFile
+from .mcap_file import COMPRESSIONS, McapFile, check_library
 from .metadata import BagMetadata, FileInfo, TopicInfo
 from .qos import RELIABLE, QosProfile, dump_profiles
 
@@ -68,8 +68,10 @@ class BagWriter:
             custom_data: What ``metadata.yaml`` holds for the application.
 
         Raises:
-            BagError: An argument is out of range, the path exists or cannot be created.
+            BagError: An argument is out of range, the path exists or cannot be created, or `mcap`
+                is too old.
         """
+        check_library()
         if max_bytes and max_bytes < _SMALLEST_SPLIT:
             raise BagError(f'max_bytes must be 0 or at least {_SMALLEST_SPLIT}; got {max_bytes}.')
         if not 0 <= max_duration < math.inf:

@@ -28,6 +28,7 @@ from mlmem_ros.bag import (
     QosProfile,
     jazzy,
 )
+from mlmem_ros.bag.mcap_scan import McapScan
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -94,6 +95,17 @@ def test_order_is_that_of_log_time_across_chunks_and_files(tmp_path):
     reader = BagReader(tmp_path / 'bag')
     assert len(list((tmp_path / 'bag').glob('*.mcap'))) > 2
     assert [(m.log_time, m.cdr[4]) for m in reader] == [(i, i) for i in range(100)]
+
+
+def test_a_chunk_is_read_when_its_time_has_come(record, monkeypatch):
+    """A bag of many gigabytes is read with a few chunks in memory."""
+    read, messages = [], McapScan.messages
+    monkeypatch.setattr(
+        McapScan, 'messages', lambda *given: read.append(given[1]) or messages(*given)
+    )
+    for number, _ in enumerate(BagReader(record(sync_interval=0))):
+        assert len(read) <= number + 2
+    assert len(read) == 30
 
 
 def test_equal_times_keep_the_order_of_writing(tmp_path):

@@ -8,6 +8,7 @@ import shutil
 from contextlib import suppress
 from itertools import pairwise
 
+import mcap.writer
 import pytest
 
 from mlmem_ros.bag import LATCHED, BagError, BagReader, BagWriter, Message, jazzy
@@ -155,6 +156,13 @@ def test_an_existing_path_is_never_touched(record, tmp_path):
 def test_a_wrong_argument_is_refused_before_anything_is_made(tmp_path, options, reason):
     with pytest.raises(BagError, match=reason):
         BagWriter(tmp_path / 'bag', **options)
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_a_library_that_cannot_sync_is_refused_before_anything_is_made(tmp_path, monkeypatch):
+    monkeypatch.delattr(mcap.writer.Writer, 'flush')
+    with pytest.raises(BagError, match=r'needs mcap 1\.6 or later: .* pip install'):
+        BagWriter(tmp_path / 'bag')
     assert not (tmp_path / 'bag').exists()
 
 
