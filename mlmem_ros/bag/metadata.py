@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""rosbag2's ``metadata.yaml``, version 9, exactly as Jazzy writes it."""
+"""rosbag2's ``metadata.yaml``, version 9: what Jazzy writes, in the words of PyYAML."""
 
 from __future__ import annotations
 
