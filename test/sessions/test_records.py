@@ -12,9 +12,10 @@ from mlmem_ros.bag import BagError, jazzy
 from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import messages
-from mlmem_ros.session.data import SessionData
+from mlmem_ros.session.data import RecordedEcho, SessionData
+from mlmem_ros.session.length import last_tick
 from mlmem_ros.session.records import naming, read_command, read_header, read_state_hash
-from mlmem_ros.session.replay import element_of, replay
+from mlmem_ros.session.replay import element_of, replay, replay_commands
 
 
 def text(cdr):
@@ -191,3 +192,37 @@ def test_a_hash_of_another_element_is_refused(header, element):
     other = type(recorded)(1, recorded.hash, recorded.v[:10])
     with pytest.raises(BagError, match='the state hash of tick 1 must tell of N = '):
         replay(session_of(json.dumps(header), hashes=[other]))
+
+
+def test_a_record_from_before_the_session_is_refused(header):
+    late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
+    with pytest.raises(BagError, match='must be of tick 100, its first, or later; got 5'):
+        last_tick(late, first=100, silence=500)
+
+
+def test_commands_that_span_more_than_a_robots_life_are_refused(element):
+    session = SessionData('/mlmem', 0, None, commands=[(1e9, SetStrain(0.0))])
+    with pytest.raises(BagError, match=r'must come within 2e\+06 s; the last .* at 1e\+09 s'):
+        replay_commands(element, session)
+
+
+def test_a_bag_without_a_header_knows_no_design():
+    with pytest.raises(BagError, match='another recorder wrote it, so design and settings must'):
+        SessionData('/mlmem', 0, None).design  # noqa: B018
+
+
+@pytest.mark.parametrize('value', [True, 10**400, 'much'])
+def test_a_strain_that_is_no_finite_number_is_refused(value):
+    told = {'tick': 1, 'kind': 'SetStrain', 'strain': value}
+    with pytest.raises(BagError, match='strain must be a finite number; got'):
+        read_command(json.dumps(told))
+
+
+@pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
+def test_an_outcome_that_tells_no_level_is_no_read(values):
+    session = SessionData('/mlmem', 0, None)
+    session.echoes = [RecordedEcho(0.5, *np.zeros((3, 2)), None)]
+    session.outcomes = [(1.0, {'procedure': 'read', 'end': 'left', **values})]
+    assert session.reads('left') == []
+    session.outcomes[0][1].update(level='2', delay='1.5')
+    assert len(session.reads('left')) == 1
