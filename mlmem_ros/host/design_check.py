@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from ..analysis.checks import Verdict, check
+from ..analysis.checks import Report, Verdict, check
 from ..device import Settings
 from ..physics import Design, DesignError
 
@@ -36,7 +37,7 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
     """
     if mode == SKIP:
         return
-    report = check(design, settings)
+    report = _checked(design, settings)
     failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]
     if failed and mode == 'refuse':
         raise DesignError(
@@ -47,3 +48,10 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
         log.error(f'design check: {text}')
     for finding in report.of(Verdict.WARN):
         log.warning(f'design check: {finding.name}: {finding.text}')
+
+
+@lru_cache(
+    maxsize=16
+)  # it takes a second, and who configures a node again has mostly changed nothing
+def _checked(design: Design, settings: Settings) -> Report:
+    return check(design, settings)

@@ -73,7 +73,7 @@ def behave():
 
 
 def test_a_killed_behaviour_walks_on(start, behave):
-    start(parameters=QUICK)
+    start(QUICK)
     with standalone() as memory:
         robot = Robot(memory)
         memory.ready(60).wait()

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parent))  # robot.py and node_process.py
+sys.path.append(str(Path(__file__).parent))  # robot.py
 HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 
 # The defaults take up to 3 s to discover a peer and leave segments in /dev/shm after a SIGKILL.
@@ -100,43 +100,59 @@ def pytest_pycollect_makemodule(module_path, parent):
 
 
 @contextlib.contextmanager
-def starting(folder):
+def starting():
     """Start nodes, as many as are asked for, and end all of them."""
-    from node_process import NodeProcess
+    from mlmem_ros.testing import memory_node
 
-    nodes = []
-
-    def start(**options):
-        nodes.append(NodeProcess(folder, **options))
-        return nodes[-1]
-
-    try:
-        yield start
-    finally:
-        for node in nodes:
-            node.terminate()
-        for node in nodes:
-            node.stop()
+    with contextlib.ExitStack() as nodes:
+        yield lambda *given, **options: nodes.enter_context(memory_node(*given, **options))
 
 
 @pytest.fixture
-def start(tmp_path):
-    """Start a node: start(parameters=..., file=..., name=..., namespace=...)."""
-    with starting(tmp_path) as start:
+def start():
+    """Start a node: start(parameters, ...), as `memory_node`."""
+    with starting() as start:
         yield start
 
 
 @pytest.fixture(scope='module')
-def start_shared(tmp_path_factory):
+def start_shared():
     """Start a node for all tests of a module."""
-    with starting(tmp_path_factory.mktemp('nodes')) as start:
+    with starting() as start:
         yield start
+
+
+@pytest.fixture
+def refused(capfd):
+    """Start the program with what it refuses: refused(parameters, ...), the line it ends with."""
+    import rclpy
+
+    from mlmem_ros.ros.node.run import NOT_STARTED, run
+    from mlmem_ros.testing.node import ros_arguments
+
+    def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
+        given = ros_arguments(parameters or {}, name, '', file)
+        capfd.readouterr()
+        try:
+            assert run(['memory_node', *given, *options], stop=[signal.SIGTERM]) == NOT_STARTED
+        finally:
+            rclpy.try_shutdown()
+        said = capfd.readouterr().err.splitlines()
+        harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'
+        lines = [line for line in said if not line.startswith(harmless)]
+        if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, which says nothing
+            lines.pop(0)
+        (line,) = lines
+        assert line.startswith('[FATAL]')
+        return line
+
+    return refused
 
 
 @pytest.fixture(scope='module')
 def memory(start_shared):
     """Run the eight-level element ten times faster than a robot would, for all of a module."""
-    return start_shared(parameters={'scale.time': 1e-5})
+    return start_shared({'scale.time': 1e-5})
 
 
 @pytest.fixture(scope='module')

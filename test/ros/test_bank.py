@@ -31,7 +31,7 @@ QUICK = {
 def bank(start_shared):
     """What bank.launch.py starts, three times faster than a robot would."""
     for place in range(ELEMENTS):
-        start_shared(parameters=QUICK, namespace=f'/bank/element_{place}')
+        start_shared(QUICK, namespace=f'/bank/element_{place}')
     with standalone() as client:
         bank = MemoryBank.on(client.node, ELEMENTS)
         bank.ready(60).wait()

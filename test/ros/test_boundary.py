@@ -30,7 +30,7 @@ from mlmem_ros.session.replay import replay
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    return start_shared(parameters={'scale.time': 1e-5})
+    return start_shared({'scale.time': 1e-5}, apart=True)
 
 
 @pytest.fixture

@@ -173,7 +173,7 @@ def test_self_test(memory):
 
 
 def test_another_name_and_namespace(start):
-    node = start(parameters={'scale.time': 1e-5}, name='left_memory', namespace='/arm')
+    node = start({'scale.time': 1e-5}, name='left_memory', namespace='/arm')
     read = mlmem('read', '--node', node.element)
     assert (read.returncode, read.stderr) == (0, '')
     assert read.stdout.startswith('blank')
@@ -201,7 +201,7 @@ def test_a_level_that_is_no_number(level):
 
 def test_ctrl_c_while_it_waits(start):
     """The command ends, the node does not: it finishes the write."""
-    node = start(parameters={'scale.time': 1e-4})
+    node = start({'scale.time': 1e-4})
     with Robot(node.element) as robot:
         states = robot.received('joint_states')
         command = subprocess.Popen(

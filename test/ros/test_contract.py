@@ -365,7 +365,7 @@ def test_abort_ends_the_write_and_relaxes_the_strain(writing):
 
 
 def test_two_elements_side_by_side(robot, start):
-    other = start(parameters={'scale.time': 1e-5}, namespace='/arm')
+    other = start({'scale.time': 1e-5}, namespace='/arm')
     assert robot.write(1)['level'] == 1
     with Robot(other.element, 'arm_robot') as arm:
         assert arm.trigger('read')['level'] == BLANK

@@ -287,7 +287,7 @@ def test_every_component_reports(robot):
 
 
 def test_what_is_inactive_says_so(start):
-    start(parameters={'scale.time': 1e-5}, name='idle')
+    start({'scale.time': 1e-5}, name='idle')
     with Robot('/idle', 'idle_robot') as robot:
         robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)
         request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))

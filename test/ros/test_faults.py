@@ -136,7 +136,7 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     """Faulty from its start, faults that change, a base that shakes through a write."""
     bag = tmp_path / 'bag'
     node = start(
-        parameters={
+        {
             'scale.time': 1e-5,
             'record.path': str(bag),
             'faults.disorder_alpha': 2e-5,  # a hundred times as much stops the wall on its way

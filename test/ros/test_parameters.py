@@ -105,7 +105,7 @@ def test_a_preset_is_for_who_is_unconfigured(declared):
 
 
 def test_a_node_of_sixteen_levels(start):
-    start(parameters={'design.preset': 'bits_4', 'scale.time': 1e-5})
+    start({'design.preset': 'bits_4', 'scale.time': 1e-5})
     with Robot() as robot:
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
         assert levels.to_value == 15

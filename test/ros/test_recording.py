@@ -57,7 +57,7 @@ def recorded(bag):
 def session(start, tmp_path):
     """Write level 1 and read it while a session is recorded; return bag and what was heard."""
     bag = tmp_path / 'session'
-    node = start(parameters={'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
+    node = start({'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
     with Robot() as robot:
         heard = {topic: robot.received(topic) for topic in OUT if not topic.startswith('/')}
         # Until the node knows of the listeners it tells them nothing, not even an echo.
@@ -66,7 +66,7 @@ def session(start, tmp_path):
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
         robot.wait(lambda: len(heard['echo']) >= 3, 'the echoes, which take longer: they are long')
-        node.signal(signal.SIGINT)
+        node.terminate()
         assert node.exit_status() == 0
     return bag, {topic: [values(m) for m in messages] for topic, messages in heard.items()}
 
@@ -91,7 +91,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
 def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
     bag = tmp_path / 'session'
     node = start(
-        parameters={'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}
+        {'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}, apart=True
     )
     with Robot() as robot:
         assert robot.write(0).success
@@ -109,9 +109,7 @@ def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
 
 def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_path):
     bag = tmp_path / 'session'
-    node = start(
-        parameters={'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}
-    )
+    node = start({'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5})
     with Robot() as robot:
         robot.next('wall')
         shutil.rmtree(bag)
@@ -124,7 +122,7 @@ def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_p
         (recorder,) = [s for s in status.status if s.name.endswith('recorder')]
         assert str(bag) in recorder.message
         assert robot.write(0).success
-        node.signal(signal.SIGINT)
+        node.terminate()
         assert node.exit_status() == NOT_SAVED
     assert node.output.count('recording stopped') == 1
     assert 'Traceback' not in node.output
@@ -137,7 +135,7 @@ def _same(one, other):
 
 def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
     bag = tmp_path / 'session'
-    start(parameters={'scale.time': 1e-5})
+    start({'scale.time': 1e-5})
     with Robot() as robot:
         assert robot.write(1).success
         robot.set(record__path=str(bag))
@@ -165,7 +163,7 @@ def test_a_session_ends_at_its_greatest_size(start, tmp_path):
     bag = tmp_path / 'session'
     limits = {'record.most_megabytes': 0.3, 'record.hash_every': 50, 'record.sync_interval': 0.1}
     streams = {'publish.field_every': 1, 'scale.time': 1e-5}
-    node = start(parameters={'record.path': str(bag), **limits, **streams})
+    node = start({'record.path': str(bag), **limits, **streams})
     with Robot() as robot:
         robot.next(
             '/diagnostics',
@@ -174,7 +172,7 @@ def test_a_session_ends_at_its_greatest_size(start, tmp_path):
             ),
         )
         assert robot.write(0).success
-        node.signal(signal.SIGINT)
+        node.terminate()
         assert node.exit_status() == 0
     size = sum(path.stat().st_size for path in bag.iterdir())
     assert 50_000 < size < 3_000_000  # chunks are compressed

@@ -57,7 +57,7 @@ def begin_write(robot):
 )
 def test_in_the_middle_of_a_write(start, tmp_path, number, again):
     bag = tmp_path / 'session'
-    node = start(parameters={'record.path': str(bag)})
+    node = start({'record.path': str(bag)}, apart=True)
     with Robot() as robot:
         written = begin_write(robot)
         node.signal(number)
@@ -77,7 +77,7 @@ def test_in_the_middle_of_a_write(start, tmp_path, number, again):
 
 
 def test_everyone_who_waits_is_told(start):
-    node = start()
+    node = start(apart=True)
     with Robot() as robot:
         waiting = [begin_write(robot)]
         robot.pause(True)  # from here on no request is taken, not even refused: no tick begins
@@ -95,7 +95,7 @@ def test_everyone_who_waits_is_told(start):
 
 def test_during_the_start(start):
     """Ctrl-C before it is ready: as soon as it has said its first word, it can be stopped."""
-    node = start()
+    node = start(apart=True)
     with Robot() as robot:
         robot.wait(lambda: 'preparing' in node.output, 'the first word')
     node.signal(signal.SIGINT)
@@ -106,7 +106,7 @@ def test_during_the_start(start):
 def test_a_signal_while_python_still_loads(start):
     """In the first second or two, before there is a node: it ends, without a traceback."""
     for delay in (0.25, 0.5, 0.9):
-        node = start()
+        node = start(apart=True)
         time.sleep(delay)  # the moment itself is what is tested
         node.signal(signal.SIGTERM)
         status = node.exit_status()
@@ -115,17 +115,17 @@ def test_a_signal_while_python_still_loads(start):
         assert status in (0, -signal.SIGTERM), delay
 
 
-def test_a_node_ends_with_the_tests_that_started_it(tmp_path):
+def test_a_node_ends_with_the_tests_that_started_it():
     """Or it would answer requests of the next run that claims its domain, from a blank element."""
     tests = (
-        'import pathlib, sys, time, node_process\n'
-        'print(node_process.NodeProcess(pathlib.Path(sys.argv[1])).pid, flush=True)\n'
-        'time.sleep(60)'
+        'import time, mlmem_ros.testing\n'
+        'with mlmem_ros.testing.memory_node(apart=True) as node:\n'
+        '    print(node.pid, flush=True)\n'
+        '    time.sleep(60)'
     )
     killed = subprocess.Popen(
-        [sys.executable, '-c', tests, str(tmp_path)], stdout=subprocess.PIPE, text=True,
-        cwd=Path(__file__).parent,
-    )  # fmt: skip
+        [sys.executable, '-c', tests], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
     node = Path('/proc', killed.stdout.readline().strip(), 'stat')
     assert node.exists()
     killed.kill()

@@ -135,12 +135,13 @@ class Storm:
 @pytest.mark.parametrize('length', [300, pytest.param(20_000, marks=pytest.mark.slow)])
 def test_a_storm_is_survived(start, tmp_path, length):
     node = start(
-        parameters={
+        {
             'scale.time': 1e-6,
             'time.speed': 0.0,
             'state.path': str(tmp_path / 'element.json'),
             'files.root': str(tmp_path),
-        }
+        },
+        apart=True,
     )
     with Robot() as robot:
         storm = Storm(robot, tmp_path, seed=length)

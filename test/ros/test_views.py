@@ -3,7 +3,6 @@
 """What people look at: the image and the markers."""
 
 import dataclasses
-import signal
 import time
 from itertools import pairwise
 from types import SimpleNamespace
@@ -224,11 +223,11 @@ def test_the_node_publishes_views(robot):
 def test_views_are_recorded_only_when_asked_for(start, tmp_path, views):
     bag = tmp_path / 'session'
     parameters = {'record.path': str(bag), 'record.views': views, 'scale.time': 1e-5}
-    node = start(parameters=parameters, name='recorded')
+    node = start(parameters, name='recorded')
     with Robot(node.element) as robot:
         heard = listen(robot, image=Image, markers=MarkerArray)
         robot.wait(lambda: all(heard.values()), 'both views')
-        node.signal(signal.SIGINT)
+        node.terminate()
         assert node.exit_status() == 0
     with AnyReader([bag]) as reader:
         counts = {c.topic: c.msgcount for c in reader.connections}
@@ -242,7 +241,7 @@ def test_views_are_recorded_only_when_asked_for(start, tmp_path, views):
 
 def test_views_can_be_turned_off(start):
     off = {'publish.image_every': 0, 'publish.markers_every': 0}
-    node = start(parameters={**off, 'scale.time': 1e-5}, name='unseen')
+    node = start({**off, 'scale.time': 1e-5}, name='unseen')
     with Robot(node.element) as robot:
         heard = listen(robot, image=Image, markers=MarkerArray)
         robot.next('wall')

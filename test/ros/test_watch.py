@@ -126,7 +126,7 @@ def test_it_fits(width):
 @pytest.fixture(scope='module')
 def memory(start_shared):
     """The element ten times faster than a robot would run it, its streams as slow as there."""
-    return start_shared(parameters={'scale.time': 1e-5, **CALM})
+    return start_shared({'scale.time': 1e-5, **CALM})
 
 
 class Terminal:

@@ -64,7 +64,11 @@ class MemoryNode(LifecycleNode):
             failed=self._wake,
         )
         boundary = Boundary(self, self.host.journal)
-        self._given = ParameterSet(self, self.host)
+        try:
+            self._given = ParameterSet(self, self.host)
+        except BaseException:
+            self.destroy_node()
+            raise
         self._inlets = Inlets(self, self.host)
         self._requests = Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
@@ -110,6 +114,11 @@ class MemoryNode(LifecycleNode):
         if loop is not None:
             self._speedometer.end(loop)
         self._release()
+
+    def destroy_node(self) -> None:
+        """Leave the graph, where rclpy would stay until the node's states are forgotten."""
+        super().destroy_node()
+        self._state_machine.destroy_when_not_in_use()
 
     # --- transitions ---------------------------------------------------------------------
 

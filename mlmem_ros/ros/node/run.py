@@ -10,6 +10,7 @@ import time
 from collections.abc import Sequence
 
 import rclpy
+from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor
 from rclpy.logging import get_logger
@@ -47,12 +48,7 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
         Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
-        rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
-        node = MemoryNode()
-        executor = GuardedExecutor(node.host.journal)
-        executor.add_node(node)
-        if node.get_parameter('autostart').value:
-            node.start()
+        node, executor = begin(arguments)
     except (*REFUSALS, ParameterError, ParameterException) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
@@ -68,15 +64,53 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
     with page(node):
         with woken_by_signals(executor):
-            while not stop:
-                executor.spin_once(timeout_sec=POLL)
-                node.mind_failure()
-        return _shut_down(node, executor)
+            turn(node, executor, stop)
+        for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
+            signal.signal(number, signal.SIG_IGN)
+        return end(node, executor)
 
 
-def _shut_down(node: MemoryNode, executor: Executor) -> int:
-    for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
-        signal.signal(number, signal.SIG_IGN)
+def begin(
+    arguments: Sequence[str],
+    context: Context | None = None,
+    kind: type[MemoryNode] = MemoryNode,
+) -> tuple[MemoryNode, Executor]:
+    """Return a node with its executor, active if it starts itself.
+
+    Args:
+        arguments: Command line with ROS arguments.
+        context: ROS's, by default the one of the process.
+        kind: The class of the node.
+
+    Raises:
+        Whatever it cannot start for.
+    """
+    rclpy.init(
+        args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO
+    )
+    node = kind(context=context)
+    executor = GuardedExecutor(node.host.journal, context=context)
+    executor.add_node(node)
+    try:
+        if node.get_parameter('autostart').value:
+            node.start()
+    except BaseException:
+        node.close()
+        executor.shutdown()
+        node.destroy_node()
+        raise
+    return node, executor
+
+
+def turn(node: MemoryNode, executor: Executor, stop: Sequence[object]) -> None:
+    """Let a node work until there is anything in `stop`."""
+    while not stop:
+        executor.spin_once(timeout_sec=POLL)
+        node.mind_failure()
+
+
+def end(node: MemoryNode, executor: Executor) -> int:
+    """Save, answer who waits, and leave the ROS graph; return the exit status."""
     node.close()
     deadline = time.monotonic() + LAST_ANSWERS
     told = not node.waiting
@@ -88,5 +122,5 @@ def _shut_down(node: MemoryNode, executor: Executor) -> int:
     node.get_logger().info('shut down' if status == ENDED else 'shut down; not all was saved')
     executor.shutdown()
     node.destroy_node()
-    rclpy.try_shutdown()
+    rclpy.try_shutdown(context=node.context)
     return status

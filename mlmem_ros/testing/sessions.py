@@ -1,13 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Replay tests for robots: pytest fixtures that run a recorded session again.
-
-pytest_plugins = ['mlmem_ros.testing']
-
-def test_the_gait_is_remembered(replay_session):
-    session = replay_session('examples/gait_store/bag')
-    session.assert_levels([-1, 1, 1, 3, 3])
-"""
+"""Recorded sessions, run again."""
 
 from __future__ import annotations
 
@@ -17,9 +10,9 @@ from os import PathLike
 
 import pytest
 
-from .session.data import SessionData, load
-from .session.replay import replay
-from .session.report import ReplayReport
+from ..session.data import SessionData, load
+from ..session.replay import replay
+from ..session.report import ReplayReport
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,82 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A memory node as a process of its own."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from .node import RunningNode
+
+PATIENCE = 10.0
+"""Seconds that it may take to end before it is killed."""
+
+PR_SET_PDEATHSIG = 1
+
+
+def _end_with_parent() -> None:
+    """Have a process killed when its parent is: a node left over would answer the next run."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+class NodeApart(RunningNode):
+    """A running process of `memory_node`."""
+
+    def __init__(self, element: str, arguments: Sequence[str]) -> None:
+        super().__init__(element)
+        folder = self.ends.enter_context(tempfile.TemporaryDirectory(prefix='memory-node-'))
+        self._output = Path(folder, 'output.txt')
+        with self._output.open('wb') as output:
+            self._process = subprocess.Popen(
+                [sys.executable, '-m', 'mlmem_ros.ros.main', *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                preexec_fn=_end_with_parent,
+            )
+
+    @property
+    def output(self) -> str:
+        """All it has said, on both of its streams."""
+        return self._output.read_text(encoding='utf-8')
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self._process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
+    def signal(self, number: int) -> None:
+        """Send it a signal."""
+        self._process.send_signal(number)
+
+    def terminate(self) -> None:
+        """Ask it to end, if it still runs."""
+        if self.running:
+            self.signal(signal.SIGTERM)
+
+    def exit_status(self, within: float = 20.0) -> int:
+        """Wait for its end; negative: the signal that killed it."""
+        try:
+            return self._process.wait(within)
+        except subprocess.TimeoutExpired:
+            raise TimeoutError(f'{self.element} did not end within {within:g} s') from None
+
+    def __exit__(self, *_: object) -> None:
+        self.terminate()
+        try:
+            self.exit_status(PATIENCE)
+        except TimeoutError:
+            self._process.kill()
+            self._process.wait()
+        self.ends.close()

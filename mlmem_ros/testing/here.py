@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A memory node in the process of the test, with an executor in a thread of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from typing import Any
+
+import rclpy
+from rclpy.context import Context
+
+from ..ros.node.command_line import ros_arguments
+from ..ros.node.node import MemoryNode
+from ..ros.node.run import begin, end, turn
+from .node import RunningNode
+
+
+class NodeHere(RunningNode):
+    """A node, its executor and its thread."""
+
+    def __init__(self, element: str, arguments: Sequence[str]) -> None:
+        """Start it.
+
+        Raises:
+            Whatever it cannot start for.
+        """
+        super().__init__(element)
+        self._said: list[str] = []
+        self._stop: list[None] = []
+        self._status: int | None = None
+        said = self._said
+
+        class Overheard(MemoryNode):
+            """A node whose log is kept."""
+
+            def get_logger(self) -> Any:
+                return Kept(super().get_logger(), said)
+
+        context = Context()
+        try:
+            self.node, self._executor = begin(ros_arguments(arguments), context, Overheard)
+        except BaseException:
+            rclpy.try_shutdown(context=context)
+            raise
+        self._thread = threading.Thread(target=self._run, name='mlmem-node', daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        turn(self.node, self._executor, self._stop)
+        self._status = end(self.node, self._executor)
+
+    @property
+    def output(self) -> str:
+        """All it has logged, in the format of a console."""
+        return ''.join(self._said)
+
+    @property
+    def running(self) -> bool:
+        """Whether it has not ended yet."""
+        return self._thread.is_alive()
+
+    def terminate(self) -> None:
+        """Ask it to end, if it still runs."""
+        if not self._stop:
+            self._stop.append(None)
+            self._executor.wake()
+
+    def exit_status(self, within: float = 20.0) -> int:
+        """Wait for its end.
+
+        Raises:
+            TimeoutError: It does not end in time.
+        """
+        self._thread.join(within)
+        if self._status is None:
+            raise TimeoutError(f'{self.element} did not end within {within:g} s')
+        return self._status
+
+
+class Kept:
+    """A logger that keeps what it is told.
+
+    A line for every severity: rclpy knows a caller by its line, and that by its severity.
+    """
+
+    def __init__(self, logger: Any, said: list[str]) -> None:
+        self._logger = logger
+        self._said = said
+
+    def info(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('INFO', text)
+        self._logger.info(text)
+
+    def warning(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('WARN', text)
+        self._logger.warning(text)
+
+    def error(self, text: str) -> None:
+        """Keep it, and log it."""
+        self._keep('ERROR', text)
+        self._logger.error(text)
+
+    def _keep(self, severity: str, text: str) -> None:
+        self._said.append(f'[{severity}] [{self._logger.name}]: {text}\n')
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._logger, name)
