@@ -138,7 +138,7 @@ def refused(capfd):
         finally:
             rclpy.try_shutdown()
         said = capfd.readouterr().err.splitlines()
-        harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'
+        harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'  # other nodes warn here, too
         lines = [line for line in said if not line.startswith(harmless)]
         if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, which says nothing
             lines.pop(0)

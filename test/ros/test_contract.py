@@ -11,6 +11,7 @@ import itertools
 import math
 
 import pytest
+from rclpy.node import NodeNameNonExistentError
 from robot import BLANK, IN, OUT, SERVICES, Robot, values
 
 CELLS, PERIOD, LEVELS = 225, 25, 8
@@ -50,7 +51,10 @@ def test_services(robot):
     namespace, name = robot.element.rsplit('/', 1)
 
     def offered():
-        return dict(robot.node.get_service_names_and_types_by_node(name, namespace or '/'))
+        try:
+            return dict(robot.node.get_service_names_and_types_by_node(name, namespace or '/'))
+        except NodeNameNonExistentError:  # not discovered yet
+            return {}
 
     # They are discovered one by one.
     robot.wait(lambda: set(map(robot.name, SERVICES)) <= set(offered()), 'all services')

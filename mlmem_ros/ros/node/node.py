@@ -215,8 +215,6 @@ class MemoryNode(LifecycleNode):
         """Publish what happened, in the loop's thread."""
         if self._outlets is not None:
             self._outlets.tick(events)
-        if (loop := self.host.loop) is not None:
-            self._diagnostics.tick(loop)
 
     def _tend(self) -> None:
         self.host.tend()

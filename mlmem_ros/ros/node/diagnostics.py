@@ -1,0 +1,303 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node's health on /diagnostics: a function for every component, and warnings that stay.
+
+`ELEMENT` are functions of the device, called in the loop's thread, where its state is whole; to
+add one, write it and name it there, and add a line to the README's table.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+
+from ...contract.messages import key_values
+from ...contract.topics import DIAGNOSTICS
+from ...device import UNDECODABLE, Loop, MemoryElement, describe_level
+from ...device.end import End
+from ...host import Host
+from ...physics import stable_step, walls
+from ...physics.energy import actuator_force, energy
+from ..qos import profile
+from .boundary import Boundary
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+
+PERIOD = 1.0
+"""Seconds between two reports."""
+
+HOLD = 5
+"""Reports for which a warning stays after its cause has gone."""
+
+WEAK = 1.5
+"""Threshold margin below which an echo may soon be missed; those of the paper's element are above
+2."""
+
+
+@dataclass(frozen=True)
+class Health:
+    """How a component is.
+
+    Attributes:
+        level: OK, WARN or ERROR of diagnostic_msgs/msg/DiagnosticStatus; that a status is stale is
+            for the aggregator to say, which no longer hears of it.
+        text: In a few words.
+        values: By name; numbers, texts and truth values.
+    """
+
+    level: bytes
+    text: str
+    values: dict[str, Any] = field(default_factory=dict)
+
+
+INACTIVE = Health(OK, 'inactive')
+
+
+class Hysteresis:
+    """Lets a warning stay for some reports, so that it is seen and does not flicker."""
+
+    def __init__(self, hold: int = HOLD) -> None:
+        self._hold = hold
+        self._held: Health | None = None
+        self._calm = 0
+
+    def forget(self) -> None:
+        """Hold no warning any more: the node is not active."""
+        self._held = None
+
+    def smooth(self, now: Health) -> Health:
+        """Return the present health, or the present values under the warning that stays."""
+        if now.level == OK or (self._held and now.level < self._held.level):
+            self._calm += 1
+        else:
+            self._held, self._calm = now, 0
+        if self._calm > self._hold:
+            self._held = None
+        if self._held is None:
+            return now
+        return dataclasses.replace(now, level=self._held.level, text=self._held.text)
+
+
+# --- the device, in the loop's thread ------------------------------------------------------
+
+
+def material(element: MemoryElement) -> Health:
+    """Tell energies, in k_r (lattice constant)^2; warn of more than one wall at rest."""
+    chain = element.chain
+    parts, found = energy(chain), len(walls(element.design, chain.configuration))
+    values = {
+        'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
+        'dt': chain.dt,
+        'walls': found,
+        'kinetic_energy': parts.kinetic,
+        'stored_energy': parts.total - parts.kinetic,
+    }
+    if element.released and found > 1:
+        return Health(WARN, f'{found} walls: erase before writing', values)
+    return Health(OK, 'stable', values)
+
+
+def actuator(element: MemoryElement) -> Health:
+    """Tell strain, target and force, the force in k_r cells."""
+    part = element.actuator
+    values = {
+        'strain': part.strain,
+        'target': part.motion.target,
+        'max_strain': part.settings.max_strain,
+        'force': actuator_force(element.chain),
+    }
+    text = 'moving' if part.moving else 'holding' if part.strain else 'at rest'
+    return Health(OK, text, values)
+
+
+def transducer(element: MemoryElement) -> Health:
+    """Tell what the ends do, in cells, and the delays of levels; warn of a weak echo of one."""
+    part, reading = element.transducer, element.reading
+    text = 'driving' if part.driving else 'listening'
+    values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
+    for end in element.calibration.ends:
+        delays = element.calibration.table(end).delays
+        values[f'delays_{end}'] = ' '.join(f'{delay:g}' for delay in delays)
+    if reading is None:
+        return Health(OK, text, values)
+    margin = reading.threshold_margin
+    values |= {'end': reading.end, 'threshold_margin': margin}
+    if reading.level >= 0 and margin < WEAK:
+        return Health(WARN, f'a weak echo: {margin:.3g} times the threshold', values)
+    return Health(OK, text, values)
+
+
+def memory(element: MemoryElement) -> Health:
+    """Tell the last decode with its margins, and the counts; warn of what was undecodable."""
+    reading, wear = element.reading, element.statistics.as_dict()
+    if reading is None:
+        return Health(OK, 'not read yet', wear)
+    values = {
+        'level': reading.level,
+        'end': reading.end,
+        'delay': 'none' if reading.delay is None else reading.delay,
+        'level_margin': reading.level_margin,
+        'threshold_margin': reading.threshold_margin,
+        'confidence': reading.confidence,
+        **wear,
+    }
+    if reading.level == UNDECODABLE:
+        return Health(WARN, reading.reason, values)
+    return Health(OK, describe_level(reading.level), values)
+
+
+def faults(element: MemoryElement) -> Health:
+    """Warn while a fault is set, and tell which, by parameter."""
+    if found := element.faults.active():
+        return Health(WARN, f'set: {", ".join(found)}', found)
+    return Health(OK, 'healthy')
+
+
+ELEMENT: dict[str, Callable[[MemoryElement], Health]] = {
+    'material': material,
+    'actuator': actuator,
+    'transducer': transducer,
+    'memory': memory,
+    'faults': faults,
+}
+
+
+# --- loop and recorder, in the executor's --------------------------------------------------
+
+
+class Pace:
+    """Tells how the loop keeps time; warns when ticks of wall time are lost."""
+
+    def __init__(self, host: Host) -> None:
+        self._host = host
+        self._last = (time.monotonic(), 0, 0)
+        self._told = 0
+
+    def health(self, loop: Loop | None) -> Health:
+        """Return how the loop has kept time since the last report; all times in seconds."""
+        if loop is None:  # and counts on: an inactive node refuses all that is asked of it
+            self._told = 0
+            return Health(OK, 'inactive', {'refused': self._host.refused})
+        statistics, last = loop.statistics, self._last
+        self._last = (time.monotonic(), statistics.ticks, statistics.overruns)
+        seconds, ticks, lost = (a - b for a, b in zip(self._last, last, strict=True))
+        rate = max(0.0, ticks) / max(seconds, 1e-9)
+        values = {
+            'rate': rate,
+            'real_time_factor': rate * loop.tick_seconds,
+            'ticks': statistics.ticks,
+            'overruns': statistics.overruns,
+            'lateness_mean': statistics.lateness_mean,
+            'lateness_deviation': statistics.lateness_deviation,
+            'busy': statistics.busy,
+            'procedure': loop.element.procedure,
+            'refused': self._host.refused,
+            'defects': self._host.journal.caught,
+        }
+        if loop.failure:
+            return Health(ERROR, str(loop.failure), values)
+        if lost > 0:
+            text = f'{statistics.overruns} ticks of time were skipped'
+            if statistics.overruns >= 2 * self._told:  # each time it has doubled, not every second
+                self._told = statistics.overruns
+                self._host.journal.warning(f'{text}: the machine is too slow for this pace')
+            return Health(WARN, text, values)
+        return Health(OK, 'paused' if loop.paused else 'running', values)
+
+
+def recorder(host: Host) -> Health:
+    """Warn of a session with gaps or at its greatest size; one that failed is an error."""
+    recording = host.recording
+    if recording is None:
+        return Health(OK, host.sessions.state.value)
+    status = recording.status
+    values = {
+        'path': status.path,
+        'messages': status.messages,
+        'bytes': status.size,
+        'queued': status.queued,
+        'dropped': status.dropped,
+        'longest_wait': round(status.longest_wait, 3),
+    }
+    if status.error is not None:
+        return Health(ERROR, str(status.error), values)
+    if status.dropped:
+        return Health(WARN, f'{status.dropped} messages found no room and are missing', values)
+    if recording.full:
+        return Health(WARN, 'full: the session has ended at record.most_megabytes', values)
+    return Health(OK, status.state, values)
+
+
+# --- the report ----------------------------------------------------------------------------
+
+
+class Diagnostics:
+    """Publishes one status for every component, once a period."""
+
+    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
+        self._name = node.get_fully_qualified_name()
+        self._clock = node.get_clock()
+        self._host = host
+        self._boundary = boundary
+        self._pace = Pace(host)
+        self._seen: dict[str, Health] = {}  # of the device, when it was looked at last
+        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'recorder')}
+        self._publisher = node.create_publisher(
+            DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
+        )
+        boundary.every(PERIOD, DIAGNOSTICS.name, self._report)
+
+    def announce(self, text: str) -> None:
+        """Report what keeps the node from reporting by itself; from any thread."""
+        self._publish({'loop': Health(OK, text)})
+
+    def _report(self) -> None:
+        loop = self._host.loop
+        if loop is None or loop.failure:
+            self._tell(loop)
+            return
+
+        guarded = self._boundary.guarded
+
+        def look() -> None:
+            self._seen = {name: health(loop.element) for name, health in ELEMENT.items()}
+
+        def looked(_: object) -> None:
+            self._tell(loop)
+
+        where = DIAGNOSTICS.name
+        loop.call(guarded(where, look)).add_done_callback(guarded(where, looked))
+
+    def _tell(self, loop: Loop | None) -> None:
+        if loop is None:
+            self._seen = {}
+            for held in self._held.values():
+                held.forget()
+        present = {
+            'loop': self._pace.health(loop),
+            **{name: self._seen.get(name, INACTIVE) for name in ELEMENT},
+            'recorder': recorder(self._host),
+        }
+        self._publish({name: self._held[name].smooth(now) for name, now in present.items()})
+
+    def _publish(self, present: dict[str, Health]) -> None:
+        message = DiagnosticArray(
+            status=[
+                DiagnosticStatus(
+                    level=health.level,
+                    name=f'{self._name[1:]}: {component}',
+                    message=health.text,
+                    hardware_id=self._name,
+                    values=key_values(health.values),
+                )
+                for component, health in present.items()
+            ]
+        )
+        message.header.stamp = self._clock.now().to_msg()
+        self._publisher.publish(message)
