@@ -53,6 +53,6 @@ class MeteredChain(Chain):
 def fit_meter(element: MemoryElement) -> MeteredChain:
     """Put a metered chain in the place of a new device's own, and return it."""
     meter = MeteredChain(element.design, element.chain.dt, element.chain.integrator)
-    element.chain = meter
-    element.transducer = Transducer(meter, element.transducer.probes)
+    element.material = meter
+    element.transducer = Transducer(element.design, element.settings, meter)
     return meter

@@ -61,7 +61,7 @@ def compute(quality: Quality) -> Data:
     return data
 
 
-def _one_carrier(omega: float, walls: list[np.ndarray], end: str) -> Data:
+def _one_carrier(omega: float, walls: list[np.ndarray], end: End) -> Data:
     duration = 1400.0
     probe = dataclasses.replace(PAPER, omega_c=omega)
     silence, dt = without_wall(CASE_II, probe, end, duration)

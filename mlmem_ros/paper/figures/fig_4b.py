@@ -26,7 +26,7 @@ FIGURE = Figure(
     seconds=1,
 )
 
-READERS: dict[str, tuple[str, ProbeSettings]] = {
+READERS: dict[str, tuple[End, ProbeSettings]] = {
     'paper': (End.LEFT, PAPER),
     'left': (End.LEFT, Settings().probe),
     'right': (End.RIGHT, Settings().probe_right),
