@@ -14,8 +14,6 @@ from email.utils import parseaddr
 from itertools import pairwise
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parent.parent
 HEADER = [
     '# Copyright 2026 The mlmem_ros authors',
@@ -38,12 +36,15 @@ DEPENDS = {
 OTHER = {'maintainer', 'author', 'url', 'export', 'conflict', 'replace', 'member_of_group'}
 
 
-@pytest.mark.parametrize('path', SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_source_tells_copyright_and_license(path):
+def told(path):
+    """Return the first two lines of a source, behind the one that names its interpreter."""
     lines = path.read_text(encoding='utf-8').splitlines()
-    if lines and lines[0].startswith('#!'):
-        del lines[0]
-    assert lines[:2] == HEADER
+    return lines[1:3] if lines and lines[0].startswith('#!') else lines[:2]
+
+
+def test_every_source_tells_copyright_and_license():
+    assert len(SOURCES) > 300
+    assert [str(path) for path in SOURCES if told(path) != HEADER] == []
 
 
 def test_the_license_is_the_one_that_is_named():
