@@ -16,6 +16,7 @@ EXTRAS = {
     'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
     'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],
     'cli': ['rich>=13.0'],
+    'search': ['cmaes>=0.10'],
     'view': ['aiohttp>=3.9'],
     # Studies on many machines, and their tables as Parquet.
     'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
@@ -28,6 +29,7 @@ EXTRAS = {
         'greenlet>=3',
         'scipy>=1.11',
         'mpmath>=1.3',
+        'cmaes>=0.10',
         'distributed>=2023.5',
         'aiohttp>=3.9',
         'selenium>=4.15',

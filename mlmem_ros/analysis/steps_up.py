@@ -10,8 +10,18 @@ from collections.abc import Iterator
 
 from ..device.motion import Cycle
 from ..device.settings import WriteSettings, peak
-from ..physics import Chain, Design, Specimen, StateError, level_of, stable_step, substep_times
+from ..physics import (
+    Chain,
+    Design,
+    Specimen,
+    StateError,
+    level_of,
+    stable_step,
+    substep_times,
+    walls,
+)
 from ..physics.equilibrium import resting_wall
+from ..physics.potential import Array
 
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
@@ -35,9 +45,26 @@ def steps_up(
 ) -> Iterator[bool]:
     """Yield for every step from a level up to another whether a write may end there.
 
+    The true wall has to be within a cell of its defect; see `departures`.
+    """
+    for away in departures(design, write, start, goal, max_rate=max_rate, dt=dt):
+        yield away < 1.0
+
+
+def departures(
+    design: Design,
+    write: WriteSettings,
+    start: int,
+    goal: int,
+    *,
+    max_rate: float = math.inf,
+    dt: float = STEP,
+) -> Iterator[float]:
+    """Yield for every step from a level up to another how far the wall is from its defect.
+
     The cycles follow each other as in a write of the device, which rests `write.final_settle`
-    longer after the last; then the true wall is looked at, and has to be within a cell of its
-    defect. Each step sets out as the one before left it, not as that rest would.
+    longer after the last; then the true wall is looked at. Each step sets out as the one before
+    left it, not as that rest would.
 
     Args:
         design: The element.
@@ -46,6 +73,9 @@ def steps_up(
         goal: The level of the last step.
         max_rate: Of the actuator, in strain per time unit.
         dt: Time step, where it is stable.
+
+    Yields:
+        The distance in cells; infinity where there is not one wall at rest in the element.
 
     Raises:
         StateError: The level to start from pins no wall.
@@ -61,11 +91,18 @@ def steps_up(
             _advance(chain, cycles[design.freed_by_compression(level)])
             state = chain.state()
             chain.rest(round(write.final_settle / chain.dt))
-            yield level_of(design, chain.configuration) == level + 1
+            yield _departure(design, chain.configuration, level + 1)
         except StateError:  # driven so hard that the chain is lost
-            yield from [False] * (goal - level)
+            yield from [math.inf] * (goal - level)
             return
         chain.restore(state, V_N=0.0, steps_done=0)
+
+
+def _departure(design: Design, configuration: Array, level: int) -> float:
+    if level_of(design, configuration, math.inf) < 0:
+        return math.inf
+    (wall,) = walls(design, configuration)
+    return abs(wall.position - design.defect(level))
 
 
 def _advance(chain: Chain, cycle: Cycle) -> None:
