@@ -44,10 +44,10 @@ SHUT_DOWN = 'the device is shut down'
 
 
 class _Turn(NamedTuple):
-    """What the loop does next: ticks that were put off, or one tick that takes the commands."""
+    """What the loop does next: a batch of ticks that rest, or one tick that takes the commands."""
 
     due: float
-    put_off: int = 0
+    batch: int = 0
     asked_for: bool = False
 
 
@@ -67,8 +67,8 @@ class Loop:
         *,
         pacer: Pacer | None = None,
         speed: float = 1.0,
-        rest_ticks: int = 1,
-        heard_ticks: int = 1,
+        batch: int = 1,
+        publish_every: int = 1,
         failed: Callable[[], None] = lambda: None,
     ) -> None:
         """Prepare a loop; `start` sets it going.
@@ -78,9 +78,9 @@ class Loop:
             listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Factor on the scale's real time; 0 runs as fast as it can.
-            rest_ticks: Ticks that a resting device may run at a time: whoever listens is served
+            batch: Ticks that a resting device may run at a time: whoever listens is served
                 in time where every tick that matters to it is a multiple of this number.
-            heard_ticks: No run of ticks goes on beyond a multiple of this number.
+            publish_every: No batch goes on beyond a multiple of this number of ticks.
             failed: Called in the loop's thread once a failure has stopped it.
         """
         self.element = element
@@ -88,8 +88,8 @@ class Loop:
         self.failure: Exception | None = None
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
-        self._rest_ticks = rest_ticks
-        self._heard_ticks = heard_ticks
+        self._batch = batch
+        self._publish_every = publish_every
         self._failed = failed
         self._box = Mailbox(speed)
         self._answers: deque[Future[Outcome | None]] = deque()  # of procedures under way
@@ -191,9 +191,9 @@ class Loop:
     def _run_ticks(self) -> None:
         due = self._pacer.now()
         while (turn := self._wait(due)) is not None:
-            due = turn.due + turn.put_off * self._period
-            if turn.put_off:
-                self._rest(due, turn.put_off)
+            due = turn.due + turn.batch * self._period
+            if turn.batch:
+                self._rest(due, turn.batch)
             else:
                 due = self._after(due, self._tick(due, self._take_commands(), turn.asked_for))
 
@@ -210,7 +210,7 @@ class Loop:
     def _rest(self, due: float, ticks: int) -> None:
         """Run ticks that were put off, in one go up to each that the listener waits for."""
         while ticks:
-            run = min(ticks, self._heard_ticks - self.element.ticks % self._heard_ticks)
+            run = min(ticks, self._publish_every - self.element.ticks % self._publish_every)
             begun = self._pacer.now()
             self.element.rest(run)
             self._listener([], [])
@@ -238,7 +238,7 @@ class Loop:
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
-        rested = LONGEST_REST if self._batch > 1 and self.element.resting else 0.0
+        rested = LONGEST_REST if self._at_once > 1 and self.element.resting else 0.0
         borne = max(self._period, self._pacer.slack, rested)  # who rests may come late, too
         skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
@@ -263,10 +263,10 @@ class Loop:
                 if box.single_tick_waits:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + self._period)  # a clock that jumped back is not waited for
-                put_off = self._put_off(now - due)
-                wake = due + max(0, put_off - 1) * self._period
+                batch = self._due(now - due)
+                wake = due + max(0, batch - 1) * self._period
                 if now >= wake:
-                    return _Turn(due, put_off)
+                    return _Turn(due, batch)
                 if not box.call_waits:
                     self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
 
@@ -275,17 +275,17 @@ class Loop:
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
         longest = LONGEST_REST + 1e-9  # a rest of that length is not lost by rounding
-        self._batch = max(
+        self._at_once = max(
             ticks
-            for ticks in range(1, self._rest_ticks + 1)
-            if ticks == 1 or (self._rest_ticks % ticks == 0 and ticks * self._period <= longest)
+            for ticks in range(1, self._batch + 1)
+            if ticks == 1 or (self._batch % ticks == 0 and ticks * self._period <= longest)
         )
 
-    def _put_off(self, late: float) -> int:
-        """Return how many ticks to put off, when the next is late by a time (if positive)."""
-        if self._batch == 1 or not self.element.resting:
+    def _due(self, late: float) -> int:
+        """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
+        if self._at_once == 1 or not self.element.resting:
             return 0
-        ticks = -(self.element.ticks + 1) % self._batch
+        ticks = -(self.element.ticks + 1) % self._at_once
         if not self._box.command_waits:
             return ticks
         if self._period == 0.0:  # nothing is late where there is no pace

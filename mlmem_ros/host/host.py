@@ -164,8 +164,8 @@ class Host:
             listen,
             pacer=pacer,
             speed=speed,
-            rest_ticks=given.publish.common_ticks,
-            heard_ticks=math.gcd(given.publish.heard_ticks, given.record.hash_every),
+            batch=given.publish.common_ticks,
+            publish_every=math.gcd(given.publish.every, given.record.hash_every),
             failed=self._failed,
         )
         if given.faults != element.faults:

@@ -48,7 +48,7 @@ class PublishSettings(Checked):
         return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
 
     @property
-    def heard_ticks(self) -> int:
+    def every(self) -> int:
         """Largest number of ticks in the middle of which nothing at all is published or drawn."""
         views = math.gcd(self.image_every, self.markers_every, self.column_every)
         return math.gcd(self.common_ticks, views)

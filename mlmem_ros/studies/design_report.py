@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 from ..analysis.checks.schedule import cycle_time
 from ..analysis.checks.subject import Subject
-from ..analysis.designer.listening import dynamic_range
+from ..analysis.designer.right_pulse import dynamic_range
 from ..device import Settings
 from ..device.end import read_from
 from ..device.settings import WriteSettings

@@ -20,7 +20,7 @@ def duration(write):
     ('name', 'starts', 'trials'),
     [
         ('bits_2', (0, 1), 18),
-        pytest.param('bits_4', (0, 1, 12), 63, marks=pytest.mark.slow),
+        pytest.param('bits_4', (0, 1, 12), 135, marks=pytest.mark.slow),
     ],
 )
 def test_a_shipped_write_is_found_again_from_the_designers_rule(name, starts, trials):

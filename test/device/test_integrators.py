@@ -5,7 +5,7 @@
 import pytest
 
 from mlmem_ros.analysis.checks import check
-from mlmem_ros.analysis.forecast import forecast_echo
+from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.device.end import End

@@ -136,7 +136,7 @@ def test_the_ticks_of_a_resting_device_run_together(start):
     """Four are run when the fourth is due; the fifth, which a listener waits for, in time."""
     clock, begun = Clock(end=0.0481), []
     loop = start(
-        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, rest_ticks=5
+        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, batch=5
     )
     until(lambda: len(begun) == 25)
     loop.stop()
@@ -154,7 +154,7 @@ def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start)
         begun.append(clock.time)
         stamped.extend(commands)
 
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0, rest_ticks=5)
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=5)
     until(lambda: len(begun) == 5)
     clock.end = clock.time = 0.0151
     loop.submit(SetStrain(0.03))
@@ -176,7 +176,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
         if len(begun) == 20:
             clock.time += late
 
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0, rest_ticks=20)
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=20)
     until(lambda: len(begun) >= 40)
     assert loop.statistics.overruns == overruns
     assert begun[20:40] == pytest.approx([following - PERIOD] * 19 + [following])
@@ -186,9 +186,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
 def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, speed, together):
     """At most 0.04 s, and a divisor of the 20 ticks."""
     clock, begun = Clock(), []
-    start(
-        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, rest_ticks=20
-    )
+    start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, batch=20)
     until(lambda: len(begun) >= 40)
     rests = [1] * 20 if together == 1 else [together - 1, 1] * (20 // together)
     assert [begun.count(time) for time in sorted(set(begun[:20]))] == rests
@@ -205,7 +203,7 @@ def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
     def listen(*_):
         heard.append(element.ticks)
 
-    loop = start(element, listen, pacer=clock, speed=1.0, rest_ticks=20, heard_ticks=10)
+    loop = start(element, listen, pacer=clock, speed=1.0, batch=20, publish_every=10)
     until(lambda: len(heard) >= 9)
     loop.submit(SetStrain(0.03))
     clock.end = 0.2
@@ -322,8 +320,8 @@ def test_the_real_clock_paces_too(start):
 # --- the same whatever the pace ---------------------------------------------------------------
 
 
-@pytest.mark.parametrize(('speed', 'rest_ticks'), [(0.0, 1), (40.0, 1), (40.0, 20)])
-def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed, rest_ticks):
+@pytest.mark.parametrize(('speed', 'batch'), [(0.0, 1), (40.0, 1), (40.0, 20)])
+def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed, batch):
     """Commands come at ticks that the clock decides; the stamps tell which."""
     stamped, heard = [], []
 
@@ -331,7 +329,7 @@ def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, s
         stamped.extend(commands)
         heard.extend(str(event) for event in events)
 
-    loop = start(rig.device(), listen, speed=speed, rest_ticks=rest_ticks)
+    loop = start(rig.device(), listen, speed=speed, batch=batch)
     assert result(loop.submit(Write(1))).success
     assert result(loop.submit(SetStrain(0.02))) is None
     time.sleep(0.01)
@@ -598,10 +596,10 @@ def test_a_listener_that_fails_stops_the_loop(start):
     assert str(loop.failure) == 'no room left'
 
 
-@pytest.mark.parametrize('rest_ticks', [1, 10])
-def test_a_resting_loop_without_a_pace_takes_commands(start, rest_ticks):
+@pytest.mark.parametrize('batch', [1, 10])
+def test_a_resting_loop_without_a_pace_takes_commands(start, batch):
     """There nothing is ever late: a rest that a command ends has no number of ticks to make up."""
-    loop = start(rig.device(), speed=0.0, rest_ticks=rest_ticks)
+    loop = start(rig.device(), speed=0.0, batch=batch)
     for strain in (0.001, 0.0):
         until(lambda: loop.element.resting and loop.element.ticks > 100)
         assert result(loop.submit(SetStrain(strain))) is None

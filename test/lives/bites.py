@@ -45,15 +45,15 @@ def _bite(*replaced):
 # --- the loop ----------------------------------------------------------------------------
 
 
-@_bite((loop.Loop, '_put_off'))
+@_bite((loop.Loop, '_due'))
 def division_by_zero_at_full_speed(_):
-    def put_off(self, late):
-        if self._batch == 1 or not self.element.resting:
+    def due(self, late):
+        if self._at_once == 1 or not self.element.resting:
             return 0
-        ticks = -(self.element.ticks + 1) % self._batch
+        ticks = -(self.element.ticks + 1) % self._at_once
         return min(ticks, max(0, int(late / self._period))) if self._box.command_waits else ticks
 
-    return put_off
+    return due
 
 
 @_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take_single_tick'))

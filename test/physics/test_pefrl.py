@@ -22,7 +22,7 @@ import math
 import numpy as np
 import pytest
 
-from mlmem_ros.analysis.forecast import forecast_echo
+from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
 from mlmem_ros.device.transducer import Transducer

@@ -14,7 +14,7 @@ from ...device.instrument import steps_per_tick
 from ...physics import INTEGRATORS, Specimen, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst
-from ..forecast import forecast_echo
+from ..echo_forecast import forecast_echo
 from .finding import Finding, judged
 from .subject import Subject
 

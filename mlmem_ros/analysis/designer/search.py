@@ -24,7 +24,7 @@ from ...device.settings import ActuatorSettings, ProbeSettings, ReadSettings
 from ...physics import CASE_II, Design
 from ..checks import Report, Verdict, check
 from ..checks.subject import Subject
-from .listening import Listening, damping_for, listen
+from .right_pulse import RightPulse, damping_for, listen
 from .schedules import Freeing, erase_schedule, freeing, up_to, write_schedule
 
 FEWEST, MOST = 2, 256
@@ -54,14 +54,14 @@ class Proposal:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        listening: How the right end hears it.
+        pulse: How the right end hears it.
         report: What the checker says.
         reasons: Why cells per level below the chosen J were not taken, by J.
     """
 
     design: Design
     settings: Settings
-    listening: Listening
+    pulse: RightPulse
     report: Report
     reasons: dict[int, str]
 
@@ -99,15 +99,15 @@ def _with(levels: int, J: int) -> Proposal | str:
             f'{frees.wall_tension_least:.4f}'
         )
     eta = damping_for(_element(levels, J, 1 / 250, 0))
-    listening = listen(_element(levels, J, eta, 0))
-    if listening is None:
+    pulse = listen(_element(levels, J, eta, 0))
+    if pulse is None:
         return 'no pulse tells the farthest level from the clutter of the defects'
-    design = _element(levels, J, eta, listening.tail)
-    settings = _settings(design, frees, listening.probe)
+    design = _element(levels, J, eta, pulse.tail)
+    settings = _settings(design, frees, pulse.probe)
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
         return '; '.join(f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL))
-    return Proposal(design, settings, listening, report, {})
+    return Proposal(design, settings, pulse, report, {})
 
 
 def _element(levels: int, J: int, eta: float, tail: int) -> Design:

@@ -15,7 +15,7 @@ from mlmem_ros.analysis.checks import Verdict, check
 from mlmem_ros.analysis.checks.echo_range import echo_strength
 from mlmem_ros.analysis.checks.launch import launched
 from mlmem_ros.analysis.checks.subject import Subject, sample
-from mlmem_ros.analysis.forecast import forecast_echo
+from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings

@@ -22,7 +22,7 @@ from ...physics import NOH_BATHE, Design, Specimen
 from ...physics.dispersion import band, group_velocity
 from ...physics.equilibrium import resting_wall
 from ..checks.subject import Subject
-from ..forecast import forecast_echo
+from ..echo_forecast import forecast_echo
 
 LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
 """Standard deviations of the envelope that are tried, the shortest first."""
@@ -45,7 +45,7 @@ HALF_WIDTH = 0.9
 
 
 @dataclass(frozen=True)
-class Listening:
+class RightPulse:
     """A pulse that tells all levels from the right.
 
     Attributes:
@@ -63,7 +63,7 @@ class Listening:
     dynamic_range: float
 
 
-def listen(design: Design) -> Listening | None:
+def listen(design: Design) -> RightPulse | None:
     """Return the shortest pulse that hears every level clearly, or None where none does.
 
     Args:
@@ -84,7 +84,7 @@ def listen(design: Design) -> Listening | None:
     return None
 
 
-def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
+def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
     """Return what the two farthest echoes and the clutter before them ask for."""
     speed = float(group_velocity(probe.omega_c, design.k_s1))
     # Forecast with the room that the pulse will have, so that nothing is hidden by it.
@@ -107,7 +107,7 @@ def _heard(design: Design, probe: ProbeSettings) -> Listening | None:
     v_th = float(f'{v_th:.1e}')
     early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
     room = 0.5 * speed * (blanking(probe) - 6.0 * probe.sigma + early)
-    return Listening(
+    return RightPulse(
         replace(probe, v_th=v_th),
         math.ceil(room / design.J) * design.J,
         signal,
