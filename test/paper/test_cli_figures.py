@@ -1,44 +1,54 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem figures` as a user meets it, in a process of its own."""
+"""`mlmem figures` as a user meets it: once in a process of its own, else in this one."""
 
+import json
 import subprocess
 import sys
 
 import pytest
 
+from mlmem_ros.cli.main import main
 from mlmem_ros.paper.figure import Quality
-from mlmem_ros.paper.gallery import select
-from mlmem_ros.paper.run import run, run_one
+from mlmem_ros.paper.gallery import BY_NAME, FIGURES
+from mlmem_ros.paper.run import run_one
+
+ENDINGS = ('npz', 'png', 'svg')
 
 
 def mlmem(*arguments, folder):
     command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'figures', *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
 
 
 def test_one_figure_alone(tmp_path):
     done = mlmem('2c', '--draft', folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    folder = tmp_path / 'reproduction' / 'figures'
-    assert sorted(file.name for file in folder.iterdir()) == [
-        'fig_2c.npz',
-        'fig_2c.png',
-        'fig_2c.svg',
-    ]
+    (output,) = tmp_path.iterdir()
+    (folder,) = output.iterdir()  # and no page
+    assert (output.name, folder.name) == ('reproduction', 'figures')
+    assert {file.name for file in folder.iterdir()} == {f'fig_2c.{end}' for end in ENDINGS}
     assert '1 of 1 figures' in done.stdout
-    assert not (tmp_path / 'reproduction' / 'reproduction.md').exists()
 
 
-def test_two_figures_on_two_cores_with_their_claims(tmp_path):
-    done = mlmem('3a', '1c', '--draft', '--jobs', '2', '--output', 'x/y', folder=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert {file.name for file in (tmp_path / 'x' / 'y' / 'figures').glob('*.png')} == {
-        'fig_3a.png',
-        'fig_1c.png',
-    }
-    assert 'in part' in done.stdout  # the bands overlap
-    assert 'degenerate' in done.stdout
+def test_two_figures_side_by_side_are_those_of_one_process_and_their_claims_are_told(
+    tmp_path, capsys
+):
+    two = tmp_path / 'x' / 'two'
+    options = ['--draft', '--jobs', '2', '--output', str(two), '--json']
+    assert main(['figures', '3a', '1c', *options]) == 0
+    told = json.loads(capsys.readouterr().out)
+    verdicts = {claim['paper']: claim['verdict'] for claim in told['claims']}
+    for name in ('3a', '1c'):
+        figure = BY_NAME[name]
+        expected = 'in part' if name == '3a' else 'holds'  # the bands overlap
+        assert {verdicts.pop(claim.sentence) for claim in figure.claims} == {expected}
+        run_one(name, Quality.DRAFT, tmp_path / 'one')
+        for end in ENDINGS[1:]:
+            file = f'figures/{figure.stem}.{end}'
+            assert (two / file).read_bytes() == (tmp_path / 'one' / file).read_bytes()
+    assert verdicts == {}
+    assert len(list((two / 'figures').iterdir())) == 2 * len(ENDINGS)
 
 
 @pytest.mark.parametrize(
@@ -49,33 +59,19 @@ def test_two_figures_on_two_cores_with_their_claims(tmp_path):
         (['2c', '--output', 'file/x'], '--output must be a folder we can write'),
     ],
 )
-def test_a_wrong_argument_is_refused(arguments, message, tmp_path):
+def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / 'file').write_text('in the way', encoding='utf-8')
-    done = mlmem(*arguments, folder=tmp_path)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert 'Traceback' not in done.stderr
-    assert not (tmp_path / 'reproduction').exists()
+    assert main(['figures', *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f'mlmem figures: {message}')
+    assert [file.name for file in tmp_path.iterdir()] == ['file']
 
 
-def test_the_list_names_every_figure(tmp_path):
-    done = mlmem('--list', folder=tmp_path)
-    assert done.returncode == 0
-    assert [line.split()[0] for line in done.stdout.splitlines()] == [
-        figure.name for figure in select([])
-    ]
-
-
-def test_processes_run_side_by_side_and_give_what_one_gives(tmp_path):
-    figures = select(['2c', '3a'])
-    done = list(run(figures, Quality.DRAFT, tmp_path / 'two', 2))
-    assert {item.name for item in done} == {'2c', '3a'}
-    for figure in figures:
-        run_one(figure.name, Quality.DRAFT, tmp_path / 'one')
-        one, two = (
-            (tmp_path / f / 'figures' / f'{figure.stem}.png').read_bytes() for f in ('one', 'two')
-        )
-        assert one == two
+def test_the_list_names_every_figure(capsys):
+    assert main(['figures', '--list']) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert names == [figure.name for figure in FIGURES]
 
 
 @pytest.mark.slow
@@ -84,4 +80,4 @@ def test_all_of_them_with_the_page(tmp_path):
     assert done.returncode == 0, done.stderr
     page = (tmp_path / 'reproduction' / 'reproduction.md').read_text(encoding='utf-8')
     assert page.startswith('# The paper, reproduced')
-    assert f'{len(select([]))} of {len(select([]))} figures' in done.stdout
+    assert f'{len(FIGURES)} of {len(FIGURES)} figures' in done.stdout
