@@ -15,6 +15,7 @@ import tempfile
 from .comparison import Comparison
 from .measure import Entry
 from .node_process import NodeProcess, Robot
+from .open_page import open_page
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
 
@@ -30,10 +31,13 @@ READS = 15
 NAMES = {
     'share': 'processor, nobody listens, % of a core',
     'heard': 'processor, the streams are listened to, % of a core',
+    'seen': 'processor, a page is open, % of a core',
     'busy': 'work per tick, us',
     'p50': 'tick lateness p50, ms',
     'p99': 'tick lateness p99, ms',
     'worst': 'tick lateness, greatest, ms',
+    'seen_p50': 'tick lateness p50 with a page, ms',
+    'seen_p99': 'tick lateness p99 with a page, ms',
     'ticks': 'ticks run',
     'overruns': 'ticks skipped',
     'factor': 'time over real time',
@@ -78,6 +82,10 @@ def _short_runs(repeats: int) -> list[dict[str, float]]:
             node.watch(SETTLED)
             seen = {'ready': node.ready, **node.watch(SECONDS)}
             seen['heard'] = robot.listen(node, SECONDS)['share']
+            with open_page('mlmem'):
+                node.watch(SETTLED)
+                page = node.watch(SECONDS)
+            seen |= {'seen': page['share'], 'seen_p50': page['p50'], 'seen_p99': page['p99']}
             for key, service in (('transport', 'step'), ('latency', 'read')):
                 seen[key] = statistics.median(robot.beyond(service) for _ in range(READS))
         found.append(seen)
