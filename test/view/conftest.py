@@ -4,13 +4,13 @@
 
 import contextlib
 import importlib.util
-import shutil
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+
+sys.path.append(str(Path(__file__).parent))
+import page_browser
 
 _path = Path(__file__).parent.parent / 'ros' / 'conftest.py'
 _spec = importlib.util.spec_from_file_location('ros_conftest', _path)
@@ -20,98 +20,21 @@ _spec.loader.exec_module(_ros)
 pytest_pycollect_makemodule = _ros.pytest_pycollect_makemodule
 start_shared = _ros.start_shared
 
-BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
-OPTIONS = (
-    '--headless',
-    '--no-sandbox',
-    '--disable-gpu',
-    '--disable-quic',
-    '--no-first-run',
-    '--disable-background-networking',
-    '--disable-component-update',
-    '--disable-sync',
-    '--window-size=1320,1100',
-)
-
-
-@contextlib.contextmanager
-def viewing(*arguments):
-    """Run `mlmem view` and yield its address."""
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    try:
-        yield process.stdout.readline().removeprefix('mlmem view: ').strip()
-    finally:
-        process.terminate()
-        process.wait(10)
-
 
 @pytest.fixture(scope='module')
 def view():
     """Serve a page: view(argument, ...) returns its address."""
     with contextlib.ExitStack() as stack:
-        yield lambda *arguments: stack.enter_context(viewing(*arguments))
-
-
-class Browser:
-    """A headless Chromium with one page, which fails a test whose page complains."""
-
-    def __init__(self, binary, driver, profile):
-        from selenium import webdriver
-        from selenium.webdriver.chrome.service import Service
-
-        options = webdriver.ChromeOptions()
-        options.binary_location = binary
-        for option in (*OPTIONS, f'--user-data-dir={profile}'):
-            options.add_argument(option)
-        options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
-        options.add_experimental_option(
-            'prefs', {'download.default_directory': str(profile / 'downloads')}
-        )
-        self.downloads = profile / 'downloads'
-        self.driver = webdriver.Chrome(options, Service(driver))
-
-    def open(self, address):
-        self.driver.get(address)
-
-    def ask(self, script, *arguments):
-        """Return what a JavaScript expression is."""
-        return self.driver.execute_script(f'return {script}', *arguments)
-
-    def click(self, selector):
-        """Click as a hand does: what is hidden or covered cannot be."""
-        self.driver.find_element('css selector', selector).click()
-
-    def text(self, selector):
-        return self.driver.find_element('css selector', selector).text
-
-    def until(self, condition, what, within=15.0):
-        """Wait until a JavaScript expression or a function gives something; return it."""
-        deadline = time.monotonic() + within
-        while True:
-            value = condition() if callable(condition) else self.ask(condition)
-            if value:
-                return value
-            assert time.monotonic() < deadline, f'{what}: not within {within:g} s'
-            time.sleep(0.02)
-
-    def complaints(self):
-        """Return errors and warnings of the console since the last look."""
-        return [
-            entry['message']
-            for entry in self.driver.get_log('browser')
-            if entry['level'] in ('SEVERE', 'WARNING')
-        ]
+        yield lambda *arguments: stack.enter_context(page_browser.viewing(*arguments))
 
 
 @pytest.fixture(scope='module')
 def browser(tmp_path_factory):
     """The browser of this machine, one for all tests of a module."""
     pytest.importorskip('selenium')
-    binary = next(filter(None, map(shutil.which, BROWSERS)), None)
-    driver = shutil.which('chromedriver')
+    binary, driver = page_browser.found()
     if binary is None or driver is None:
         pytest.skip('no Chromium with its driver (Debian: apt install chromium chromium-driver)')
-    browser = Browser(binary, driver, tmp_path_factory.mktemp('browser'))
+    browser = page_browser.Browser(binary, driver, tmp_path_factory.mktemp('browser'))
     yield browser
     browser.driver.quit()

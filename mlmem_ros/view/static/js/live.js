@@ -8,6 +8,7 @@ import { Panel } from './panel.js';
 import { Track } from './track.js';
 import { Wire } from './wire.js';
 
+const GROWTH = 75; // milliseconds after which the picture over time has grown by a pixel or so
 const WORDS = ['healthy', 'warning', 'failing', 'stale'];
 const TONES = ['good', 'warn', 'bad', 'bad'];
 
@@ -15,6 +16,7 @@ export class Live {
   constructor() {
     this.state = { walls: [], strain: 0 };
     this.track = new Track();
+    this.painted = 0;
     this.delays = {};
     this.wire = new Wire((head) => this.take(head));
     this.controls = new Controls(this.wire, (text, kind) => this.log(text, kind));
@@ -35,7 +37,10 @@ export class Live {
   draw() {
     this.changed = false;
     this.panel.show(this.state);
-    this.panel.picture.draw();
+    if (performance.now() - this.painted > GROWTH) {
+      this.painted = performance.now();
+      this.panel.picture.draw();
+    }
     this.controls.strained(this.state.strain);
   }
 

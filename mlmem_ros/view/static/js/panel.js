@@ -21,11 +21,11 @@ export class Panel {
     this.find = (name) => this.root.querySelector(name);
   }
 
-  set(about, track, title) {
+  set(about, track, title, end) {
     this.about = about;
     this.find('.title').textContent = title;
     this.chain.set(about);
-    this.picture.set(about, track);
+    this.picture.set(about, track, end);
     this.echo.set(about);
   }
 

@@ -25,12 +25,14 @@ export class Picture {
     new ResizeObserver(() => this.fit()).observe(this.root);
   }
 
-  set(about, track) {
+  /** @param {number} end of the time axis of a session, where another one is longer */
+  set(about, track, end = track.end) {
     const same = this.about && JSON.stringify(this.about.defects) === JSON.stringify(about.defects);
     this.about = about;
     this.track = track;
     this.y = same && this.y ? this.y : [0.5, about.cells + 0.5];
-    if (!this.live) this.x ??= [track.begin, Math.max(track.end, track.begin + 0.1)];
+    this.whole = [0, Math.max(end, 0.1)];
+    if (!this.live) this.x ??= this.whole;
     this.build();
   }
 
@@ -38,7 +40,7 @@ export class Picture {
     this.following = this.live;
     this.span = SPAN;
     this.y = [0.5, this.about.cells + 0.5];
-    if (!this.live) this.x = [this.track.begin, Math.max(this.track.end, this.track.begin + 0.1)];
+    if (!this.live) this.x = this.whole;
     this.draw();
   }
 
@@ -136,8 +138,7 @@ export class Picture {
     this.needle = needle;
     this.button.hidden = this.following || !this.live;
     const { t, y } = this.track.strain;
-    this.plot.setData([this.track.t, this.track.t.map(() => null)], false);
-    this.plot.redraw(false, true);
+    this.plot.redraw(false, true); // the needle may have moved alone
     this.rescale(this.plot);
     this.lower.setData([t, y], false);
     this.rescale(this.lower);

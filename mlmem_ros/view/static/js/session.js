@@ -26,11 +26,11 @@ export class Sessions {
   async open(numbers) {
     document.body.classList.toggle('two', numbers.length === 2);
     this.sessions = await Promise.all(numbers.map(async (number) => ready(await fetchFrame(`/sessions/${number}`))));
+    this.duration = Math.max(...this.sessions.map((session) => session.duration), 0.001);
     for (const session of this.sessions) {
       session.panel = new Panel(null, false);
-      session.panel.set(session.element, session.track, session.name);
+      session.panel.set(session.element, session.track, session.name, this.duration);
     }
-    this.duration = Math.max(...this.sessions.map((session) => session.duration), 0.001);
     find('time').max = this.duration;
     find('node').textContent = this.sessions.map((session) => session.name).join('  and  ');
     const { levels, cells, substrate } = this.sessions[0].element;

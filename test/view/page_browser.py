@@ -1,0 +1,96 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page in a headless Chromium: for its tests, and for who draws its pictures."""
+
+import contextlib
+import shutil
+import subprocess
+import sys
+import time
+
+BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
+OPTIONS = (
+    '--headless',
+    '--no-sandbox',
+    '--disable-gpu',
+    '--disable-quic',
+    '--no-first-run',
+    '--disable-background-networking',
+    '--disable-component-update',
+    '--disable-sync',
+    '--hide-scrollbars',
+    '--window-size=1320,1100',
+)
+
+
+@contextlib.contextmanager
+def viewing(*arguments):
+    """Run `mlmem view` and yield its address."""
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', *arguments]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        yield process.stdout.readline().removeprefix('mlmem view: ').strip()
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+def found():
+    """Return browser and driver of this machine, each None where it is missing."""
+    return next(filter(None, map(shutil.which, BROWSERS)), None), shutil.which('chromedriver')
+
+
+class Browser:
+    """A headless Chromium with one page, which fails a test whose page complains."""
+
+    def __init__(self, binary, driver, profile):
+        from selenium import webdriver
+        from selenium.webdriver.chrome.service import Service
+
+        options = webdriver.ChromeOptions()
+        options.binary_location = binary
+        for option in (*OPTIONS, f'--user-data-dir={profile}'):
+            options.add_argument(option)
+        options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
+        options.add_experimental_option(
+            'prefs', {'download.default_directory': str(profile / 'downloads')}
+        )
+        self.downloads = profile / 'downloads'
+        self.driver = webdriver.Chrome(options, Service(driver))
+
+    def resize(self, width, height, ratio=1.0, phone=False):
+        """Show the page in so many CSS pixels, each of `ratio` pixels of a picture."""
+        metrics = {'width': width, 'height': height, 'deviceScaleFactor': ratio, 'mobile': phone}
+        self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
+
+    def open(self, address):
+        self.driver.get(address)
+
+    def ask(self, script, *arguments):
+        """Return what a JavaScript expression is."""
+        return self.driver.execute_script(f'return {script}', *arguments)
+
+    def click(self, selector):
+        """Click as a hand does: what is hidden or covered cannot be."""
+        self.driver.find_element('css selector', selector).click()
+
+    def text(self, selector):
+        return self.driver.find_element('css selector', selector).text
+
+    def until(self, condition, what, within=15.0):
+        """Wait until a JavaScript expression or a function gives something; return it."""
+        deadline = time.monotonic() + within
+        while True:
+            value = condition() if callable(condition) else self.ask(condition)
+            if value:
+                return value
+            assert time.monotonic() < deadline, f'{what}: not within {within:g} s'
+            time.sleep(0.02)
+
+    def complaints(self):
+        """Return errors and warnings of the console since the last look."""
+        return [
+            entry['message']
+            for entry in self.driver.get_log('browser')
+            if entry['level'] in ('SEVERE', 'WARNING')
+        ]
