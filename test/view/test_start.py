@@ -39,7 +39,7 @@ def address_in(text):
 
 def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
     """Also where it is killed and can end nothing itself."""
-    node = start_shared(options=['--view'], name='seen')
+    node = start_shared(options=['--view'], name='seen', apart=True)
     address = until(lambda: address_in(node.output), 'the address of the page')
     assert fetched(address)['live']
     node.signal(9)

@@ -112,7 +112,9 @@ export function connect(shown) {
       shown().play(true);
       const watch = setInterval(() => {
         if (!recorder) return clearInterval(watch);
-        if (!shown().playing) { clearInterval(watch); recorder.stop(); }
+        if (shown().playing) return;
+        clearInterval(watch);
+        setTimeout(() => recorder?.stop(), 500); // the last picture stands for a moment
       }, 100);
     }
   };
