@@ -13,6 +13,9 @@ from .errors import BagError
 from .reader import BagReader
 from .writer import BagWriter
 
+LOST = 'mlmem_ros.lost'
+"""Custom datum of a repaired bag: what could not be read of the damaged ones, a line each."""
+
 
 @dataclass(frozen=True)
 class Repaired:
@@ -34,7 +37,8 @@ class Repaired:
 def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
     """Copy all that can be read of a bag into a new one.
 
-    Messages, times, definitions, QoS and custom data are kept; the new bag has one file.
+    Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
+    custom data tell what was lost.
 
     Args:
         source: The bag; it is only read.
@@ -50,7 +54,10 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
     if not reader.message_count:
         reasons = '; '.join(map(str, reader.losses)) or 'it is empty'
         raise BagError(f'{source} must hold a message that can be read; {reasons}.')
-    with BagWriter(destination, custom_data=reader.custom_data) as writer:
+    custom_data = dict(reader.custom_data)
+    if lost := [*custom_data.get(LOST, '').splitlines(), *map(str, reader.losses)]:
+        custom_data[LOST] = '\n'.join(lost)
+    with BagWriter(destination, custom_data=custom_data) as writer:
         for info in reader.topics.values():
             writer.add_topic(
                 info.name,

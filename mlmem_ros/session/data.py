@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
+from ..bag.repairing import LOST
 from ..clipped import clipped
 from ..contract import told, topics
 from ..contract.commands import OF_TOPIC, Make
@@ -36,7 +37,8 @@ class RecordedEcho:
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
-        level: The level that was told next to it, or None where none was.
+        level: The level that was told next to it, by `~/level` or by the outcome of what it
+            ended, or None where none was.
     """
 
     time: float
@@ -223,13 +225,19 @@ class _Collector:
         self._untold = True
 
     def _level(self, _: float, message: Any) -> None:
+        self._tell(int(message.data))
+
+    def _tell(self, level: int) -> None:
         echoes = self._session.echoes
         if self._untold:
-            echoes[-1] = replace(echoes[-1], level=int(message.data))
+            echoes[-1] = replace(echoes[-1], level=level)
             self._untold = False
 
     def _outcome(self, seconds: float, message: Any) -> None:
-        self._session.outcomes.append((seconds, told.values(message)))
+        values = told.values(message)
+        if _is_decoded(values):  # from the echo just before
+            self._tell(int(values['level']))
+        self._session.outcomes.append((seconds, values))
         self._untold = False
 
     def _count_dropped(self, _: float, message: Any) -> None:
@@ -248,8 +256,12 @@ class _Collector:
 
 
 def _lost(reader: BagReader, node: str) -> Iterator[str]:
-    """Yield what of a node cannot be read: stretches of files, and messages that are counted."""
+    """Yield what of a node cannot be read: stretches of files, and messages that are counted.
+
+    What a repair has left behind is lost still.
+    """
     yield from map(str, reader.losses)
+    yield from filter(None, reader.custom_data.get(LOST, '').splitlines())
     missing = []
     for topic in reader.metadata.topics if reader.metadata else ():
         read = reader.topics[topic.name].message_count if topic.name in reader.topics else 0

@@ -7,6 +7,7 @@ from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag import BagError, BagReader, repair
 from mlmem_ros.bag.mcap_scan import McapScan
+from mlmem_ros.bag.repairing import LOST
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -28,7 +29,10 @@ def test_what_can_be_read_is_saved(damaged, messages, tmp_path):
     whole = BagReader(tmp_path / 'whole')
     assert list(whole) == messages[:15]
     assert whole.losses == ()
-    assert whole.custom_data == {'seed': '42'}
+    lost = '\n'.join(map(str, report.losses))
+    assert whole.custom_data == {'seed': '42', LOST: lost}
+    assert repair(whole.path, tmp_path / 'again').losses == ()
+    assert BagReader(tmp_path / 'again').custom_data == whole.custom_data
     assert whole.topics == BagReader(damaged).topics
 
 

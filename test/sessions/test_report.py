@@ -114,6 +114,18 @@ def test_messages_that_found_no_room_are_missing(session, tmp_path, capsys):
     assert '7 messages found no room in the recording' in told
 
 
+def test_what_a_repair_could_not_save_is_lost_still(tmp_path, capsys):
+    shutil.copytree(SESSION, tmp_path / 'cut')
+    (file,) = (tmp_path / 'cut').glob('*.mcap')
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
+    (tmp_path / 'cut' / 'metadata.yaml').unlink()
+    assert main(['inspect', str(tmp_path / 'cut'), '--repair', str(tmp_path / 'whole')]) == 0
+    status, told = replayed(capsys, tmp_path / 'whole')
+    assert status == 1
+    assert 'NOT WHOLE' in told
+    assert 'bytes lost' in told
+
+
 def test_a_bag_with_nothing_to_compare_is_no_yes(tmp_path, capsys):
     status, told = replayed(capsys, foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
     assert status == 1
@@ -140,15 +152,25 @@ def test_outcomes_in_another_recorders_bag_are_compared(tmp_path, capsys, level,
         assert told.endswith('the levels agree\n')
 
 
-def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsys):
+def test_levels_are_told_by_outcomes_too(session, tmp_path, capsys):
     made = session.copy()
     made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
+    made.write(tmp_path / 'bag')
+    assert [echo.level for echo in load(tmp_path / 'bag').echoes] == [None, None, 1, 1]
+    status, told = replayed(capsys, tmp_path / 'bag')
+    assert status == 0
+    assert 'procedures  4 of 4 agree' in told
+
+
+def test_levels_that_were_not_recorded_are_not_compared(session, tmp_path, capsys):
+    made = session.copy()
+    untold = '/mlmem/level', '/mlmem/outcome'
+    made.messages = [m for m in made.messages if m.topic not in untold]
     made.write(tmp_path / 'bag')
     assert {echo.level for echo in load(tmp_path / 'bag').echoes} == {None}
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 0
     assert 'levels      none recorded; here -1, 1, 1, 1' in told
-    assert 'procedures  4 of 4 agree' in told
     assert main(['inspect', str(tmp_path / 'bag')]) == 0
     assert 'not told' in capsys.readouterr().out
 
