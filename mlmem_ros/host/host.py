@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -282,32 +281,8 @@ class Host:
 
     def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:
         told = loop.submit(command)
-        store = self._store
         changing = isinstance(command, Procedures) and not isinstance(command, Read)
-        if store is None or store.path is None or not changing:
-            return told
-        answer: Future[Outcome | None] = threads.Future()
-        answer.set_running_or_notify_cancel()  # it is under way, and cannot be withdrawn
-
-        def keep(done: Future[Outcome | None]) -> None:
-            """In the loop's thread, when a procedure has just ended."""
-            if (refusal := done.exception()) is not None:
-                answer.set_exception(refusal)
-                return
-            outcome = done.result()
-            if loop.element.procedure:  # an abort, which saves what it leaves
-                answer.set_result(outcome)
-                return
-            try:
-                saved = store.keep(loop.element)
-            except Exception as error:
-                self.journal.exception('taking the state', error)
-                saved = threads.Future()
-                saved.set_exception(error)
-            saved.add_done_callback(lambda saved: answer.set_result(_told(outcome, saved)))
-
-        told.add_done_callback(keep)
-        return answer
+        return self._store.once_saved(told, loop.element) if changing and self._store else told
 
     # --- ends ----------------------------------------------------------------------------
 
@@ -375,12 +350,3 @@ def _check_faults(element: MemoryElement, faults: Faults) -> None:
         element.specimen(faults)
     except Refused as refusal:
         raise SettingsError(f'parameters {refusal}') from refusal
-
-
-def _told(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
-    """Return an outcome as it may be told: what is not on the disk is no success."""
-    error = saved.exception()
-    if error is None or outcome is None:
-        return outcome
-    done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from concurrent.futures import Future
 from typing import Any
@@ -13,6 +14,7 @@ from ..device import (
     Calibration,
     Loop,
     MemoryElement,
+    Outcome,
     Refused,
     Settings,
     calibration_file,
@@ -134,6 +136,42 @@ class Store:
         saved.add_done_callback(self._tell)
         return saved
 
+    def once_saved(
+        self, told: Future[Outcome | None], element: MemoryElement
+    ) -> Future[Outcome | None]:
+        """Return what becomes of a procedure, told once what it has changed is safe on the disk.
+
+        Args:
+            told: Its outcome, from the loop's thread as it ends.
+            element: The device.
+
+        Returns:
+            The outcome; where the content could not be saved it is no success.
+        """
+        if self.path is None:
+            return told
+        answer: Future[Outcome | None] = threads.Future()
+        answer.set_running_or_notify_cancel()  # it is under way, and cannot be withdrawn
+
+        def keep(done: Future[Outcome | None]) -> None:
+            if (refusal := done.exception()) is not None:
+                answer.set_exception(refusal)
+                return
+            outcome = done.result()
+            if element.procedure:  # an abort, which saves what it leaves
+                answer.set_result(outcome)
+                return
+            try:
+                saved = self.keep(element)
+            except Exception as error:
+                self._journal.exception('taking the state', error)
+                saved = threads.Future()
+                saved.set_exception(error)
+            saved.add_done_callback(lambda saved: answer.set_result(_judged(outcome, saved)))
+
+        told.add_done_callback(keep)
+        return answer
+
     def tend(self, loop: Loop | None) -> None:
         """Save where the interval is over, answer who waits too long; about once a second."""
         self._worker.tend()
@@ -187,3 +225,12 @@ class Store:
     def _tell(self, saved: Future[None]) -> None:
         if (error := saved.exception()) is not None:
             self._journal.error(str(error))
+
+
+def _judged(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
+    """Return an outcome as it may be told: what is not on the disk is no success."""
+    error = saved.exception()
+    if error is None or outcome is None:
+        return outcome
+    done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
+    return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')
