@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that is given nonsense says in one line what was wrong, and ends with status 1."""
 
+import re
+
 import pytest
 
 PARAMETERS = """/**:
@@ -12,37 +14,36 @@ PARAMETERS = """/**:
 
 
 @pytest.mark.parametrize(
-    ('parameter', 'value', 'words'),
+    ('parameter', 'value', 'reason'),
     [
-        ('design.preset', 'case_3', ['case_1, case_2', "'case_3'"]),
-        ('target_level', 8, ['from 0 to 7', '8']),
-        ('faults.weak_cell', 300, ['from 0 to N = 225', '300']),
-        ('design.J', 300, ['must be at most N - tail - 1 = 224', '300']),
+        ('design.preset', 'case_3', r" design\.preset must be one of case_1, .*; got 'case_3'$"),
+        ('target_level', 8, ' target_level must be from 0 to 7; got 8$'),
+        ('faults.weak_cell', 300, ' faults: weak_cell must be from 0 to N = 225; got 300$'),
+        ('design.J', 300, r' design\.\*: J must be at most N - tail - 1 = 224, .*; got 300$'),
     ],
     ids=str,
 )
-def test_a_bad_parameter(refused, parameter, value, words):
-    line = refused({parameter: value})
-    for word in [*parameter.split('.'), *words]:
-        assert word in line
+def test_a_bad_parameter(refused, parameter, value, reason):
+    assert re.search(f'cannot start: parameters?{reason}', refused({parameter: value}))
+
+
+DOUBLE = 'a double (a number with a decimal point)'
 
 
 @pytest.mark.parametrize(
-    ('name', 'value', 'words'),
+    ('name', 'value', 'reason'),
     [
-        ('write.tension', 'strong', ['a double', "'strong'"]),
-        ('write.tension', 1, ['a double', 'decimal point', '1']),
-        ('write.attempts', 2.5, ['an integer', '2.5']),
+        ('write.tension', 'strong', f"must be {DOUBLE}; got 'strong'"),
+        ('write.tension', 1, f'must be {DOUBLE}; got 1'),
+        ('write.attempts', 2.5, 'must be an integer; got 2.5'),
     ],
     ids=str,
 )
-def test_a_parameter_file_with_a_wrong_type(refused, tmp_path, name, value, words):
+def test_a_parameter_file_with_a_wrong_type(refused, tmp_path, name, value, reason):
     group, _, name_in_group = name.partition('.')
     file = tmp_path / 'wrong.yaml'
     file.write_text(PARAMETERS.format(group=group, name=name_in_group, value=value))
-    line = refused(file=file)
-    for word in [name, *words]:
-        assert word in line
+    assert refused(file=file).endswith(f'cannot start: parameter {name} {reason}')
 
 
 def test_a_malformed_parameter_file(refused, tmp_path):
