@@ -104,6 +104,16 @@ OF_TOPIC: dict[str, Make] = {
 }
 """How the messages of `topics.COMMANDS` become commands."""
 
+
+def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic, Any]:
+    """Return the topic on which a command is sent that is no request, and its message."""
+    if isinstance(command, SetStrain):
+        return topics.STRAIN, topics.STRAIN.kind(data=command.strain)
+    message = topics.DISTURBANCE.kind()
+    message.linear_acceleration.x = command.acceleration * units.acceleration
+    return topics.DISTURBANCE, message
+
+
 OF_REQUEST: dict[str, type[Any]] = {
     'write': Write,
     'read': Read,
@@ -152,3 +162,9 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
         **{argument: types[argument].of(value) for argument, value in given.items()}
     )
     return wanted
+
+
+def asked(command: Command) -> tuple[str, dict[str, Any]]:
+    """Return the request that asks for a command, and its arguments: the way back."""
+    (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
+    return name, {argument: getattr(command, argument) for argument in REQUESTS[name]}

@@ -2,13 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Requests that carry their arguments, as messages: what each asks for, and what is none."""
 
+import dataclasses
+
 import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
-from mlmem_ros.contract.commands import OF_REQUEST, Record, requested
+from mlmem_ros.contract.commands import OF_REQUEST, OF_TOPIC, Record, asked, published, requested
 from mlmem_ros.contract.requests import REQUESTS, message_of
-from mlmem_ros.device import Abort, Erase, FollowTrajectory, Read, Refused, Write
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Disturb,
+    Erase,
+    FollowTrajectory,
+    Read,
+    Refused,
+    SelfTest,
+    SetStrain,
+    Write,
+)
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.device.units import Units
+from mlmem_ros.physics import CASE_II
 
 
 def parameters(**values):
@@ -34,6 +50,32 @@ def parameters(**values):
 )
 def test_a_request_comes_out_as_it_went_in(name, arguments, command):
     assert requested(message_of(name, **arguments).parameters) == command
+
+
+@pytest.mark.parametrize(
+    'command',
+    [
+        Write(5),
+        Read('both'),
+        Erase(),
+        Calibrate(),
+        SelfTest(),
+        Abort(),
+        FollowTrajectory((1.0, 2.0), (0.1, 0.0), (0.0, 0.0)),
+    ],
+)
+def test_a_command_goes_as_a_request_and_comes_back(command):
+    name, arguments = asked(command)
+    assert requested(message_of(name, **arguments).parameters) == command
+
+
+@pytest.mark.parametrize('command', [SetStrain(0.02), Disturb(1e-7)])
+def test_a_command_goes_as_a_message_and_comes_back(command):
+    units = Units(CASE_II, ScaleSettings(time=1e-5))
+    topic, message = published(command, units)
+    came = OF_TOPIC[topic.name](message, units)
+    assert dataclasses.astuple(came) == pytest.approx(dataclasses.astuple(command))
+    assert type(came) is type(command)
 
 
 def test_every_argument_is_one_of_its_command():

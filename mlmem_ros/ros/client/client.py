@@ -211,6 +211,16 @@ class MemoryClient:
         """
         return self._converse('set_parameters', self._set(values), timeout)
 
+    def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
+        """Ask for anything that `~/request` takes; see `contract.requests`.
+
+        Args:
+            name: What is asked for.
+            timeout: Longest wait for the answer in seconds.
+            arguments: Its arguments.
+        """
+        return self._request(name, Answer, timeout, **arguments)
+
     # --- conversations -------------------------------------------------------------------
 
     def _ready(self) -> Steps[None]:

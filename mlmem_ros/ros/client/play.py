@@ -10,28 +10,22 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from sensor_msgs.msg import Imu
-from std_msgs.msg import Float64
 
-from ...contract import told
+from ...contract import told, topics
+from ...contract.commands import asked, published
 from ...contract.errors import RequestFailed, RequestRefused
 from ...device import (
     BLANK,
     Abort,
-    Calibrate,
     Command,
     Disturb,
-    Erase,
     FollowTrajectory,
     Read,
-    SelfTest,
     SetFaults,
     SetStrain,
-    Settings,
-    Write,
     describe_level,
 )
-from ...device.settings import ScaleSettings
+from ...device.units import Units
 from ...session.data import SessionData
 from ...session.replay import element_of
 from ...session.report import agreeing, ending
@@ -120,8 +114,8 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
 
     with standalone(name) as client:
         client.ready().wait()
-        settings = session.settings if session.header else Settings()
-        send = _sender(client, settings.scale)
+        header = session.header
+        send = _sender(client, Units(header.design, header.settings.scale) if header else Units())
         hints = [*_otherwise(session, client), *_other_content(session, client)]
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
@@ -195,44 +189,27 @@ def _schedule(session: SessionData) -> list[tuple[float, Command]]:
     return [((tick - first) * tick_seconds, command) for tick, command in session.stamped]
 
 
-def _sender(client: MemoryClient, scale: ScaleSettings) -> Callable[[Command], None]:
-    node, name = client.node, client.name
-    publishers: dict[type[Any], Any] = {
-        SetStrain: node.create_publisher(Float64, f'{name}/strain', RELIABLE),
-        Disturb: node.create_publisher(Imu, f'{name}/disturbance', RELIABLE),
-    }
-    requests: dict[type[Any], Callable[[], Any]] = {
-        Erase: client.erase,
-        Calibrate: client.calibrate,
-        SelfTest: client.self_test,
-        Abort: client.abort,
+def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
+    publishers = {
+        topic: client.node.create_publisher(topic.kind, f'{client.name}/{topic.name}', RELIABLE)
+        for topic in (topics.STRAIN, topics.DISTURBANCE)
     }
     wait_until(
         lambda: all(publisher.get_subscription_count() for publisher in publishers.values()),
-        f'a subscriber of the topics of {name}',
+        f'a subscriber of the topics of {client.name}',
     )
 
-    def unheeded(reply: Reply[Any]) -> None:
-        reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
-
     def send(command: Command) -> None:
-        match command:
-            case SetStrain(strain):
-                publishers[SetStrain].publish(Float64(data=strain))
-            case FollowTrajectory():
-                unheeded(client.follow(command.times, command.strains, command.rates))
-            case Read(end):
-                unheeded(client.read(end=end))
-            case Write(level):
-                unheeded(client.write(level))
-            case Disturb(acceleration):
-                message = Imu()
-                message.linear_acceleration.x = acceleration * scale.acceleration
-                publishers[Disturb].publish(message)
-            case SetFaults(faults):
-                values = {f'faults.{name}': value for name, value in asdict(faults).items()}
-                unheeded(client.set_parameters(values))
-            case _:
-                unheeded(requests[type(command)]())
+        if isinstance(command, SetStrain | Disturb):
+            topic, message = published(command, units)
+            publishers[topic].publish(message)
+            return
+        if isinstance(command, SetFaults):
+            faults = asdict(command.faults)
+            reply = client.set_parameters({f'faults.{name}': faults[name] for name in faults})
+        else:
+            name, arguments = asked(command)
+            reply = client.request(name, **arguments)
+        reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
 
     return send
