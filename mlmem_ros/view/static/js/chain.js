@@ -51,17 +51,8 @@ export class Chain {
     this.key = key;
     this.buttons = [];
     this.row.replaceChildren();
-    if (room < BUTTON) {
-      const input = Object.assign(document.createElement('input'), { type: 'number', min: 0, max: defects.length - 1, value: 0 });
-      const button = Object.assign(document.createElement('button'), { textContent: 'Write' });
-      button.style.cssText = 'position: static; transform: none; width: auto; padding: 0 12px; margin-left: 8px';
-      button.onclick = () => this.act?.write(Number(input.value), button);
-      const many = Object.assign(document.createElement('span'), { className: 'many live-only' });
-      input.style.height = '28px';
-      many.append(`level 0 to ${defects.length - 1}  `, input, button);
-      this.row.append(many);
-      return;
-    }
+    this.row.classList.toggle('crowded', room < BUTTON);
+    if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
       const button = document.createElement('button');
       button.textContent = level;
@@ -73,6 +64,36 @@ export class Chain {
       return button;
     });
     this.row.append(...this.buttons);
+  }
+
+  /** Put ticks below the defects of many levels: a click takes the nearest, a number says which. */
+  arrangeMany() {
+    const { defects, cells } = this.about;
+    const at = (site) => (site - 0.5) / cells;
+    const strip = Object.assign(document.createElement('div'), { className: 'strip' });
+    const word = document.createElement('span');
+    strip.append(word, ...defects.map((site) => {
+      const tick = document.createElement('i');
+      tick.style.left = `${100 * at(site)}%`;
+      return tick;
+    }));
+    const nearest = (event) => {
+      const box = strip.getBoundingClientRect(), share = (event.clientX - box.left) / box.width;
+      return defects.reduce((best, site, level) => (Math.abs(at(site) - share) < Math.abs(at(defects[best]) - share) ? level : best), 0);
+    };
+    strip.onpointermove = (event) => {
+      const level = nearest(event);
+      word.textContent = `${this.act ? 'write ' : ''}${level}`;
+      word.style.left = `${100 * at(defects[level])}%`;
+    };
+    strip.onpointerleave = () => { word.textContent = ''; };
+    strip.onclick = (event) => this.act?.write(nearest(event), strip);
+    const input = Object.assign(document.createElement('input'), { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: 'Level' });
+    const button = Object.assign(document.createElement('button'), { textContent: 'Write' });
+    button.onclick = () => this.act?.write(Number(input.value), button);
+    const many = Object.assign(document.createElement('div'), { className: 'many live-only' });
+    many.append('Level', input, button);
+    this.row.append(strip, many);
   }
 
   site(event) {

@@ -79,12 +79,13 @@ export class Echo {
     const delays = this.echo?.delays ?? [], every = Math.ceil(delays.length / 12);
     for (const [level, delay] of delays.entries()) {
       const x = plot.valToPos(delay, 'x', true), here = level === this.echo.level;
-      if (x < left - 1 || x > left + width + 1) continue;
+      if (x < left - 1 || x > left + width + 1 || (!here && level % every)) continue;
       ctx.strokeStyle = ctx.fillStyle = tone(here ? 'ink' : 'muted');
       ctx.globalAlpha = here ? 1 : 0.55;
       ctx.setLineDash([2 * ratio, 3 * ratio]);
       line(ctx, x, top, x, top + height);
-      if (here || level % every === 0) ctx.fillText(level, x, top - 8 * ratio);
+      const crowded = !here && Math.abs(x - plot.valToPos(delays[this.echo.level], 'x', true)) < 15 * ratio;
+      if (!crowded) ctx.fillText(level, x, top - 8 * ratio);
     }
     ctx.globalAlpha = 1;
     ctx.setLineDash([]);

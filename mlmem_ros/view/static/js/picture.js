@@ -84,7 +84,7 @@ export class Picture {
     if (!this.about || !this.root.clientWidth) return;
     const { defects } = this.about;
     const every = Math.ceil(defects.length / 12);
-    const shown = defects.filter((_, level) => level % every === 0);
+    const shown = this.shown = defects.filter((_, level) => level % every === 0);
     const axis = { stroke: tone('muted'), font: '11px Inter, sans-serif', grid: { show: false }, ticks: { stroke: tone('line'), size: 4 }, gap: 4 };
     const cursor = { drag: { x: false, y: false }, points: { show: false }, sync: { key: 'time' + this.root.dataset.key, setSeries: false, scales: ['x', null] } };
     const common = { legend: { show: false }, padding: [6, RIGHT - 30, 0, 0] };
@@ -181,7 +181,7 @@ export class Picture {
     context.imageSmoothingEnabled = false;
     context.drawImage(this.image, 0, (cells + 0.5 - high) * scale, across, (high - low) * scale, left, top, width, height);
     context.fillStyle = tone('ink');
-    for (const site of this.about.defects) {
+    for (const site of this.shown) {
       if (site < low || site > high) continue;
       context.globalAlpha = 0.16;
       context.fillRect(left, plot.valToPos(site, 'y', true), width, 1);
