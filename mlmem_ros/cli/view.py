@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from ..view.live import Live
 
 
+SMOOTH = 15
+"""Ticks between two pictures of an element that is started to be looked at: 33 a second."""
+
+
 @command(
     'show the element behind a running node, or sessions, in a browser',
     option('session', nargs='*', help='one or two recorded sessions to show instead'),
@@ -122,6 +126,8 @@ def _memory_node(name: str) -> Iterator[None]:
     """Run a memory node of a name, and end it as Ctrl-C would."""
     namespace, _, own = name.rpartition('/')
     command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args', '-r', f'__node:={own}']
+    for stream in ('field', 'wall', 'joint_states'):
+        command += ['-p', f'publish.{stream}_every:={SMOOTH}']
     if namespace:
         command += ['-r', f'__ns:=/{namespace.lstrip("/")}']
     process = subprocess.Popen(command, stdin=subprocess.DEVNULL)

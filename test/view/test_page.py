@@ -29,7 +29,7 @@ def page(node, view, browser):
 
 def test_the_first_picture_comes_within_a_second(page):
     """From the click on a link to the first cells that are drawn; the best of five counts."""
-    drawn = "document.querySelector('.chain')?.getContext('2d').getImageData(9, 100, 1, 1).data[3]"
+    drawn = "document.querySelector('.chain')?.toDataURL().length > 3000"  # an empty one is small
     took = []
     while len(took) < 5 and not (took and min(took) < 1000.0):  # the machine may be busy
         page.driver.refresh()
