@@ -1,3 +1,29 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
 """Benchmarks, one a file: `TITLE` and `run(repeats)`, which returns comparisons."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from types import ModuleType
+
+BENCHMARKS = ('kernel', 'solvers', 'step', 'ensemble', 'recorder', 'node')
+"""Those modules of this package, in the order they run."""
+
+
+def load(name: str) -> ModuleType:
+    """Import a benchmark."""
+    return importlib.import_module(f'.{name}', __name__)
+
+
+def select(names: Sequence[str]) -> list[str]:
+    """Return the named benchmarks, all of them for no name.
+
+    Raises:
+        KeyError: There is no such benchmark; the message lists those that are.
+    """
+    for name in names:
+        if name not in BENCHMARKS:
+            raise KeyError(f'benchmark must be one of {", ".join(BENCHMARKS)}; got {name!r}')
+    return [name for name in BENCHMARKS if not names or name in names]

@@ -28,12 +28,12 @@ from .output import print_json
 )
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
-    from ..bench import registry
+    from ..bench import load, select
     from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     try:
-        selected = registry.select(arguments.names)
+        selected = select(arguments.names)
     except KeyError as error:
         print(f'mlmem bench: {error.args[0]}', file=sys.stderr)
         return 2
@@ -52,12 +52,12 @@ def bench(arguments: argparse.Namespace) -> int:
         options['minutes'] = arguments.minutes
     if arguments.list:
         for name in selected:
-            console.print(f'{name:10} {registry.load(name).TITLE}', highlight=False)
+            console.print(f'{name:10} {load(name).TITLE}', highlight=False)
         return 0
     arguments.output.mkdir(parents=True, exist_ok=True)
     results = []
     for name in selected:
-        benchmark = registry.load(name)
+        benchmark = load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
             comparisons = benchmark.run(arguments.repeats, **options)
         for comparison in comparisons:

@@ -166,23 +166,23 @@ def _show(
     markdown: Path | None,
 ) -> int:
     """Prove designs and print the table of them; return the exit status."""
-    from ..studies import design_report as report
+    from ..studies import proof_table as table
     from ..studies.proof import Proof
 
     rows, passed = [], True
     for name, design, settings in designs:
         proof = Proof(design, settings, arguments.sample)
         tally = proving.prove(console, proof, name, arguments.folder, arguments.jobs)
-        rows.append(report.row(name, design, settings, tally))
+        rows.append(table.row(name, design, settings, tally))
         passed = passed and tally.passed
         for error in tally.errors:
             console.print(f'{name}: {error}', style='red')
     proving.print_table(console, rows)
     if arguments.json:
-        proofs = [dict(zip(report.COLUMNS, row, strict=True)) for row in rows]
+        proofs = [dict(zip(table.COLUMNS, row, strict=True)) for row in rows]
         print_json({'passed': passed, 'proofs': proofs})
     if markdown is not None:
-        markdown.write_text(report.markdown(rows), encoding='utf-8')
+        markdown.write_text(table.markdown(rows), encoding='utf-8')
     return 0 if passed else 1
 
 

@@ -41,7 +41,7 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
 
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
     """Print what was proven, one design a column."""
-    from ..studies.design_report import COLUMNS
+    from ..studies.proof_table import COLUMNS
     from .console import plain_table
 
     table = plain_table('', '', *(row[0] for row in rows))

@@ -81,8 +81,8 @@ def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
+    from ..studies.tolerance.element import KINDS
     from ..studies.tolerance.study import Tolerance
-    from ..studies.tolerance.trial import KINDS
     from .console import plain_console
 
     console = plain_console(aside=arguments.json)
@@ -164,8 +164,8 @@ def _compare(console: Console, arguments: argparse.Namespace) -> int:
 
 def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) -> int:
     """Make the elements of one batch again and print what each did."""
+    from ..studies.tolerance.element import STEP
     from ..studies.tolerance.point import elements
-    from ..studies.tolerance.trial import STEP
     from .console import plain_table
 
     plan = study.campaign()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bench import node, peers, recorder, registry
+from mlmem_ros.bench import BENCHMARKS, load, node, peers, recorder, select
 from mlmem_ros.bench.c_program import NoCompiler, c_runner
 from mlmem_ros.bench.comparison import Comparison
 from mlmem_ros.bench.measure import Contender, Entry, Spread, measure
@@ -114,12 +114,12 @@ def test_a_comparison_is_kept_whole(tmp_path):
 
 
 def test_benchmarks_are_found_by_name():
-    assert registry.select([]) == list(registry.BENCHMARKS)
-    assert registry.select(['recorder', 'kernel']) == ['kernel', 'recorder']
+    assert select([]) == list(BENCHMARKS)
+    assert select(['recorder', 'kernel']) == ['kernel', 'recorder']
     with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
-        registry.select(['x'])
-    for name in registry.BENCHMARKS:
-        module = registry.load(name)
+        select(['x'])
+    for name in BENCHMARKS:
+        module = load(name)
         assert module.TITLE
         assert callable(module.run)
 

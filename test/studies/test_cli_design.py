@@ -5,7 +5,7 @@
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
 from mlmem_ros.parameter_file import load, parse
-from mlmem_ros.studies.design_report import COLUMNS
+from mlmem_ros.studies.proof_table import COLUMNS
 
 
 def test_a_design_is_found_written_and_proven(tmp_path, capsys):
@@ -13,7 +13,15 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     options = ['--output', str(file), '--prove', '--jobs', '1', '--folder', str(tmp_path)]
     assert main(['design', '--levels', '2', *options]) == 0
     assert load(str(file)).design == preset('bits_1').design
-    assert '2 of 2' in capsys.readouterr().out
+    said = dict(
+        line.split('  ', 1) for line in capsys.readouterr().out.splitlines() if ' of ' in line
+    )
+    found = {name: value.strip() for name, value in said.items()}
+    assert found == {
+        'written and read back': '2 of 2',
+        'written downward': '1 of 1',
+        'erased': '2 of 2',
+    }
     # What is done is kept: the same command has nothing left to do.
     assert main(['design', '--levels', '2', *options]) == 0
     table = tmp_path / 'table.md'

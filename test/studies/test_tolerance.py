@@ -4,6 +4,8 @@
 
 import dataclasses
 import itertools
+import json
+import re
 
 import numpy as np
 import pytest
@@ -17,11 +19,11 @@ from mlmem_ros.studies.style import axes_grid, new_figure, styled
 from mlmem_ros.studies.tolerance import point
 from mlmem_ros.studies.tolerance.compare import load_counted
 from mlmem_ros.studies.tolerance.draw import dress
+from mlmem_ros.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_ros.studies.tolerance.estimate import ENOUGH, RARE, Fragility
-from mlmem_ros.studies.tolerance.forecast import Forecast
+from mlmem_ros.studies.tolerance.particle import Forecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
 from mlmem_ros.studies.tolerance.study import Tolerance
-from mlmem_ros.studies.tolerance.trial import Chance, chance, outcomes
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 """Two levels: a step takes a third of the time."""
@@ -231,12 +233,19 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     monkeypatch.setattr('mlmem_ros.studies.tolerance.study.evaluate', false_counts)
     options = ['--kinds', 'mass', '--tried', 'step', 'right', '--jobs', '1', '--most', '200']
     folder = tmp_path / 'out'
-    assert main(['tolerance', *options, '--design', 'bits_1', '--output', str(folder)]) == 0
-    assert 'one in a thousand' in capsys.readouterr().out
+    said = [*options, '--design', 'bits_1', '--output', str(folder), '--json']
+    assert main(['tolerance', *said]) == 0
+    rare = json.loads(capsys.readouterr().out)['one_in_a_thousand']
+    assert set(rare) == {'mass'}
+    assert set(rare['mass']) == {'step', 'right'}
+    text = rare['mass']['step']['text']
+    assert re.fullmatch(r'none of \d+ at [\d.e-]+, 0\.\d+ of all at [\d.e-]+', text)
     names = {'batches.csv', 'ledger.jsonl', 'tolerance.png', 'tolerance.svg'}
     assert {path.name for path in folder.iterdir()} == names
     assert main(['tolerance', '--compare', str(folder), '--output', str(tmp_path / 'both')]) == 0
-    assert 'step up' in (tmp_path / 'both' / 'comparison.md').read_text()
+    heading, _, row, *_ = (tmp_path / 'both' / 'comparison.md').read_text().splitlines()
+    assert heading == '| chance | what fails | out |'
+    assert row == f'| mass | step up | {text} |'
     monkeypatch.setattr(point, 'BATCH', 4)  # levels, for speed
     assert main(['tolerance', *options, '--design', 'bits_1', '--point', '1']) == 0
     assert main(['tolerance', *options, '--design', 'bits_1', '--point', '999999']) != 0

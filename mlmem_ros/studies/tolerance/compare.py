@@ -18,10 +18,10 @@ from ..campaign import CampaignError, Row
 from ..campaign.ledger import read
 from ..style import INK, MARK, axes_grid, label, new_figure
 from .draw import RANGE, WORDS, draw_curve, dress
+from .element import KINDS, STEP, chance
 from .estimate import FOOT, RARE, Rate, fit
-from .forecast import FORESEEN, Forecast, forecast_rate
+from .particle import FORESEEN, Forecast, forecast_rate
 from .study import Tolerance
-from .trial import KINDS, STEP, chance
 
 FORECAST = 5000
 """Steps of a forecast without simulation."""

@@ -19,9 +19,9 @@ from ...physics import Design, DesignError, scattered
 from ...physics.potential import Array
 from ..campaign import Row
 from ..campaign.campaign import Values
-from .forecast import FORESEEN, Forecast
+from .element import STEP, chance, outcomes, wanted
+from .particle import FORESEEN, Forecast
 from .screen import DRAWN, weights
-from .trial import STEP, chance, outcomes, wanted
 
 BATCH = 64
 """Levels of a point: so many small elements, or one that is tried at 64 levels."""

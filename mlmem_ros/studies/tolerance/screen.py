@@ -20,7 +20,7 @@ import numpy as np
 from ...chance import Stream, generator
 from ...physics import Specimen
 from ...physics.potential import Array
-from .forecast import Forecast
+from .particle import Forecast
 
 PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
 """Of being simulated, by the first inflation at which the forecast fails."""

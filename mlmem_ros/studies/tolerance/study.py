@@ -16,10 +16,10 @@ from ...device import Settings
 from ...device.end import read_from
 from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
+from .element import KINDS, STEP
 from .estimate import Rate, pooled, rare_scatter
 from .point import common, evaluate, screened, size
 from .screen import DRAWN, HEAVIEST
-from .trial import KINDS, STEP
 from .walk import next_rung, trials_wanted
 
 LEAST = 1e-8
