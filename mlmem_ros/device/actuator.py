@@ -88,6 +88,10 @@ class Actuator:
     def advance(self, times: Array) -> Array:
         """Return the strain at times from now, the last of which becomes now."""
         limit = self.settings.max_strain  # a cubic that just reaches it may round beyond
+        if not self.moving:
+            self.elapsed += float(times[-1])
+            self.strain = max(-limit, min(self.motion.target, limit))
+            return np.full_like(times, self.strain)
         strain = np.clip(self.motion.strain(self.elapsed + times), -limit, limit)
         self.elapsed += float(times[-1])
         self.strain = float(strain[-1])

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Imports run one way: the device knows the material, and numpy and numba are all it needs."""
+"""Imports run one way, and numpy and numba are all that the device needs."""
 
 import ast
 import subprocess
@@ -15,9 +15,14 @@ from mlmem_ros.physics import wall
 
 WALL = wall.__name__
 ROOT = Path(mlmem_ros.__file__).parent
-SOURCES = sorted((ROOT / 'device').rglob('*.py'))
-BELOW = ('chance', 'clipped', 'described', 'device', 'durable', 'physics', 'threads', 'words')
-"""What the device may import, all of it in the package."""
+COMMON = {'chance', 'clipped', 'described', 'durable', 'threads', 'verdict', 'words'}
+"""Files of the package that know no layer."""
+
+LAYERS = ('physics', 'device', 'analysis')
+"""Each imports those before it, and no other folder of the package."""
+
+FILES = [file for layer in LAYERS for file in sorted((ROOT / layer).rglob('*.py'))]
+EVERY = pytest.mark.parametrize('source', FILES, ids=lambda path: str(path.relative_to(ROOT)))
 
 
 def imported(source):
@@ -34,14 +39,16 @@ def imported(source):
     return {name.removeprefix('mlmem_ros.') for name in found if name.startswith('mlmem_ros.')}
 
 
-@pytest.mark.parametrize('source', SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_the_device_knows_the_material_and_nothing_above(source):
-    assert not [name for name in imported(source) if name.partition('.')[0] not in BELOW]
+@EVERY
+def test_a_layer_imports_those_below(source):
+    own = LAYERS.index(source.relative_to(ROOT).parts[0])
+    allowed = {*COMMON, *LAYERS[: own + 1]}
+    assert {name.partition('.')[0] for name in imported(source)} <= allowed
 
 
-@pytest.mark.parametrize('source', SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize('source', sorted((ROOT / 'device').rglob('*.py')), ids=lambda f: f.stem)
 def test_no_part_of_the_device_finds_walls(source):
-    """Neither the module that finds them nor a name from it; see also test_procedures."""
+    """Neither the module that finds them nor a name from it; see also test_blindfold."""
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
     assert found >= {'walls', 'level_of', 'Wall'}
     names = imported(source)
@@ -49,10 +56,9 @@ def test_no_part_of_the_device_finds_walls(source):
     assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')]
 
 
-def test_no_file_of_the_device_or_the_analysis_imports_itself_by_a_detour():
-    """Not even for type checkers alone; a package's `__init__` counts as those that import it."""
-    files = [*SOURCES, *(ROOT / 'analysis').rglob('*.py')]
-    names = {'.'.join(f.relative_to(ROOT).with_suffix('').parts): f for f in files}
+def test_no_file_imports_itself_by_a_detour():
+    """Not even for type checkers alone."""
+    names = {'.'.join(f.relative_to(ROOT).with_suffix('').parts): f for f in FILES}
     graph = {
         name: {n for found in imported(f) for n in (found, found.rpartition('.')[0]) if n in names}
         for name, f in names.items()

@@ -4,7 +4,8 @@
 
 import pytest
 
-from mlmem_ros.analysis.checks import check
+from mlmem_ros.analysis.checks import Report, material
+from mlmem_ros.analysis.checks.subject import Subject
 from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
@@ -66,8 +67,12 @@ def test_delays_of_one_integrator_are_no_calibration_for_the_other():
 
 
 def test_the_design_check_judges_the_damping_by_the_method():
-    assert check(CASE_II, FOURTH)['step'].verdict is Verdict.PASS
-    own = [check(CASE_II, each)['step'].values['own damping'] for each in (Settings(), FOURTH)]
+    third, fourth = (
+        Report(tuple(material.check(Subject(CASE_II, each))))['step']
+        for each in (Settings(), FOURTH)
+    )
+    assert fourth.verdict is Verdict.PASS
+    own = [step.values['own damping'] for step in (third, fourth)]
     assert own[1] < 1e-2 * own[0] < 0.65 * CASE_II.eta
 
 
