@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mlmem_ros.analysis.checks import Verdict, check
+from mlmem_ros.analysis.checks import Report, Verdict, check, schedule, steps
 from mlmem_ros.analysis.checks.echo_range import echo_strength
 from mlmem_ros.analysis.checks.launch import launched
 from mlmem_ros.analysis.checks.subject import Subject, sample
@@ -33,6 +33,11 @@ def case_ii():
 def spoiled(design=CASE_II, settings=None, **changes):
     """Return the report on a design that was changed."""
     return check(dataclasses.replace(design, **changes), settings)
+
+
+def part(concern, design, settings=None):
+    """Return what one concern finds, without the runs of the others."""
+    return Report(tuple(concern.check(Subject(design, settings or Settings()))))
 
 
 def failed(report):
@@ -166,7 +171,7 @@ def test_a_hasty_schedule_is_for_a_simulation_to_judge():
 
 def test_a_short_ramp_of_an_erase_is_a_warning():
     settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 300.0}})
-    ramps = check(CASE_II, settings)['erase_ramps']
+    ramps = part(schedule, CASE_II, settings)['erase_ramps']
     assert ramps.verdict is Verdict.WARN
     assert 'leave kink and wall ringing' in ramps.text
 
@@ -174,26 +179,26 @@ def test_a_short_ramp_of_an_erase_is_a_warning():
 def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
     """A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends."""
     settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 500.0}})
-    shake = check(CASE_II, settings)['erase_shake']
+    shake = part(schedule, CASE_II, settings)['erase_shake']
     assert shake.values['far end'] == pytest.approx(6 * 225 * 0.042 / 500**2, rel=0.01)
     assert shake.verdict is Verdict.WARN
-    assert check(CASE_II, settings)['erase_ramps'].verdict is Verdict.PASS
+    assert part(schedule, CASE_II, settings)['erase_ramps'].verdict is Verdict.PASS
 
 
 def test_steps_that_fail_near_the_operating_point_are_warned_of():
     """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
     settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
-    steps = check(CASE_II, settings)['write_steps']
-    assert steps.verdict is Verdict.WARN
-    assert '0.85 and 0.85, 1.15 and 0.85 times their own' in steps.text
+    found = part(steps, CASE_II, settings)['write_steps']
+    assert found.verdict is Verdict.WARN
+    assert '0.85 and 0.85, 1.15 and 0.85 times their own' in found.text
     assert steps.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
 
 
 def test_what_rings_spoils_the_second_step():
     """The fast write of eight levels needs its damping: with the paper's its steps are lost."""
     design, settings = load('damped_bits_3')
-    assert check(design, settings)['write_steps'].verdict is Verdict.PASS
-    ringing = check(dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
+    assert part(steps, design, settings)['write_steps'].verdict is Verdict.PASS
+    ringing = part(steps, dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
     assert ringing.verdict is not Verdict.PASS
 
 
@@ -223,7 +228,9 @@ def test_a_launch_on_the_first_cells_is_that_of_the_element(strain):
 
 def test_the_actuator_s_rate_stretches_the_durations():
     slow = dataclasses.replace(Settings(), actuator=ActuatorSettings(max_rate=1e-5))
-    plain, stretched = (check(CASE_II, s)['durations'].values['step'] for s in (None, slow))
+    plain, stretched = (
+        part(schedule, CASE_II, s)['durations'].values['step'] for s in (None, slow)
+    )
     assert plain == 4500.0
     assert stretched == pytest.approx(2 * 1.5 * 0.048 / 1e-5 + 600.0 + 1500.0)
 
