@@ -191,7 +191,7 @@ def test_steps_that_fail_near_the_operating_point_are_warned_of():
     found = part(steps, CASE_II, settings)['write_steps']
     assert found.verdict is Verdict.WARN
     assert '0.85 and 0.85, 1.15 and 0.85 times their own' in found.text
-    assert steps.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
+    assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
 
 
 def test_what_rings_spoils_the_second_step():
