@@ -138,10 +138,12 @@ def refused(capfd):
         finally:
             rclpy.try_shutdown()
         said = capfd.readouterr().err.splitlines()
+        assert not [line for line in said if line.startswith('Traceback')], said
         harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'  # other nodes warn here, too
-        lines = [line for line in said if not line.startswith(harmless)]
+        lines = [line for line in said if line.startswith('[') and not line.startswith(harmless)]
         if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, which says nothing
             lines.pop(0)
+        assert len(lines) == 1, said
         (line,) = lines
         assert line.startswith('[FATAL]')
         return line
