@@ -6,6 +6,10 @@ import os
 
 import pytest
 
+# Before numpy is loaded: our matrices are small, and threads of BLAS that wait for each other take
+# the cores from the other workers of the suite.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
 
 @pytest.fixture(scope='module')
 def quick_disk():

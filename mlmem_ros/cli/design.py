@@ -204,8 +204,8 @@ def _print_report(console: Console, source: str, report: Report, brief: bool) ->
         verdict = finding.verdict.value
         name = Text.assemble(finding.name, '\n', (finding.unit, 'dim'))
         numbers = '\n'.join(f'{key} {value:.4g}' for key, value in finding.numbers)
-        source = () if brief else ('\n', (finding.source, 'dim'))
-        text = Text.assemble(finding.text, *source)
+        where = () if brief else ('\n', (finding.source, 'dim'))
+        text = Text.assemble(finding.text, *where)
         table.add_row(Text(verdict, COLOURS[verdict]), name, numbers, text)
     if table.row_count:
         console.print(table)

@@ -79,8 +79,8 @@ def figures(arguments: argparse.Namespace) -> int:
         console.print(f'page      {page}', highlight=False, soft_wrap=True)
     console.print(f'{len(done)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
-        files = {item.name: item.files for item in done}
-        print_json({'figures': files, 'claims': claims})
+        made = {item.name: item.files for item in done}
+        print_json({'figures': made, 'claims': claims})
     return 0
 
 

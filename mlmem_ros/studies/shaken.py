@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..device import Disturb, Faults, MemoryElement, Outcome, Read, SetFaults, Settings
+from ..device import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFaults, Settings
 from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
 from .tolerance.estimate import Rate
@@ -208,7 +208,7 @@ def count(
     return counts
 
 
-def _tick(element: MemoryElement, acceleration: float) -> list:
+def _tick(element: MemoryElement, acceleration: float) -> list[Event]:
     if acceleration != element.base.state.target:
         element.apply(Disturb(acceleration))
     return element.advance()

@@ -48,7 +48,7 @@ def dynamics(quality: Quality, data: Data) -> Iterator[TwoWays]:
     data |= {'t': clock, 'wall_ours': ours, 'wall_theirs': theirs}
     yield TwoWays('wall at the end of the schedule', ours[-1], theirs[-1], 'DOP853')
     moves = [_passage(clock, path, 35.0) for path in (ours, theirs)]
-    yield TwoWays('time at which it passes j = 35', *moves, route='DOP853')
+    yield TwoWays('time at which it passes j = 35', moves[0], moves[1], 'DOP853')
     yield from _echo(data)
 
 
