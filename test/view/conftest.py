@@ -25,12 +25,14 @@ start_shared = _ros.start_shared
 def view():
     """Serve a page: view(argument, ...) returns its address."""
     with contextlib.ExitStack() as stack:
-        yield lambda *arguments: stack.enter_context(page_browser.viewing(*arguments))
+        yield lambda *arguments, **options: stack.enter_context(
+            page_browser.viewing(*arguments, **options)
+        )
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope='session')
 def browser(tmp_path_factory):
-    """The browser of this machine, one for all tests of a module."""
+    """The browser of this machine, one for all tests."""
     pytest.importorskip('selenium')
     binary, driver = page_browser.found()
     if binary is None or driver is None:

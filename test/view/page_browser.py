@@ -24,10 +24,10 @@ OPTIONS = (
 
 
 @contextlib.contextmanager
-def viewing(*arguments):
-    """Run `mlmem view` and yield its address."""
+def viewing(*arguments, cwd=None):
+    """Run `mlmem view` in a folder and yield its address."""
     command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=cwd)
     try:
         yield process.stdout.readline().removeprefix('mlmem view: ').strip()
     finally:

@@ -21,7 +21,10 @@ export class Controls {
       const answer = await this.ask(find('pause'), { do: 'pause', hold: !this.held });
       if (answer.ok) this.hold(answer.details.paused);
     };
-    find('step').onclick = () => this.ask(find('step'), { do: 'step' });
+    find('step').onclick = async () => {
+      const answer = await this.ask(find('step'), { do: 'step' });
+      if (answer.ok) say(find('step'), `tick ${answer.details.tick}`, true);
+    };
     find('speed').onchange = () => this.ask(find('speed'), { do: 'speed', speed: Number(find('speed').value) });
     this.connectStrain();
     this.connectFaults();

@@ -128,9 +128,9 @@ export class Live {
 
   on_health({ parts }) {
     const worst = Math.max(...Object.values(parts).map((part) => part.severity));
-    const paused = parts.loop?.text === 'paused';
+    const resting = ['paused', 'inactive'].find((word) => parts.loop?.text === word);
     const faulty = parts.faults?.severity > 0;
-    this.tone(TONES[worst], worst === 1 && faulty ? 'faulty' : worst ? WORDS[worst] : paused ? 'paused' : WORDS[0]);
+    this.tone(TONES[worst], worst === 1 && faulty ? 'faulty' : worst ? WORDS[worst] : resting ?? WORDS[0]);
     const rows = Object.entries(parts).map(([name, part]) => {
       const row = document.createElement('tr');
       row.className = TONES[part.severity];

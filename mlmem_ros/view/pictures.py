@@ -1,0 +1,103 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a running element from its streams: not too many, and the last minute of them."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..contract import told, topics
+from .element import Element
+from .frames import counts, packed
+
+PERIOD = 0.03
+"""Least seconds between two pictures."""
+
+TOGETHER = 0.004
+"""Seconds in which the streams of one tick come in."""
+
+GAP = 0.2
+"""Longest step of the picture's clock in seconds: while nothing comes, it stands still."""
+
+HISTORY = 1800
+"""Pictures that are kept for a page that opens: a minute."""
+
+
+class Pictures:
+    """Makes pictures of the newest messages; `take` is for any thread, all else for the loop's.
+
+    Attributes:
+        clock: Time of the last picture in seconds.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, due: Callable[[], None]) -> None:
+        """Prepare.
+
+        Args:
+            loop: The server's event loop.
+            due: Called in it when it is time for a picture.
+        """
+        self.clock = 0.0
+        self._loop = loop
+        self._due = due
+        self._stamp = time.monotonic()
+        self._newest: dict[topics.Topic, Any] = {}
+        self._fresh = False
+        self._history: deque[tuple[float, float, list[float], Any]] = deque(maxlen=HISTORY)
+
+    def take(self, topic: topics.Topic, message: Any) -> None:
+        """Take a message of a stream."""
+        self._newest[topic] = message
+        if not self._fresh:
+            self._fresh = True
+            self._loop.call_soon_threadsafe(self._arrange)
+
+    def forget(self) -> None:
+        """Keep no history: it was that of another element."""
+        self._history.clear()
+
+    def make(self, element: Element, doing: dict[str, Any]) -> bytes:
+        """Return a picture of the newest messages.
+
+        Args:
+            element: The element that they tell of.
+            doing: What else the picture says.
+        """
+        field, walls, joints = map(
+            self._newest.get, (topics.FIELD, topics.WALL, topics.JOINT_STATES)
+        )
+        strain = 0.0 if joints is None else told.displacement(joints) / element.length
+        places = [] if walls is None else list(walls.data)
+        head = {'k': 'picture', 't': self.clock, 'strain': strain, 'walls': places, **doing}
+        column = None
+        if field is not None and len(field.data) == element.design.N:
+            column = counts(np.asarray(field.data)[:: element.stride], element.phases)
+            self._history.append((self.clock, strain, places, column))
+        return packed(head, column)
+
+    def past(self) -> bytes | None:
+        """Return the pictures of the last minute as one, if there are any."""
+        if not self._history:
+            return None
+        t, strain, walls, columns = zip(*self._history, strict=True)
+        return packed(
+            {'k': 'history', 't': t, 'strain': strain, 'walls': walls}, np.stack(columns)
+        )
+
+    def _arrange(self) -> None:
+        """Have a picture made, not sooner than a period after the last."""
+        wait = self._stamp + PERIOD - time.monotonic()
+        self._loop.call_later(max(wait, TOGETHER), self._make)
+
+    def _make(self) -> None:
+        self._fresh = False
+        now = time.monotonic()
+        self.clock += min(now - self._stamp, GAP)
+        self._stamp = now
+        self._due()
