@@ -26,7 +26,7 @@ bench: setup-test
 test: lint
 	$(VENV)/python -m $(PYTEST)
 
-# The same tests, and how much of the code they reach: what CI runs.
+# The same tests, and how much of the code they reach; before a release.
 coverage: lint
 	$(VENV)/coverage erase
 	$(VENV)/coverage run -m $(PYTEST) $(MEASURED)
