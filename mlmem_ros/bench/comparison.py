@@ -1,14 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a benchmark returns, and how it is kept, printed and drawn."""
+"""What a benchmark returns, and how it is printed."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .host import describe_host
@@ -52,16 +50,6 @@ class Comparison:
         if self.measured:
             values['ratios'] = [dataclasses.asdict(self.ratio(entry)) for entry in self.entries]
         return values
-
-    def save(self, folder: Path) -> list[Path]:
-        """Write the JSON and the plot; return the files, without the plot where it is missing."""
-        file = folder / f'{self.name}.json'
-        file.write_text(json.dumps(self.as_dict(), indent=1) + '\n', encoding='utf-8')
-        try:
-            from .plot import draw
-        except ModuleNotFoundError:
-            return [file]
-        return [file, draw(self, folder / f'{self.name}.png')]
 
     def table(self) -> Table:
         """Return the comparison as a table for a terminal."""

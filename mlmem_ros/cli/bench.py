@@ -9,11 +9,16 @@ absolute numbers do not. Peers that are not installed are skipped with a word.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .command import JSON, command, option
 from .output import print_json
+
+if TYPE_CHECKING:
+    from ..bench.comparison import Comparison
 
 
 @command(
@@ -62,9 +67,20 @@ def bench(arguments: argparse.Namespace) -> int:
             comparisons = benchmark.run(arguments.repeats, **options)
         for comparison in comparisons:
             console.print(comparison.table())
-            files = ', '.join(str(file) for file in comparison.save(arguments.output))
+            files = ', '.join(str(file) for file in keep(comparison, arguments.output))
             console.print(f'{files}\n', highlight=False)
             results.append(comparison.as_dict())
     if arguments.json:
         print_json({'comparisons': results})
     return 0
+
+
+def keep(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write the numbers and the picture; return the files, no picture without matplotlib."""
+    file = folder / f'{comparison.name}.json'
+    file.write_text(json.dumps(comparison.as_dict(), indent=1) + '\n', encoding='utf-8')
+    try:
+        from ..bench.plot import draw
+    except ModuleNotFoundError:
+        return [file]
+    return [file, draw(comparison, folder / f'{comparison.name}.png')]

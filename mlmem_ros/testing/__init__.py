@@ -9,7 +9,8 @@ def test_the_gait_is_remembered(replay_session):
     session.assert_levels([-1, 1, 1, 3, 3])
 """
 
-from .node import RunningNode, memory_node
+from .node import memory_node
+from .running import RunningNode
 from .sessions import ReplayedSession, replay_session
 
 __all__ = ['ReplayedSession', 'RunningNode', 'memory_node', 'replay_session']

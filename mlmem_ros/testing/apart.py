@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from .node import RunningNode
+from .running import RunningNode
 
 PATIENCE = 10.0
 """Seconds that it may take to end before it is killed."""

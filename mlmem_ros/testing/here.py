@@ -14,7 +14,7 @@ from rclpy.context import Context
 from ..ros.node.command_line import ros_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import begin, end, turn
-from .node import RunningNode
+from .running import RunningNode
 
 
 class NodeHere(RunningNode):

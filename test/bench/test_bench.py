@@ -18,6 +18,7 @@ from mlmem_ros.bench.plain import numba_runner, numpy_runner
 from mlmem_ros.bench.problem import STEP, Problem
 from mlmem_ros.bench.session_traffic import traffic
 from mlmem_ros.bench.verlet import verlet
+from mlmem_ros.cli.bench import keep
 from mlmem_ros.cli.main import main
 
 
@@ -104,7 +105,7 @@ def test_a_comparison_is_kept_whole(tmp_path):
     for axis, measured in itertools.product(('', 'length'), (True, False)):
         made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
         assert made.table().row_count == 2
-        data, plot = made.save(tmp_path)
+        data, plot = keep(made, tmp_path)
         kept = json.loads(data.read_text(encoding='utf-8'))
         assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
         assert kept['skipped'] == {'d': 'no'}
