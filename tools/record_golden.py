@@ -73,6 +73,7 @@ def record(name: str, scenario: Callable[[MemoryClient], None]) -> None:
     try:
         with standalone() as memory:
             memory.ready(60.0).wait()
+            time.sleep(2.0)  # on a busy machine the first tick of a recording comes late
             scenario(memory)
     finally:
         process.send_signal(signal.SIGINT)

@@ -71,8 +71,9 @@ def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> A
         x = y[j]
         left = y[j - 1] if j > 0 else x
         right = y[j + 1] if j < n - 1 else x
+        slope, sine = on_site(height[j], x + c, a, b)
         out[j] = y[n + j]
-        out[n + j] = left - 2.0 * x + right - on_site(height[j], x, a, b, c) - eta * y[n + j]
+        out[n + j] = left - 2.0 * x + right - slope * sine - eta * y[n + j]
     return out
 
 
@@ -218,7 +219,8 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
 @numba.njit(error_model='numpy')
 def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
     for j in range(len(u)):
-        out[j] = -on_site(height[j], u[j], a, b, c)
+        slope, sine = on_site(height[j], u[j] + c, a, b)
+        out[j] = -slope * sine
 
 
 PEERS: dict[str, Maker] = {

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..physics.jit import inlined, kernel
+from ..physics.jit import fma, inlined, kernel
 from ..physics.potential import Array, on_site
 from .problem import Problem
 
@@ -25,10 +25,11 @@ def _kick_and_drift(
 ) -> None:  # fmt: skip
     for j in range(n):
         x = u[j + 1]
-        force = (u[j] - 2.0 * x) + u[j + 2] - on_site(height[j], x, a, b, c)
-        velocity = decay * v[j] + kick * force
+        slope, sine = on_site(height[j], x + c, a, b)
+        force = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
+        velocity = fma(decay, v[j], kick * force)
         v[j] = velocity
-        new[j + 1] = x + drift * velocity
+        new[j + 1] = fma(drift, velocity, x)
 
 
 @kernel

@@ -72,6 +72,7 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
     for name in LIBRARIES:
         yield check_library(name)
     yield check_compile_cache()
+    yield check_processor()
     ros = check_ros()
     yield ros
     yield check_domain(os.environ.get('ROS_DOMAIN_ID'))
@@ -117,6 +118,23 @@ def check_compile_cache() -> Diagnosis:
         Verdict.WARN,
         'cannot be kept: every start takes half a minute longer',
         'set NUMBA_CACHE_DIR to a folder that can be written',
+    )
+
+
+def check_processor() -> Diagnosis:
+    """Look whether the processor has what the kernels are fast with."""
+    what = 'processor'
+    try:
+        from ..physics.jit import fused
+    except ImportError as error:
+        return Diagnosis(what, Verdict.FAIL, str(error), advice('numba'))
+    if fused():
+        return Diagnosis(what, Verdict.PASS, 'multiplies and adds in one instruction')
+    return Diagnosis(
+        what,
+        Verdict.WARN,
+        'has no fused multiply-add: the same bits a hundred times slower, not in real time',
+        'use one of 2013 or later; a virtual machine has to pass it on (CPU model: host)',
     )
 
 

@@ -6,12 +6,14 @@ from .cases import CASE_I, CASE_II
 from .chain import Chain, Drive, kernel_in_cache
 from .design import Design
 from .errors import DesignError, StateError
+from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .specimen import Scatter, Specimen, scattered
 from .stepping import default_step, stable_step, substep_times
 from .wall import Wall, level_of, walls
 
 __all__ = [
+    'ARITHMETIC',
     'CASE_I',
     'CASE_II',
     'INTEGRATORS',

@@ -222,8 +222,8 @@ class Chain:
         elastic = design.substrate == 'elastic'
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
         self._cells = Cells(
-            aligned(made.alpha * design.d), aligned(made.offsets), mobility, aligned(under),
-            np.flatnonzero(mobility == 0.0), made.eta, design.a, design.b, design.c,
+            aligned(made.alpha * design.d), aligned(made.offsets - design.c), mobility,
+            aligned(under), np.flatnonzero(mobility == 0.0), made.eta, design.a, design.b,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         self._reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET

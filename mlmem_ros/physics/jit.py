@@ -4,9 +4,13 @@
 
 No fast-math flag is given anywhere: without them LLVM neither contracts a multiply and an add
 into one rounding nor reorders a sum, so that a kernel made of additions, multiplications and
-roundings gives the same bits on every x86-64 host, and a NaN stays a NaN.
+roundings gives the same bits on every host, and a NaN stays a NaN. Where one rounding pays, the
+source says so (`fma`): that is one operation of IEEE 754 as well, which x86-64 has since Haswell
+and ARM64 has always had.
 
-One setting of LLVM is changed, which touches no bit. A loop may only be vectorised where its
+Two settings of LLVM are changed, which touch no bit. Loops that say `fma` get the widest vectors
+there are: for many a processor with AVX-512 LLVM uses half of it. And a loop may only be
+vectorised where its
 arrays do not overlap, and our loops have up to eighteen of them, more pairs than LLVM checks by
 default: with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would run cell by cell,
 ten times slower.
@@ -17,6 +21,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import inspect
+import platform
 from collections.abc import Callable
 from pathlib import Path
 from types import FunctionType
@@ -31,8 +36,14 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 
 llvmlite.binding.set_option('mlmem_ros', '--runtime-memory-check-threshold=128')
 
+ARITHMETIC = 'fused 1'
+"""Name of what the loops compute to the bit: a change that changes bits changes the name."""
+
 SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
+
+WIDEST = '"prefer-vector-width"="512"'
+"""Attribute of a function: for many processors with AVX-512 LLVM chooses half of its width."""
 
 
 def kernel(function: Function) -> Function:
@@ -61,6 +72,37 @@ def inlined(function: Function) -> Function:
         The compiled function.
     """
     return cast(Function, numba.njit(inline='always', error_model='numpy')(function))
+
+
+def _typed(typing: Any, a: Any, b: Any, c: Any) -> Any:
+    return numba.float64(numba.float64, numba.float64, numba.float64), _write
+
+
+fma = cast(Callable[[float, float, float], float], numba.extending.intrinsic(_typed))
+"""Return a b + c, rounded once; in compiled code only.
+
+A processor without the instruction calls the C library, which gives the same bits, slowly.
+"""
+
+
+def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Write the instruction, and let the loop that it is written into have the widest vectors.
+
+    It is an attribute of this one function: other compiled code of the process is left as it is.
+    """
+    set.add(builder.function.attributes, WIDEST)  # llvmlite's own `add` knows no such attribute
+    return builder.fma(*arguments)
+
+
+def fused() -> bool:
+    """Return whether the processor has the instruction that `fma` stands for.
+
+    NUMBA_CPU_FEATURES counts, where it is set, as it does for the compiler.
+    """
+    features: str | None = cast(Any, numba.config).CPU_FEATURES
+    if features is None:
+        features = llvmlite.binding.get_host_cpu_features().flatten()
+    return platform.machine() not in ('x86_64', 'AMD64') or '+fma' in features.split(',')
 
 
 def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:

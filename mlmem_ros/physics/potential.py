@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import DesignError
-from .jit import inlined
+from .jit import fma, inlined
 
 Array = NDArray[np.float64]
 
@@ -136,36 +136,40 @@ def _depressed_cubic(p: float, q: float, *, smallest: bool) -> float:
 
 INVERSE_TURN = 0.5 / math.pi
 
-# sin(2 pi h) / h on |h| <= 1/4 as a polynomial of degree 7 in z = h^2 (Remez fit in 50 digits:
-# error 9e-17), by its zeros: -SCALE (z + Z0) and three factors z (z + Pi) + Qi. Factors can be
-# computed side by side, where the terms of Horner's scheme wait for each other.
-SCALE = 0.6909358876280237
-Z0 = -1.3345852599441275
-P1, Q1 = -1.2780920481684164, 0.2570229834847412
-P2, Q2 = -2.6192657605531724, 3.1839719414663654
-P3, Q3 = -0.29244421228863127, 8.326348824137952
+# -sin(2 pi h) / h on |h| <= 1/4 as a polynomial in h^2, lowest power first (Remez fit in 50
+# digits: error 1.4e-16).
+S0 = -6.283185307179585
+S1 = 41.34170224039802
+S2 = -81.60524927551286
+S3 = 76.70585968329284
+S4 = -42.05868966743087
+S5 = 15.09449947633629
+S6 = -3.8172886541807443
+S7 = 0.6921569856570443
 
 
 @inlined
-def wave(amplitude: float, turns: float) -> float:
-    """Return amplitude sin(2 pi turns) / SCALE by a vectorisable polynomial; no branch, no table.
+def wave(turns: float) -> float:
+    """Return sin(2 pi turns) by a vectorisable polynomial; no branch, no table.
 
     Whole turns are taken off the distance to the sine's crest, which is exact; the rest is
-    folded into the quarter turn beside a zero. The error of the sine is below 1e-15 plus the
-    rounding of its argument.
+    folded into the quarter turn beside a zero. The error is below 1e-15 plus the rounding of the
+    argument.
     """
     crest = turns - 0.25
     whole: float = np.rint(crest)
     h = abs(crest - whole) - 0.25
     z = h * h
-    near, far = (z + Z0) * (z * (z + P1) + Q1), (z * (z + P2) + Q2) * (z * (z + P3) + Q3)
-    return amplitude * h * (near * far)
+    odd = fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, S7, S6), S5), S4), S3), S2), S1), S0)
+    return h * odd
 
 
 @inlined
-def on_site(height: float, configuration: float, a: float, b: float, c: float) -> float:
-    """Return height psi'(configuration) / d (the potential of page 3)."""
-    y = configuration + c
+def on_site(height: float, y: float, a: float, b: float) -> tuple[float, float]:
+    """Return two factors of height psi'(y - c) / d, the force of page 3 at y = D + c.
+
+    Who adds it to something else rounds once.
+    """
     y2 = y * y
-    turns = y * (INVERSE_TURN * a + INVERSE_TURN * b * y2)
-    return wave(height * (SCALE * a + SCALE * 3.0 * b * y2), turns)
+    turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
+    return height * fma(3.0 * b, y2, a), wave(turns)

@@ -20,6 +20,7 @@ from .. import __version__
 from ..bag.definitions import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..device import commands as device_commands
+from ..physics import ARITHMETIC
 
 FORMAT = 1
 """Version of what is described here."""
@@ -98,9 +99,10 @@ def state_hash(element: MemoryElement) -> bytes:
 
 
 def versions() -> dict[str, str]:
-    """Return what the bits may depend on: package, numpy, numba, Python and processor."""
+    """Return what the bits may depend on: package, arithmetic, libraries and processor."""
     return {
         'mlmem_ros': __version__,
+        'arithmetic': ARITHMETIC,
         'python': platform.python_version(),
         **_found(('numpy', 'numba', 'llvmlite')),
         'machine': platform.machine(),

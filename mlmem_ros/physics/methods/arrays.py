@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,24 +28,24 @@ class Cells(NamedTuple):
 
     Attributes:
         height: alpha_j d, shape (n,).
-        offset: Shift of a cell's ground states, shape (n,).
+        origin: Displacement over the substrate at which the phase is none, shape (n,): the shift
+            of a cell's ground states less c.
         mobility: Inverse of a cell's mass, shape (n,).
         substrate: Of a rigid substrate its displacement per unit V_N, shape (n,); of an elastic
             one the stiffness left of every cell and right of the last, shape (n + 1,).
         stuck: Indices of the cells that do not move relative to the base, whole numbers.
         eta: Damping.
-        a, b, c: Potential.
+        a, b: Potential.
     """
 
     height: Array
-    offset: Array
+    origin: Array
     mobility: Array
     substrate: Array
     stuck: npt.NDArray[np.int64]
     eta: float
     a: float
     b: float
-    c: float
 
 
 class Course(NamedTuple):
@@ -66,11 +67,26 @@ class Course(NamedTuple):
 
 
 def aligned(values: Array, first: int = 0) -> Array:
-    """Return a copy whose element `first` begins a cache line, so that no vector spans two."""
-    buffer = np.empty(len(values) + VECTOR)
+    """Return a copy whose element `first` begins a cache line, so that no vector spans two.
+
+    Rows are filled up for each of them to begin so.
+
+    Args:
+        values: Shape (n,) or (rows, n).
+        first: Index in a row.
+
+    Returns:
+        Shape (n,), or (rows, m) with the first n columns filled, m >= n.
+    """
+    columns = values.shape[-1]
+    if values.ndim > 1:
+        columns += -columns % VECTOR
+    shape = (*values.shape[:-1], columns)
+    size = math.prod(shape)
+    buffer = np.zeros(size + VECTOR)
     start = (-first - buffer.ctypes.data // buffer.itemsize) % VECTOR
-    copy = buffer[start : start + len(values)]
-    copy[:] = values
+    copy = buffer[start : start + size].reshape(shape)
+    copy[..., : values.shape[-1]] = values
     return copy
 
 

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import kernel
+from ..jit import fma, kernel
 from ..potential import Array, on_site
 from .arrays import Cells, Chained, Course, displacements, per_cell
 from .integrator import Complex, Integrator
@@ -101,16 +101,16 @@ def advance(
     u, v, A, u_p, w, A_p = chain
     if substrate is not None:
         U, V, B, U_p, W, B_p = substrate
-    height, offset, mobility, under, stuck, eta, a, b, c = cells
+    height, origin, mobility, under, stuck, eta, a, b = cells
     V_N, shake, site, driven, motion = course
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
     h0, h3 = 0.5 * a0, 0.5 * a3
     n = len(v)
 
     for j in range(n):
-        u_p[j + 1] = u[j + 1] + a0 * (v[j] + h0 * A[j])
+        u_p[j + 1] = fma(a0, fma(h0, A[j], v[j]), u[j + 1])
         if substrate is not None:
-            U_p[j + 1] = U[j + 1] + a0 * (V[j] + h0 * B[j])
+            U_p[j + 1] = fma(a0, fma(h0, B[j], V[j]), U[j + 1])
     for k in range(steps):
         # Sub-step 1: from u_p make A_p, w and the next u.
         i = 2 * k
@@ -124,34 +124,36 @@ def advance(
             U_p[n] = end
         for j in range(n):
             x = u_p[j + 1]
-            X = end * under[j] if substrate is None else U_p[j + 1]
-            force = on_site(height[j], x - (X + offset[j]), a, b, c)
-            half = h0 * A[j]
-            middle = v[j] + half
-            pull = (u_p[j] - 2.0 * x) + u_p[j + 2] - eta * (middle + half) - force
-            acceleration = mobility[j] * pull - base
-            middle += (h0 + h3) * acceleration
+            if substrate is None:
+                y = x - fma(end, under[j], origin[j])
+            else:
+                X = U_p[j + 1]
+                y = x - (X + origin[j])
+            slope, sine = on_site(height[j], y, a, b)
+            pull = fma(-slope, sine, fma(-2.0, x, u_p[j]) + u_p[j + 2])
+            pull = fma(-eta, fma(a0, A[j], v[j]), pull)
+            acceleration = fma(mobility[j], pull, -base)
+            middle = fma(h0 + h3, acceleration, fma(h0, A[j], v[j]))
             A_p[j] = acceleration
             w[j] = middle
-            u[j + 1] = x + a3 * middle
+            u[j + 1] = fma(a3, middle, x)
             if substrate is not None:
-                half = h0 * B[j]
-                middle = V[j] + half
-                spring = under[j + 1] * (U_p[j + 2] - X) - under[j] * (X - U_p[j])
-                acceleration = spring - eta * (middle + half) + force - base
-                middle += (h0 + h3) * acceleration
+                pull = fma(under[j + 1], U_p[j + 2] - X, -under[j] * (X - U_p[j]))
+                pull = fma(-eta, fma(a0, B[j], V[j]), fma(slope, sine, pull))
+                acceleration = pull - base
+                middle = fma(h0 + h3, acceleration, fma(h0, B[j], V[j]))
                 B_p[j] = acceleration
                 W[j] = middle
-                U[j + 1] = X + a3 * middle
+                U[j + 1] = fma(a3, middle, X)
         for j in stuck:
             u[j + 1] = u_p[j + 1]
             w[j] = A_p[j] = 0.0
         if i < driven:
-            w[site - 1] = motion[1, i] + h3 * A_p[site - 1]
+            w[site - 1] = fma(h3, A_p[site - 1], motion[1, i])
         if i + 1 < driven:
             u[site] = motion[0, i + 1]
         elif i < driven:  # let go in mid-step: predict from the enforced velocity
-            u[site] = u_p[site] + a3 * w[site - 1]
+            u[site] = fma(a3, w[site - 1], u_p[site])
 
         # Sub-step 2: from u make A, v and the next u_p.
         end, base = V_N[i + 1], shake[i + 1]
@@ -162,21 +164,27 @@ def advance(
             U[n] = end
         for j in range(n):
             x = u[j + 1]
-            X = end * under[j] if substrate is None else U[j + 1]
-            force = on_site(height[j], x - (X + offset[j]), a, b, c)
-            pull = (u[j] - 2.0 * x) + u[j + 2] - eta * (w[j] + h3 * A_p[j]) - force
-            acceleration = mobility[j] * pull - base
-            velocity = w[j] + a5 * A[j] + (a6 - h3) * A_p[j] + a7 * acceleration
+            if substrate is None:
+                y = x - fma(end, under[j], origin[j])
+            else:
+                X = U[j + 1]
+                y = x - (X + origin[j])
+            slope, sine = on_site(height[j], y, a, b)
+            pull = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
+            pull = fma(-eta, fma(h3, A_p[j], w[j]), pull)
+            acceleration = fma(mobility[j], pull, -base)
+            velocity = fma(a7, acceleration, fma(a6 - h3, A_p[j], fma(a5, A[j], w[j])))
             A[j] = acceleration
             v[j] = velocity
-            u_p[j + 1] = x + a0 * (velocity + h0 * acceleration)
+            u_p[j + 1] = fma(a0, fma(h0, acceleration, velocity), x)
             if substrate is not None:
-                spring = under[j + 1] * (U[j + 2] - X) - under[j] * (X - U[j])
-                acceleration = spring - eta * (W[j] + h3 * B_p[j]) + force - base
-                velocity = W[j] + a5 * B[j] + (a6 - h3) * B_p[j] + a7 * acceleration
+                pull = fma(under[j + 1], U[j + 2] - X, -under[j] * (X - U[j]))
+                pull = fma(-eta, fma(h3, B_p[j], W[j]), fma(slope, sine, pull))
+                acceleration = pull - base
+                velocity = fma(a7, acceleration, fma(a6 - h3, B_p[j], fma(a5, B[j], W[j])))
                 B[j] = acceleration
                 V[j] = velocity
-                U_p[j + 1] = X + a0 * (velocity + h0 * acceleration)
+                U_p[j + 1] = fma(a0, fma(h0, acceleration, velocity), X)
         for j in stuck:
             u_p[j + 1] = u[j + 1]
             v[j] = A[j] = 0.0
@@ -184,7 +192,7 @@ def advance(
             V[0] = B[0] = V[n - 1] = B[n - 1] = 0.0
         if i + 1 < driven:
             v[site - 1] = motion[1, i + 1]
-            u_p[site] = u[site] + a0 * (v[site - 1] + h0 * A[site - 1])
+            u_p[site] = fma(a0, fma(h0, A[site - 1], v[site - 1]), u[site])
         ends[0, k] = u[1]
         ends[1, k] = u[n]
 

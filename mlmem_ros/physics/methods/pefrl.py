@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import inlined, kernel
+from ..jit import fma, kernel
 from ..portable import exponential
 from ..potential import Array, on_site
 from .arrays import Cells, Chained, Course, aligned, displacements, per_cell
@@ -35,50 +35,23 @@ OMEGA_DT_LIMIT = 2.98
 """Largest omega dt we call stable: undamped it is 2.9895, and damping only adds to it."""
 
 
-class Kick(NamedTuple):
-    """What a kick makes of a velocity v, a force f and an acceleration A of the base.
+class Constants(NamedTuple):
+    """What a step is made of; rows: of the outer kicks, then of the inner ones.
 
-    v' = decay v + kick f - push A, by cell, shape (N,); likewise for a substrate cell, of mass 1,
-    whose kick and push are the same.
+    Attributes:
+        drifts: Lengths in time, shape (5,).
+        decay, kick, push: What a kick makes of a velocity v, a force f and an acceleration A of
+            the base, v' = decay v + kick f - push A, by cell, shape (2, >= N).
+        substrate_decay, substrate_kick: The same of a substrate cell, of mass 1, whose kick and
+            push are one, shape (2,).
     """
 
+    drifts: Array
     decay: Array
     kick: Array
     push: Array
-    substrate_decay: float
-    substrate_kick: float
-
-
-@inlined
-def stage(
-    x: Array, new: Array, v: Array, X: Array, NEW: Array, V: Array, substrate: Chained | None,
-    cells: Cells, by: Kick, drift: float, V_N: float, base: float,
-) -> None:  # fmt: skip
-    """Kick at the displacements x, then drift to the new ones."""
-    height, offset, _, under, stuck, _, a, b, c = cells
-    decay, kick, push, substrate_decay, substrate_kick = by
-    n = len(v)
-    x[0] = x[1]
-    x[n + 1] = x[n]
-    if substrate is not None:
-        X[1] = 0.0
-        X[n] = V_N
-    for j in range(n):
-        at = x[j + 1]
-        AT = V_N * under[j] if substrate is None else X[j + 1]
-        force = on_site(height[j], at - (AT + offset[j]), a, b, c)
-        pull = (x[j] - 2.0 * at) + x[j + 2] - force
-        velocity = decay[j] * v[j] + kick[j] * pull - push[j] * base
-        v[j] = velocity
-        new[j + 1] = at + drift * velocity
-        if substrate is not None:
-            spring = under[j + 1] * (X[j + 2] - AT) - under[j] * (AT - X[j])
-            velocity = substrate_decay * V[j] + substrate_kick * (spring + force - base)
-            V[j] = velocity
-            NEW[j + 1] = AT + drift * velocity
-    for j in stuck:
-        new[j + 1] = x[j + 1]
-        v[j] = 0.0
+    substrate_decay: Array
+    substrate_kick: Array
 
 
 @kernel
@@ -88,55 +61,89 @@ def advance(
     substrate: Chained | None,
     cells: Cells,
     course: Course,
-    constants: tuple[float, float, float, Kick, Kick],
+    constants: Constants,
     ends: Array,
 ) -> None:
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b); see `noh_bathe.advance`.
 
     Args:
         steps: Number of steps.
-        chain: u, v, A, which this method has no use for, and the work space x, y.
+        chain: u, v, A, which this method has no use for, and two rows of displacements x: those
+            that a kick is made at, and those that the drift after it leads to.
         substrate: The same of an elastic substrate, or None.
         cells: The element.
         course: What is prescribed, in the order of time, in which the stages are not: the second
             goes back. A step that is not driven to its end is free.
-        constants: Lengths in time of the first three drifts, the outer and the inner kicks.
+        constants: Of a step.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
     """
-    u, v, _, x, y = chain
-    U, V, _, X, Y = chain if substrate is None else substrate
+    u, v, _, x = chain
+    if substrate is not None:
+        U, V, _, X = substrate
+    height, origin, _, under, stuck, _, a, b = cells
     V_N, shake, site, driven, motion = course
-    d0, d1, d2, outer, inner = constants
+    drifts, decay, kick, push, substrate_decay, substrate_kick = constants
     n = len(v)
 
+    for j in range(1, n + 1):
+        x[0, j] = u[j]
+        if substrate is not None:
+            X[0, j] = U[j]
     for k in range(steps):
         i = 5 * k
         held = i + 5 <= driven
         for j in range(n):
-            x[j + 1] = u[j + 1] + d0 * v[j]
+            x[0, j + 1] = fma(drifts[0], v[j], x[0, j + 1])
             if substrate is not None:
-                X[j + 1] = U[j + 1] + d0 * V[j]
-        if held:
-            x[site] = motion[0, i + 1]
-        stage(x, y, v, X, Y, V, substrate, cells, outer, d1, V_N[i + 1], shake[i + 1])
-        if held:
-            y[site] = motion[0, i]
-        stage(y, x, v, Y, X, V, substrate, cells, inner, d2, V_N[i], shake[i])
-        if held:
-            x[site] = motion[0, i + 3]
-        stage(x, y, v, X, Y, V, substrate, cells, inner, d1, V_N[i + 3], shake[i + 3])
-        if held:
-            y[site] = motion[0, i + 2]
-        stage(y, u, v, Y, U, V, substrate, cells, outer, d0, V_N[i + 2], shake[i + 2])
+                X[0, j + 1] = fma(drifts[0], V[j], X[0, j + 1])
+        for stage in range(4):  # kick at x[at], then drift to x[to]
+            at, to = stage % 2, 1 - stage % 2
+            by = (stage + 1) // 2 % 2
+            node = i + (1 - stage % 2) + stage // 2 * 2
+            end, base, drift = V_N[node], shake[node], drifts[stage + 1]
+            if held:
+                x[at, site] = motion[0, node]
+            x[at, 0] = x[at, 1]
+            x[at, n + 1] = x[at, n]
+            if substrate is not None:
+                X[at, 1] = 0.0
+                X[at, n] = end
+                under_decay, under_kick = substrate_decay[by], substrate_kick[by]
+            for j in range(n):
+                here = x[at, j + 1]
+                if substrate is None:
+                    y = here - fma(end, under[j], origin[j])
+                else:
+                    HERE = X[at, j + 1]
+                    y = here - (HERE + origin[j])
+                slope, sine = on_site(height[j], y, a, b)
+                pull = fma(-slope, sine, fma(-2.0, here, x[at, j]) + x[at, j + 2])
+                velocity = fma(decay[by, j], v[j], fma(kick[by, j], pull, -push[by, j] * base))
+                v[j] = velocity
+                x[to, j + 1] = fma(drift, velocity, here)
+                if substrate is not None:
+                    tension = under[j + 1] * (X[at, j + 2] - HERE)
+                    pull = fma(-under[j], HERE - X[at, j], tension)
+                    pull = fma(slope, sine, pull) - base
+                    velocity = fma(under_decay, V[j], under_kick * pull)
+                    V[j] = velocity
+                    X[to, j + 1] = fma(drift, velocity, HERE)
+            for j in stuck:
+                x[to, j + 1] = x[at, j + 1]
+                v[j] = 0.0
         if substrate is not None:
-            U[1] = 0.0
-            U[n] = V_N[i + 4]
+            X[0, 1] = 0.0
+            X[0, n] = V_N[i + 4]
             V[0] = V[n - 1] = 0.0
         if held:
-            u[site] = motion[0, i + 4]
+            x[0, site] = motion[0, i + 4]
             v[site - 1] = motion[1, i + 4]
-        ends[0, k] = u[1]
-        ends[1, k] = u[n]
+        ends[0, k] = x[0, 1]
+        ends[1, k] = x[0, n]
+    for j in range(1, n + 1):
+        u[j] = x[0, j]
+        if substrate is not None:
+            U[j] = X[0, j]
 
 
 class Pefrl(Integrator):
@@ -154,17 +161,16 @@ class Pefrl(Integrator):
         return OMEGA_DT_LIMIT / omega
 
     def arrays(self, n: int) -> Chained:
-        """Return u, v, A and the loop's two arrays of work space (see `Integrator`)."""
-        x, y = displacements(n), displacements(n)
-        return displacements(n), per_cell(n), per_cell(n), x, y
+        """Return u, v, A and the loop's two rows of displacements (see `Integrator`)."""
+        return displacements(n), per_cell(n), per_cell(n), aligned(np.zeros((2, n + 2)), 1)
 
-    def constants(
-        self, dt: float, mobility: Array, eta: float
-    ) -> tuple[float, float, float, Kick, Kick]:
+    def constants(self, dt: float, mobility: Array, eta: float) -> Constants:
         """Return drifts and kicks (see `Integrator`)."""
-        d0, d1, d2 = (share * dt for share in DRIFTS[:3])
-        outer, inner = (_kick_of_cells(share * dt, mobility, eta) for share in KICKS[:2])
-        return d0, d1, d2, outer, inner
+        kicks = np.array([_kick(share * dt, mobility, eta) for share in KICKS[:2]])
+        of_one = np.array([_kick(share * dt, np.ones(1), eta) for share in KICKS[:2]])
+        decay, kick, push = (aligned(kicks[:, k]) for k in range(3))
+        substrate = (of_one[:, k, 0].copy() for k in range(2))
+        return Constants(np.array(DRIFTS) * dt, decay, kick, push, *substrate)
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
         """Return the matrix of a step on (U, V), shape (m, 2, 2) (see `Integrator`)."""
@@ -175,13 +181,6 @@ class Pefrl(Integrator):
                 decay, kick, _ = _kick(KICKS[number] * dt, np.ones(1), eta)
                 V = decay * V - kick * stiffness[:, None] * U
         return np.stack((U, V), axis=1)
-
-
-def _kick_of_cells(h: float, mobility: Array, eta: float) -> Kick:
-    """Return a kick of a length in time of cells of any mass, and of the substrate's."""
-    decay, kick, push = (aligned(each) for each in _kick(h, mobility, eta))
-    substrate_decay, substrate_kick, _ = (float(each[0]) for each in _kick(h, np.ones(1), eta))
-    return Kick(decay, kick, push, substrate_decay, substrate_kick)
 
 
 def _kick(h: float, mobility: Array, eta: float) -> tuple[Array, Array, Array]:

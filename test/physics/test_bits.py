@@ -1,0 +1,62 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every loop gives the bits that are written down here, whatever processor runs or compiles it."""
+
+import dataclasses
+import hashlib
+import os
+import subprocess
+import sys
+
+import llvmlite.binding
+import numpy as np
+import pytest
+
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive, Specimen
+
+BITS = {
+    ('noh_bathe', 'rigid'): 'e069c31948850eee',
+    ('noh_bathe', 'elastic'): '97e15cee61c9bccf',
+    ('pefrl', 'rigid'): '2c430858a6f55676',
+    ('pefrl', 'elastic'): 'e43ca9e344f867c6',
+}
+"""A change here changes the bits of every session: another `ARITHMETIC`, new golden sessions."""
+
+PROCESSORS = {'x86-64': '', 'haswell': 'fma', 'skylake-avx512': 'avx512f'}
+"""Processors to compile for, and what the host has to have to run that."""
+
+
+def bits(method, substrate):
+    """Return the hash of what strain, shake, a driven end, a heavy and a stuck cell leave."""
+    design = dataclasses.replace(CASE_II, N=67, eta=0.05, substrate=substrate)
+    chain = Chain(design, integrator=INTEGRATORS[method])
+    mass, steps = np.ones(design.N), 300
+    mass[[9, 40]] = 5.0, np.inf
+    offset = 0.01 * (design.sites % 3.0 - 1.0)  # no sine of a library
+    chain.become(Specimen(design, mass=mass, offset=offset))
+    t = np.arange(steps * chain.integrator.substeps) / chain.integrator.substeps
+    shake = (t % 16.0 - 8.0) / 1024.0
+    motion = np.array([design.D_s1 + (t[:200] % 32.0) / 64.0, (t[:200] % 8.0) / 64.0])
+    ends = chain.advance(t / 128.0, Drive(1, motion), shake)
+    return hashlib.sha256(chain.state().tobytes() + ends.tobytes()).hexdigest()[:16]
+
+
+@pytest.mark.parametrize(('method', 'substrate'), BITS)
+def test_the_bits_are_those_of_this_arithmetic(method, substrate):
+    assert bits(method, substrate) == BITS[method, substrate]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', PROCESSORS)
+def test_the_bits_are_the_same_when_compiled_for_another_processor(name, tmp_path):
+    """The first has no fused multiply-add and calls the C library."""
+    features = llvmlite.binding.get_host_cpu_features()
+    if (needed := PROCESSORS[name]) and not features.get(needed):
+        pytest.skip(f'this processor has no {needed}')
+    choice = {'NUMBA_CPU_NAME': name, 'NUMBA_CPU_FEATURES': '', 'NUMBA_CACHE_DIR': str(tmp_path)}
+    told = subprocess.check_output([sys.executable, __file__], env=os.environ | choice, text=True)
+    assert told.split() == list(BITS.values())
+
+
+if __name__ == '__main__':
+    print(*(bits(*each) for each in BITS))
