@@ -214,7 +214,11 @@ class _Collector:
 
     def _outcome(self, t: float, message: Any) -> None:
         good = int(message.level[0] if isinstance(message.level, bytes) else message.level) == 0
-        self._event(t, 'outcome', str(message.message), ok=good, values=told.values(message))
+        values = told.values(message)
+        text = str(message.message)
+        if not good:
+            text = f'{values.get("procedure", "it")} failed: {text}'
+        self._event(t, 'outcome', text, ok=good, values=values)
 
     def _command(self, t: float, message: Any) -> None:
         given = json.loads(message.data)

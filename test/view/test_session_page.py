@@ -51,6 +51,27 @@ def test_a_click_on_an_outcome_shows_its_moment(page):
     assert 'delay' in page.text('.delay')
 
 
+def test_the_picture_is_zoomed_and_panned_and_tells_values(page):
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+
+    over = page.driver.find_element('css selector', '.picture .u-over')
+    shown = 'mlmem.shown().sessions[0].panel.picture.range()'
+    whole = page.ask(shown)
+    ActionChains(page.driver).move_to_element(over).perform()
+    said = page.until(lambda: page.text('.picture .tip'), 'values')
+    assert 'cell 113' in said
+    assert 'Δ' in said
+    origin = ScrollOrigin.from_element(over)
+    ActionChains(page.driver).scroll_from_origin(origin, 0, -300).perform()
+    near = page.until(f'(r => r[1] - r[0] < {0.9 * (whole[1] - whole[0])} && r)({shown})', 'zoom')
+    assert whole[0] < near[0] < near[1] < whole[1]
+    ActionChains(page.driver).drag_and_drop_by_offset(over, -80, 0).perform()
+    page.until(f'{shown}[0] > {near[0]}', 'later times')
+    ActionChains(page.driver).double_click(over).perform()
+    page.until(f'Math.abs({shown}[1] - {whole[1]}) < 1e-9', 'all of it')
+
+
 def test_it_is_played(page):
     page.ask("document.getElementById('rate').value = 10")
     page.click('#play')

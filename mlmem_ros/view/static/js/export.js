@@ -57,10 +57,14 @@ function drawPanel(context, panel) {
     text(context, element.textContent, x, box.top + box.height / 2 + 1, `${style.fontWeight} ${style.fontSize} Inter, sans-serif`, style.color, button ? 'center' : 'left');
     context.textBaseline = 'alphabetic';
   }
-  for (const bar of panel.root.querySelectorAll('.meter i, .progress i')) {
-    const box = bar.getBoundingClientRect();
-    context.fillStyle = tone('active');
-    context.fillRect(box.left, box.top, box.width, box.height);
+  for (const bar of panel.root.querySelectorAll('.meter, .progress:not(.off)')) {
+    for (const [element, colour] of [[bar, 'soft'], [bar.firstElementChild, 'active']]) {
+      const box = element.getBoundingClientRect();
+      context.fillStyle = tone(colour);
+      context.beginPath();
+      context.roundRect(box.left, box.top, box.width, box.height, 3);
+      context.fill();
+    }
   }
 }
 

@@ -111,7 +111,8 @@ export class Live {
     }
     const found = ok && values.level != null ? `: ${describe(this.outcome.level)}` : '';
     const delay = ok && number('delay') != null ? `, delay ${number('delay').toFixed(2)}` : '';
-    if (this.told !== `${t} ${text}`) this.log(`${text}${found}${delay}`, ok ? '' : 'no', t);
+    const failed = ok ? '' : `${values.procedure} failed: `;
+    if (this.told !== `${t} ${text}`) this.log(`${failed}${text}${found}${delay}`, ok ? '' : 'no', t);
     this.told = `${t} ${text}`;
   }
 
