@@ -77,7 +77,7 @@ class Browser:
     def text(self, selector):
         return self.driver.find_element('css selector', selector).text
 
-    def until(self, condition, what, within=15.0):
+    def until(self, condition, what, within=40.0):
         """Wait until a JavaScript expression or a function gives something; return it."""
         deadline = time.monotonic() + within
         while True:

@@ -116,7 +116,7 @@ export function connect(shown) {
       shown().play(true);
       const watch = setInterval(() => {
         if (!recorder) return clearInterval(watch);
-        if (shown().playing) return;
+        if (shown().playing || !chunks.some(({ size }) => size)) return; // a busy machine is late
         clearInterval(watch);
         setTimeout(() => recorder?.stop(), 500); // the last picture stands for a moment
       }, 100);
