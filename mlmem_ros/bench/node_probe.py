@@ -33,10 +33,10 @@ class Watched(LoopStatistics):
         super().__init__()
         self.all = array('f')
 
-    def count(self, lateness: float, busy: float) -> None:
-        """Take the times of one tick."""
-        super().count(lateness, busy)
-        self.all.append(lateness)
+    def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
+        """Take the times of ticks alike."""
+        super().count(lateness, busy, ticks)
+        self.all.extend([lateness] * ticks)
 
 
 def main(begun: float) -> None:

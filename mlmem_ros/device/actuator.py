@@ -36,6 +36,20 @@ class Actuator:
         """Whether the strain still changes."""
         return self.elapsed < self.motion.duration
 
+    @property
+    def state(self) -> tuple[float, float]:
+        """Present strain, and the time since the move began."""
+        return self.strain, self.elapsed
+
+    @state.setter
+    def state(self, state: tuple[float, float]) -> None:
+        self.strain, self.elapsed = state
+
+    @property
+    def left(self) -> float:
+        """Time until it stands still; not above 0 where it does."""
+        return self.motion.duration - self.elapsed
+
     def check(self, strain: float) -> None:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
@@ -80,19 +94,23 @@ class Actuator:
         self.motion = motion
         self.elapsed = 0.0
 
-    def rest(self, times: Array, ticks: int) -> None:
-        """Let ticks pass while nothing moves: as `advance` does, to the bit of the clock."""
-        for _ in range(ticks):
-            self.elapsed += float(times[-1])
+    def advance(self, times: Array, ticks: int = 1) -> Array:
+        """Return the strain during ticks, after which it is now.
 
-    def advance(self, times: Array) -> Array:
-        """Return the strain at times from now, the last of which becomes now."""
+        Args:
+            times: In a tick from its beginning, the last being its end, shape (m,).
+            ticks: How many.
+
+        Returns:
+            Shape (ticks m,): that of every tick alone, to the bit.
+        """
         limit = self.settings.max_strain  # a cubic that just reaches it may round beyond
-        if not self.moving:
-            self.elapsed += float(times[-1])
-            self.strain = max(-limit, min(self.motion.target, limit))
-            return np.full_like(times, self.strain)
-        strain = np.clip(self.motion.strain(self.elapsed + times), -limit, limit)
-        self.elapsed += float(times[-1])
+        starts = np.cumsum([self.elapsed, *[times[-1]] * ticks])  # one by one, as the clock goes
+        if self.moving:
+            t = (starts[:-1, None] + times).ravel()
+            strain = np.clip(self.motion.strain(t), -limit, limit)
+        else:
+            strain = np.full(ticks * len(times), max(-limit, min(self.motion.target, limit)))
+        self.elapsed = float(starts[-1])
         self.strain = float(strain[-1])
         return strain

@@ -29,6 +29,7 @@ from .commands import (
 from .end import BOTH, End
 from .errors import ProcedureFailed, Refused
 from .events import Event, Outcome
+from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
 from .settings import Settings
@@ -118,18 +119,28 @@ class MemoryElement(Memory):
 
     # --- time ----------------------------------------------------------------------------
 
-    def advance(self) -> list[Event]:
-        """Advance by one tick and return what happened in it.
+    def advance(self, most: int = 1) -> list[Event]:
+        """Advance by a tick, or by a run of them in which nothing is decided.
+
+        However time is cut into runs, the bits are the same, and so are the events.
+
+        Args:
+            most: Ticks that the run may have.
+
+        Returns:
+            What happened in the first tick: in no other does anything happen.
 
         Raises:
             StateError: The material cannot go on (see `Chain.advance`). It is as it was before
-                this tick, the procedure has failed, and strain and base stand still.
+                the tick in which it could not, the procedure has failed, and strain and base
+                stand still.
         """
-        if self._running:
-            self._step(self._running)
+        ticks = self._step(self._running) if self._running else most
         if self.base.harmful:
             self.forget()
-        self.pass_tick()
+        if self._events or not self.base.still:  # to be told, or looked at, after each
+            ticks = 1
+        self.pass_ticks(min(ticks, most))
         events, self._events = self._events, []
         return events
 
@@ -146,15 +157,16 @@ class MemoryElement(Memory):
         """
         self.apply(command)
         while True:
-            for event in self.advance():
+            for event in self.advance(LONGEST_RUN if between is None else 1):
                 if isinstance(event, Outcome):
                     return event
             if between is not None:
                 between()
 
-    def _step(self, run: _Run) -> None:
+    def _step(self, run: _Run) -> int:
+        """Let a procedure go on; return after how many ticks it wants to again."""
         try:
-            next(run.steps)
+            return next(run.steps)
         except StopIteration as stop:
             result: Result = stop.value
             failed = ', '.join(check.name for check in result.checks if not check.passed)
@@ -162,6 +174,7 @@ class MemoryElement(Memory):
         except ProcedureFailed as failure:
             result = Result(self.reading, failure.attempts)
             self._finish(False, str(failure), result)
+        return 1
 
     def stand_still(self, why: str) -> None:
         """End whatever is under way, after a tick that could not be made."""

@@ -54,6 +54,13 @@ def steps_per_tick(design: Design, time: TimeSettings) -> int:
     return steps
 
 
+LONGEST_RUN = 50
+"""Ticks that are worth to be made in one run: their strain fits a cache."""
+
+EARLY = 1e-6
+"""Ticks by which a look comes too early rather than too late, as clocks round."""
+
+
 class Instrument:
     """What strains an element and listens to its ends, tick by tick.
 
@@ -116,6 +123,15 @@ class Instrument:
         """Whether nothing is under way: strain and base stand still."""
         return not self.actuator.moving and self.base.still
 
+    @property
+    def steady(self) -> bool:
+        """Whether it is known what the next ticks bring: no fault, and the base stands still."""
+        return self.base.still and self.linkage.state.true and self.faults == HEALTHY
+
+    def next_look(self, left: float) -> int:
+        """Return after how many ticks to look again at what takes a time yet: never too late."""
+        return max(1, math.floor(left / self.tick - EARLY) + 1)
+
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
         substrate = end.displacement(self.design, self.linkage.encoder)
@@ -139,52 +155,48 @@ class Instrument:
         self.chain.become(self.specimen(faults))
         self.faults = faults
 
-    def pass_tick(self) -> None:
-        """Let one tick pass.
+    def pass_ticks(self, ticks: int = 1) -> None:
+        """Let ticks pass; while the instrument is `steady` the material is asked once for all.
+
+        The bits are those of the ticks one by one.
 
         Raises:
             StateError: The material cannot go on (see `Chain.advance`). It is as it was before
-                this tick, and strain and base stand still.
+                the tick in which it could not, and strain and base stand still.
         """
-        strain_before, linkage_before = self.actuator.strain, self.linkage.state
+        if ticks > 1 and self.steady:
+            try:
+                self._pass(ticks)
+            except StateError:
+                pass  # one by one they tell in which tick
+            else:
+                return
+        for _ in range(ticks):
+            try:
+                self._pass(1)
+            except StateError as error:
+                self.actuator.hold(self.actuator.strain)
+                self.stand_still(str(error))
+                raise
+
+    def _pass(self, ticks: int) -> None:
+        """Let ticks pass in one run; nothing is changed where it raises `StateError`."""
+        actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
+        before = actuator.state, linkage.state, transducer.held, self.base.state
         shake = self.base.advance(self._progress)
-        told = self.actuator.advance(self._times)
-        strain = self.linkage.advance(told, self._substeps, self.faults, self.ticks)
-        drive = self.transducer.drive(self.steps_per_tick)
+        told = actuator.advance(self._times, ticks)
+        strain = linkage.advance(told, self._substeps, self.faults, self.ticks)
+        drive = transducer.drive(ticks * self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
-        self.substrate_speed = (float(V_N[-1]) - self.material.V_N) / self.tick
+        start = self.material.V_N if ticks == 1 else V_N[-len(self._times) - 1]
         try:
             ends = self.material.advance(V_N, drive, shake)
-        except StateError as error:
-            self.actuator.hold(strain_before)
-            self.linkage.state = linkage_before
-            self.stand_still(str(error))
+        except StateError:
+            actuator.state, linkage.state, transducer.held, self.base.state = before
             raise
-        last = self.transducer.recent[:, -1]
-        self.transducer.record(sensed(ends, last, self.faults, self.ticks))
-        self.ticks += 1
-
-    def rest(self, ticks: int) -> None:
-        """Let ticks pass while the instrument is `resting`: as by `pass_tick`, to the bit.
-
-        The material is asked once for all of them.
-
-        Raises:
-            StateError: As by `pass_tick`, for all of these ticks.
-        """
-        healthy = self.linkage.state.true and self.faults == HEALTHY
-        if not (self.resting and healthy) or self.transducer.busy:  # one tick is unlike the next
-            for _ in range(ticks):
-                self.pass_tick()
-            return
-        try:
-            ends = self.material.rest(ticks * self.steps_per_tick)
-        except StateError as error:
-            self.stand_still(str(error))
-            raise
-        self.actuator.rest(self._times, ticks)
-        self.substrate_speed = 0.0
-        self.transducer.record(ends)
+        self.substrate_speed = (float(V_N[-1]) - float(start)) / self.tick
+        last = transducer.recent[:, -1]
+        transducer.record(sensed(ends, last, self.faults, self.ticks), ticks)
         self.ticks += ticks
 
     def stand_still(self, why: str) -> None:

@@ -69,9 +69,11 @@ class Linkage:
     def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
         """Return the strain of the substrate at the end of every sub-step of a tick.
 
+        Without a fault, and with a linkage that is true, it may be a run of ticks.
+
         Args:
             told: The strain that the actuator is told, at the end of every sub-step, shape (m,).
-            dt: Lengths of the sub-steps, shape (m,).
+            dt: Lengths of the sub-steps of a tick, shape (m,).
             faults: What is wrong.
             tick: The tick.
         """

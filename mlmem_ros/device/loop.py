@@ -210,28 +210,42 @@ class Loop:
     def _rest(self, due: float, ticks: int) -> None:
         """Run ticks that were put off, in one go up to each that the listener waits for."""
         while ticks:
-            run = min(ticks, self._publish_every - self.element.ticks % self._publish_every)
+            run = min(ticks, self._until_published)
             begun = self._pacer.now()
-            self.element.rest(run)
-            self._listener([], [])
+            self._listener([], self.element.advance(run))
             busy = (self._pacer.now() - begun) / run
             for number in range(run):
                 self.statistics.count(max(0.0, begun + number * busy - due), busy)
             ticks -= run
 
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
-        """Run one tick with the commands that take effect in it; return when it ended."""
-        begun = self._pacer.now()
-        events = self.element.advance()
+        """Run a tick with the commands that take effect in it; return when it ended.
+
+        Where there is no pace, and no single tick is asked for, it may be a run of ticks.
+        """
+        begun, first = self._pacer.now(), self.element.ticks
+        paced = self._period > 0.0 or asked_for
+        events = self.element.advance(1 if paced else self._longest_run)
         for event in events:
             if isinstance(event, Outcome):
                 self._answers.popleft().set_result(event)
         self._listener(commands, events)
         if asked_for and (done := self._box.take_single_tick()) is not None:
             done.set_result(self.element.ticks)
-        now = self._pacer.now()
-        self.statistics.count(max(0.0, begun - due), now - begun)
+        now, ticks = self._pacer.now(), self.element.ticks - first
+        self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
+
+    @property
+    def _until_published(self) -> int:
+        """Ticks up to the next that the listener waits for."""
+        return self._publish_every - self.element.ticks % self._publish_every
+
+    @property
+    def _longest_run(self) -> int:
+        """Ticks of a run without a pace: none that takes longer than a rest holds up a command."""
+        busy = self.statistics.busy
+        return max(1, min(self._until_published, int(LONGEST_REST / busy) if busy > 0.0 else 1))
 
     def _after(self, due: float, now: float) -> float:
         """Return when the next tick is due; time that was lost is counted and skipped."""
@@ -278,7 +292,7 @@ class Loop:
         self._at_once = max(
             ticks
             for ticks in range(1, self._batch + 1)
-            if ticks == 1 or (self._batch % ticks == 0 and ticks * self._period <= longest)
+            if ticks == 1 or (self._batch % ticks == 0 and 0.0 < ticks * self._period <= longest)
         )
 
     def _due(self, late: float) -> int:
@@ -288,8 +302,6 @@ class Loop:
         ticks = -(self.element.ticks + 1) % self._at_once
         if not self._box.command_waits:
             return ticks
-        if self._period == 0.0:  # nothing is late where there is no pace
-            return 0
         return min(ticks, max(0, int(late / self._period)))
 
     def _take_commands(self) -> list[Stamped]:

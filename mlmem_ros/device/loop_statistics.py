@@ -31,11 +31,11 @@ class LoopStatistics:
     lateness_variance: float = 0.0
     busy: float = 0.0
 
-    def count(self, lateness: float, busy: float) -> None:
-        """Take the times of one tick; a clock that jumped back within it tells nothing."""
+    def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
+        """Take the times of ticks alike; a clock that jumped back within them tells nothing."""
         busy = max(0.0, busy)
-        self.ticks += 1
-        weight = max(LATENESS_MEMORY, 1.0 / self.ticks)
+        self.ticks += ticks
+        weight = max(1.0 - (1.0 - LATENESS_MEMORY) ** ticks, ticks / self.ticks)
         deviation = lateness - self.lateness_mean
         self.lateness_mean += weight * deviation
         spread = self.lateness_variance + weight * deviation * deviation

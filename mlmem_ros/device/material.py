@@ -26,8 +26,5 @@ class Material(Protocol):
     def advance(self, V_N: Array, drive: Drive | None = None, shake: Array | None = None) -> Array:
         """Advance by whole steps; return the displacements of both ends (see `Chain.advance`)."""
 
-    def rest(self, steps: int) -> Array:
-        """Advance by whole steps with the substrate's end held where it is."""
-
     def end(self, site: int) -> float:
         """Return the displacement of an end."""

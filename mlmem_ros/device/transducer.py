@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,14 @@ HIGHEST_DIFFERENCE = 24
 """Order beyond which samples are too far apart to tell motion from noise."""
 
 
+class Held(NamedTuple):
+    """A boundary cell that is held: what it is made to do, its site, the steps it has done."""
+
+    motion: BoundaryMotion
+    site: int
+    steps: int
+
+
 class Transducer:
     """Drives and senses the first and the last cell of a chain.
 
@@ -38,6 +47,7 @@ class Transducer:
         recent: Last displacements of both ends, shape (2, w), newest last: what tells the rest
             displacement and whether the element is quiet.
         detector: Listens to the pulse fired last, or None.
+        held: The boundary cell that is held, or None.
     """
 
     def __init__(self, design: Design, settings: Settings, material: Material) -> None:
@@ -70,14 +80,19 @@ class Transducer:
         self.detector: EchoDetector | None = None
         self._listening_end = End.LEFT
         self._rest = 0.0
-        self._motion: BoundaryMotion | None = None
-        self._motion_site = 1
-        self._elapsed_steps = 0
+        self.held: Held | None = None
 
     @property
     def driving(self) -> bool:
         """Whether a boundary cell is held."""
-        return self._motion is not None
+        return self.held is not None
+
+    @property
+    def left(self) -> float:
+        """Time until the held cell is let go; 0 where none is held."""
+        if self.held is None:
+            return 0.0
+        return self.held.motion.duration - self.held.steps * self._material.dt
 
     @property
     def busy(self) -> bool:
@@ -138,36 +153,33 @@ class Transducer:
         self._hold(end, Move(start, target, speed))
 
     def _hold(self, end: End, motion: BoundaryMotion) -> None:
-        self._motion = motion
-        self._motion_site = end.site(self._design)
-        self._elapsed_steps = 0
+        self.held = Held(motion, end.site(self._design), 0)
 
     def release(self) -> None:
         """Let a held cell go and stop listening."""
-        self._motion = None
+        self.held = None
         self.detector = None
 
     # --- the tick ------------------------------------------------------------------------
 
     def drive(self, steps: int) -> Drive | None:
         """Return the prescribed motion during the next steps, or None."""
-        if self._motion is None:
+        if self.held is None:
             return None
-        material = self._material
-        times = substep_times(steps, material.dt, material.integrator, self._elapsed_steps)
-        held = times[times <= self._motion.duration]
-        self._elapsed_steps += steps
-        motion = self._motion.at(held)
-        if len(held) < len(times):
-            self._motion = None
-        return Drive(self._motion_site, motion) if len(held) else None
+        motion, site, begun = self.held
+        times = substep_times(steps, self._material.dt, self._material.integrator, begun)
+        driven = times[times <= motion.duration]
+        goes_on = len(driven) == len(times)
+        self.held = Held(motion, site, begun + steps) if goes_on else None
+        return Drive(site, motion.at(driven)) if len(driven) else None
 
-    def record(self, ends: Array) -> None:
-        """Take the displacements of both ends after every step, shape (2, steps)."""
+    def record(self, ends: Array, ticks: int = 1) -> None:
+        """Take the displacements of both ends after every step of ticks, shape (2, steps)."""
         width = self.recent.shape[1]
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
         if self.detector is not None:
-            self.detector.feed(ends[self._listening_end.row] - self._rest)
+            for heard in np.split(ends[self._listening_end.row] - self._rest, ticks):
+                self.detector.feed(heard)  # whose sums round by ticks
 
 
 def _noise_gain(order: int) -> float:

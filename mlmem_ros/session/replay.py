@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 
@@ -19,6 +20,7 @@ from ..device import (
     Refused,
     snapshot,
 )
+from ..device.instrument import LONGEST_RUN
 from ..physics import StateError
 from .data import SessionData
 from .length import last_tick, longest_silence
@@ -120,6 +122,7 @@ class _Player:
         self._report = report
         self._echoes = session.echoes
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
+        self._stops = sorted(self._hashes)
 
     def play(
         self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
@@ -129,12 +132,16 @@ class _Player:
         for tick, given in stamped:
             due[tick].append(given)
         first = self._element.ticks
-        for tick in range(first, last):
-            for given in due[tick]:
+        self._stops = sorted({*due, *self._hashes})
+        told = first
+        while (now := self._element.ticks) < last:
+            for given in due.get(now, ()):
                 self._apply(given)
-            self._tick()
-            if progress and (tick + 1 == last or tick % PROGRESS_EVERY == 0):
-                progress(tick + 1 - first, last - first)
+            self._run(last)
+            now = self._element.ticks
+            if progress and (now == last or now - told >= PROGRESS_EVERY):
+                told = now
+                progress(now - first, last - first)
 
     def finish(self, session: SessionData | None = None, ticks: int = MOST_TICKS) -> None:
         """Advance until the running procedure has ended.
@@ -151,7 +158,7 @@ class _Player:
                 and len(report.outcomes) >= len(session.outcomes)
             ):
                 return
-            self._tick()
+            self._run(last)
 
     def _apply(self, given: Command) -> None:
         try:
@@ -160,9 +167,13 @@ class _Player:
         except Refused as refusal:
             self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
 
-    def _tick(self) -> None:
+    def _run(self, last: int) -> None:
+        """Advance by a run of ticks, to the next at which something is due, or to the last."""
+        begun = self._element.ticks
+        place = bisect_right(self._stops, begun)
+        stop = min([last, *self._stops[place : place + 1]])
         try:
-            events = self._element.advance()
+            events = self._element.advance(min(LONGEST_RUN, stop - begun))
         except (StateError, ArithmeticError) as error:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
@@ -170,7 +181,7 @@ class _Player:
                 self._compare_echo(event)
             else:
                 self._report.outcomes.append(event)
-        self._report.ticks += 1
+        self._report.ticks += self._element.ticks - begun
         recorded = self._hashes.get(self._element.ticks)
         if recorded is not None:
             self._compare_state(recorded)

@@ -23,7 +23,7 @@ from mlmem_ros.physics import NOH_BATHE
 
 from . import rig
 
-SEEN = {'dt', 'integrator', 'V_N', 'advance', 'rest', 'end'}
+SEEN = {'dt', 'integrator', 'V_N', 'advance', 'end'}
 """All that an instrument may ask of its material."""
 
 
@@ -95,9 +95,6 @@ class Stub:
 
     def end(self, site):
         return self._design.D_s2 if site == 1 else self._design.D_s1 + self.V_N
-
-    def rest(self, steps):
-        return self.advance(np.full(2 * steps, self.V_N))
 
     def advance(self, V_N, drive=None, shake=None):
         steps, rest = len(V_N) // 2, self._design.D_s2

@@ -229,7 +229,7 @@ def test_ticks_of_rest_are_those_one_by_one(faults):
             device.advance()
     rested, other = devices
     for ticks in (1, 10, 3):
-        rested.rest(ticks)
+        rested.advance(ticks)
         for _ in range(ticks):
             other.advance()
         assert snapshot.take(rested) == snapshot.take(other)

@@ -3,6 +3,8 @@
 """What the device can be asked to do, as sequences that the tick loop advances.
 
 A procedure is a generator: what it does before a `yield` takes effect in the tick that follows.
+It yields after how many ticks it wants to go on, and may be asked to at any tick before: then it
+has nothing to do yet, and says how many are left.
 It never sleeps and never looks at a clock, and it knows only what the device can measure: the
 displacements of the two ends, never the true wall position.
 """

@@ -12,14 +12,15 @@ from typing import TypeVar
 from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
-from ..instrument import Instrument
+from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
 from ..motion import Cycle
 from ..reading import Reading
 from ..settings import EraseSettings, WriteSettings
 
 T = TypeVar('T')
-Procedure = Generator[None, None, T]
+Procedure = Generator[int, None, T]
+"""Yields after how many ticks it wants to go on: it decides nothing before, and may be asked."""
 
 BRING_BACK_SPEED = 0.2
 """Speed at which an end in a third ground state is moved back; 0.1 to 0.4 was seen to work."""
@@ -55,19 +56,21 @@ def run(
     """
     while True:
         try:
-            next(procedure)
+            ticks = next(procedure)
         except StopIteration as stop:
             result: T = stop.value
             return result
         if before is not None:
             before()
-        instrument.pass_tick()
+            ticks = 1
+        instrument.pass_ticks(min(ticks, LONGEST_RUN))
 
 
 def wait(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
-    for _ in range(math.ceil(duration / element.tick)):
-        yield
+    end = element.ticks + math.ceil(duration / element.tick)
+    while element.ticks < end:
+        yield end - element.ticks
 
 
 def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]:
@@ -78,7 +81,7 @@ def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]
     """
     element.actuator.ramp_to(strain, duration)
     while element.actuator.moving:
-        yield
+        yield element.next_look(element.actuator.left)
     allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
     while abs((encoder := element.linkage.encoder) - strain) > allowed:
@@ -88,7 +91,7 @@ def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]
                 f'{strain:.4f} is wanted'
             )
         patience -= 1
-        yield
+        yield 1
 
 
 def play(element: Instrument, cycle: Cycle) -> Procedure[None]:
@@ -108,7 +111,7 @@ def launch(
     yield from play(element, Cycle((rise,)))
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
-        yield
+        yield element.next_look(element.transducer.left)
     yield from play(element, Cycle(tuple(rest)))
 
 
@@ -122,7 +125,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     element.forget()
     element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
     while element.transducer.driving:
-        yield
+        yield element.next_look(element.transducer.left)
     yield from wait(element, element.settings.erase.settle)
 
 

@@ -43,7 +43,7 @@ def quiet(element: Instrument) -> Procedure[None]:
         ProcedureFailed: They did not become quiet within `read.patience`.
     """
     while element.actuator.moving:  # a strain set by hand: the wall may be under way
-        yield
+        yield element.next_look(element.actuator.left)
     transducer, share = element.transducer, element.settings.read.quiet
     limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
     patience = math.ceil(element.settings.read.patience / element.tick)
@@ -57,7 +57,7 @@ def quiet(element: Instrument) -> Procedure[None]:
                 'echo be heard'
             )
         patience -= 1
-        yield
+        yield 1
 
 
 def noise_floor(element: Instrument, end: End) -> float:
@@ -81,7 +81,7 @@ def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
     faint = FAINT * float(threshold(element.transducer.probes[end], np.array(longest)))
     detector, span = element.transducer.listen(end, shaken=True), max(LIFE, longest)
     while True:
-        yield
+        yield 1
         loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
         if detector.time >= span and loud <= faint:
             break
@@ -115,8 +115,8 @@ def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     detector = element.transducer.fire(end, floor, shaken)
     bound = listening_time(element.design, element.transducer.probes[end], end)
     last = bound
-    while detector.time < last:
-        yield
+    while detector.time < last:  # a delay comes after now, and is listened on for TAIL
+        yield element.next_look(min(last - detector.time, TAIL))
         spoiled |= not (shaken or element.base.still)
         if spoiled:  # or the true echo were heard only after the next pulse
             last = bound

@@ -1,0 +1,161 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Runs of ticks: however time is cut into them, a device computes the same and tells the same."""
+
+import random
+
+import pytest
+
+from mlmem_ros.device import (
+    Abort,
+    Calibrate,
+    Disturb,
+    Erase,
+    Faults,
+    FollowTrajectory,
+    Heard,
+    Read,
+    Refused,
+    SetFaults,
+    SetStrain,
+    Write,
+    snapshot,
+)
+from mlmem_ros.device.instrument import LONGEST_RUN
+from mlmem_ros.physics import StateError
+
+from . import lives, rig
+from .test_hard_lives import MOST_WORK
+
+STORIES = {
+    'writes and reads': {
+        0: Write(1),
+        700: Read('left'),
+        900: Read('right'),
+        1100: SetStrain(0.01),
+        1103: Read(),
+    },
+    'an erase that is aborted': {3: Erase(), 137: Abort('enough'), 138: Abort(), 300: Read()},
+    'a trajectory': {
+        11: FollowTrajectory((0.05, 0.1333, 0.7), (0.01, -0.011, 0.0), (0.0, 0.2, 0.0))
+    },
+    'a base that begins to shake after the pulse': {0: Read(), 12: Disturb(1e-5), 250: Read()},
+    'faults that come and go': {
+        0: Write(3),
+        50: SetFaults(Faults(actuator_lag=35.0, sensor_noise=1e-6)),
+        90: SetFaults(Faults()),
+        700: SetFaults(Faults(sensor_dropout=0.1, seed=3)),
+        720: Read(),
+    },
+}
+
+
+def live(element, story, last, length):
+    """Live through stamped commands by runs of lengths; return all that was told, and when."""
+    told = []
+    while element.ticks < last:
+        try:
+            for command in story.get(element.ticks, ()):
+                element.apply(command)
+        except Refused as refusal:
+            told.append((element.ticks, str(refusal)))
+        begun = element.ticks
+        due = min([last, *(tick for tick in story if tick > begun)])
+        try:
+            events = element.advance(min(length(), due - begun))
+        except StateError as error:
+            told.append((element.ticks, str(error)))
+            return told
+        if events:
+            assert element.ticks == begun + 1
+        told += [(element.ticks, *plain(event)) for event in events]
+    return told
+
+
+def plain(event):
+    """Return an event as it can be compared: to the bit, and NaN equals itself."""
+    if isinstance(event, Heard):
+        return repr(event.reading), event.echo.delay, event.echo.v_c.tobytes()
+    return (repr(event),)
+
+
+def end(element):
+    """Finish what runs, for a snapshot is of an idle device, and return all of it."""
+    element.apply(Abort())
+    while element.procedure:
+        element.advance()
+    return repr(snapshot.take(element)), element.substrate_speed
+
+
+@pytest.mark.parametrize('name', STORIES)
+def test_the_bits_and_the_events_are_those_of_the_ticks_one_by_one(name):
+    story = {tick: [command] for tick, command in STORIES[name].items()}
+    alone, chance = rig.device(1), random.Random(name)
+    expected = live(alone, story, 1300, lambda: 1), end(alone)
+    for length in (lambda: chance.randint(1, 9), lambda: chance.randint(1, 90), lambda: 10**6):
+        element = rig.device(1)
+        assert (live(element, story, 1300, length), end(element)) == expected
+
+
+@pytest.mark.parametrize('seed', range(50))
+def test_any_life_is_the_same_in_runs(seed):
+    """Any legal design, settings and commands: where a tick is lost, it is the same one."""
+    chance = random.Random(seed)
+    alone, element = lives.device(random.Random(seed)), lives.device(chance)
+    if alone is None:
+        return
+    ticks = min(60, MOST_WORK // (alone.steps_per_tick * alone.design.N))
+    story = {
+        tick: [lives.command(chance, alone)] for tick in range(ticks) if chance.random() < 0.15
+    }
+    expected = live(alone, story, ticks, lambda: 1)
+    assert live(element, story, ticks, lambda: chance.randint(1, 20)) == expected
+    assert element.chain.state().tobytes() == alone.chain.state().tobytes()
+    assert element.transducer.recent.tobytes() == alone.transducer.recent.tobytes()
+
+
+@pytest.mark.parametrize('lost', [3, 4, 40])
+def test_a_tick_that_cannot_be_made_is_found_in_its_run(lost):
+    """A write is under way, and the material cannot go beyond a step."""
+    seen = []
+    for length in (1, 20, 10**6):
+        element = rig.device(1)
+        last, advance = lost * element.steps_per_tick, element.material.advance
+
+        def balk(*inputs, element=element, last=last, advance=advance):
+            if element.chain.steps_done + len(inputs[0]) // 2 > last:
+                raise StateError('no further')
+            return advance(*inputs)
+
+        element.material.advance = balk
+        told = live(element, {0: [Write(4)]}, 60, lambda length=length: length)
+        assert element.ticks == lost
+        assert told[-1] == (lost, 'no further')
+        element.material.advance = advance
+        seen.append((told, element.advance(), end(element)))
+    assert repr(seen[0]) == repr(seen[1]) == repr(seen[2])
+
+
+def test_a_material_is_asked_once_for_what_is_known_beforehand():
+    """All of a write but its reads: in a tenth of the ticks' number of calls or less."""
+    element = rig.device(1)
+    asked, advance = [], element.material.advance
+
+    def count(*inputs):
+        asked.append(len(inputs[0]) // (2 * element.steps_per_tick))
+        return advance(*inputs)
+
+    element.material.advance = count
+    element.reading = rig.succeed(rig.device(1), Read())  # so that it need not look first
+    outcome = element.perform(Write(5))
+    assert outcome.success
+    assert sum(asked) == element.ticks
+    assert max(asked) == LONGEST_RUN
+    assert len(asked) < 0.2 * element.ticks
+
+
+def test_a_calibration_in_runs_is_the_one_tick_by_tick():
+    devices = rig.device(2), rig.device(2)
+    outcomes = devices[0].perform(Calibrate()), rig.run(devices[1], Calibrate())
+    assert repr(outcomes[0]) == repr(outcomes[1])
+    assert snapshot.take(devices[0]) == snapshot.take(devices[1])
