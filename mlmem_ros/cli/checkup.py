@@ -116,7 +116,7 @@ def check_compile_cache() -> Diagnosis:
     return Diagnosis(
         what,
         Verdict.WARN,
-        'cannot be kept: every start takes half a minute longer',
+        'cannot be kept: every start takes some seconds longer',
         'set NUMBA_CACHE_DIR to a folder that can be written',
     )
 
