@@ -10,10 +10,9 @@ and ARM64 has always had.
 
 Two settings of LLVM are changed, which touch no bit. Loops that say `fma` get the widest vectors
 there are: for many a processor with AVX-512 LLVM uses half of it. And a loop may only be
-vectorised where its
-arrays do not overlap, and our loops have up to eighteen of them, more pairs than LLVM checks by
-default: with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would run cell by cell,
-ten times slower.
+vectorised where its arrays do not overlap, and our loops have up to eighteen of them, more pairs
+than LLVM checks by default: with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would
+run cell by cell, ten times slower.
 """
 
 from __future__ import annotations

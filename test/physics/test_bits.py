@@ -26,8 +26,8 @@ PROCESSORS = {'x86-64': '', 'haswell': 'fma', 'skylake-avx512': 'avx512f'}
 """Processors to compile for, and what the host has to have to run that."""
 
 
-def bits(method, substrate):
-    """Return the hash of what strain, shake, a driven end, a heavy and a stuck cell leave."""
+def case(method, substrate):
+    """Return a chain and its inputs: strain, shake, a driven end; a heavy and a stuck cell."""
     design = dataclasses.replace(CASE_II, N=67, eta=0.05, substrate=substrate)
     chain = Chain(design, integrator=INTEGRATORS[method])
     mass, steps = np.ones(design.N), 300
@@ -37,7 +37,13 @@ def bits(method, substrate):
     t = np.arange(steps * chain.integrator.substeps) / chain.integrator.substeps
     shake = (t % 16.0 - 8.0) / 1024.0
     motion = np.array([design.D_s1 + (t[:200] % 32.0) / 64.0, (t[:200] % 8.0) / 64.0])
-    ends = chain.advance(t / 128.0, Drive(1, motion), shake)
+    return chain, (t / 128.0, Drive(1, motion), shake)
+
+
+def bits(method, substrate):
+    """Return the hash of what the inputs leave."""
+    chain, inputs = case(method, substrate)
+    ends = chain.advance(*inputs)
     return hashlib.sha256(chain.state().tobytes() + ends.tobytes()).hexdigest()[:16]
 
 
