@@ -86,8 +86,7 @@ def test_a_parameter_that_is_none_is_told(start):
         robot.next('wall')
     told = [line for line in node.output.splitlines() if 'there is no parameter' in line]
     assert told == [
-        '[WARN] [mlmem]: there is no parameter probe.colour: it is ignored; '
-        'did you mean probe.A?',
+        '[WARN] [mlmem]: there is no parameter probe.colour: it is ignored; did you mean probe.A?',
         '[WARN] [mlmem]: there is no parameter write.atempts: it is ignored; '
         'did you mean write.attempts?',
     ]
