@@ -8,7 +8,7 @@ import asyncio
 import json
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -202,7 +202,7 @@ def _parsed(text: str) -> dict[str, Any] | None:
 
 
 async def serve(
-    server: Server, host: str, port: int | None, ready: Any, over: asyncio.Event
+    server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
     """Serve until it is over.
 
@@ -227,7 +227,7 @@ async def serve(
                 raise
             site = web.TCPSite(runner, host, 0)
             await site.start()
-        ready(site._server.sockets[0].getsockname()[1])  # type: ignore[union-attr]
+        ready(runner.addresses[0][1])
         await over.wait()
     finally:
         await runner.cleanup()
