@@ -7,6 +7,8 @@ import { Panel } from './panel.js';
 import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
 
+const MOMENT = 0.02; // seconds in which all that belongs to an event has been told
+
 const find = (id) => document.getElementById(id);
 
 export class Sessions {
@@ -108,7 +110,7 @@ export class Sessions {
         Object.assign(document.createElement('time'), { textContent: `${event.t.toFixed(2)} s` }),
         side + (event.kind === 'command' ? `▸ ${event.text}` : event.text + level),
       );
-      item.onclick = () => { this.play(false); this.seek(event.t); };
+      item.onclick = () => { this.play(false); this.seek(Math.min(event.t + MOMENT, this.duration)); };
       return item;
     }));
   }
