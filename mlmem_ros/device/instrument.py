@@ -190,7 +190,7 @@ class Instrument:
         V_N = strain * self.design.end_displacement(1.0)
         start = self.material.V_N if ticks == 1 else V_N[-len(self._times) - 1]
         try:
-            ends = self.material.advance(V_N, drive, shake)
+            ends = self.material.advance(V_N, drive, shake, ticks)
         except StateError:
             actuator.state, linkage.state, transducer.held, self.base.state = before
             raise

@@ -23,7 +23,13 @@ class Material(Protocol):
     integrator: Integrator
     V_N: float
 
-    def advance(self, V_N: Array, drive: Drive | None = None, shake: Array | None = None) -> Array:
+    def advance(
+        self,
+        V_N: Array,
+        drive: Drive | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
+    ) -> Array:
         """Advance by whole steps; return the displacements of both ends (see `Chain.advance`)."""
 
     def end(self, site: int) -> float:

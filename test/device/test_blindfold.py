@@ -96,7 +96,7 @@ class Stub:
     def end(self, site):
         return self._design.D_s2 if site == 1 else self._design.D_s1 + self.V_N
 
-    def advance(self, V_N, drive=None, shake=None):
+    def advance(self, V_N, drive=None, shake=None, looks=1):
         steps, rest = len(V_N) // 2, self._design.D_s2
         sent = np.zeros(steps)
         if drive is not None:

@@ -536,6 +536,24 @@ def test_a_chain_that_is_lost_is_as_it_was_before(substrate, method, end, loss):
     assert chain.state().tobytes() == twin.state().tobytes()
 
 
+@METHODS
+@SUBSTRATES
+def test_a_cell_that_gets_too_far_and_comes_back_is_seen_at_every_look(substrate, method):
+    """The first cell is pulled out for one step of eight, and put back."""
+    design, steps = case_ii(substrate), 8
+    still = np.zeros(steps * method.substeps)
+    motion = np.stack((np.full_like(still, design.D_s1), still))
+    out = slice(3 * method.substeps, 4 * method.substeps)
+    chain, other = (Chain(design, integrator=method) for _ in range(2))
+    motion[0, out] = chain._range[1] + 1.0
+    drive = Drive(1, motion)
+    chain.advance(still, drive)  # who looks at the end alone sees nothing
+    for looks in (2, 8):  # after the fourth step and the last, or after every one
+        with pytest.raises(StateError, match='left the range'):
+            other.advance(still, drive, looks=looks)
+        assert other.state().tobytes() == Chain(design, integrator=method).state().tobytes()
+
+
 def test_case_i_runs_too():
     """The element of Fig. 2: its wall at the defect in the middle, j = 100."""
     chain = Chain(CASE_I)

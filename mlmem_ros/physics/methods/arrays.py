@@ -49,7 +49,7 @@ class Cells(NamedTuple):
 
 
 class Course(NamedTuple):
-    """What is prescribed in a run, at every node of every step.
+    """What is prescribed in a run, at every node of every step; and how far cells may get.
 
     Attributes:
         V_N: Displacement of the substrate's end, shape (m,).
@@ -57,6 +57,8 @@ class Course(NamedTuple):
         site: The driven cell, as index of its displacement.
         driven: Number of leading nodes at which it is driven.
         motion: Its displacement and velocity, shape (2, >= driven).
+        every: Steps after each of which all cells shall be in range.
+        low, high: The range of a cell's D; by default there is none.
     """
 
     V_N: Array
@@ -64,6 +66,9 @@ class Course(NamedTuple):
     site: int
     driven: int
     motion: Array
+    every: int = 1
+    low: float = -math.inf
+    high: float = math.inf
 
 
 def aligned(values: Array, first: int = 0) -> Array:

@@ -36,7 +36,7 @@ class Integrator(ABC):
     accurate_step: float
     accurate_turn: float
     keeps_accelerations: bool
-    advance: Callable[..., None]
+    advance: Callable[..., bool]
 
     @abstractmethod
     def limit(self, omega: float, eta: float) -> float:

@@ -79,7 +79,7 @@ def advance(
     course: Course,
     constants: Array,
     ends: Array,
-) -> None:
+) -> bool:
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b).
 
     One pass over the cells makes one sub-step: it computes the accelerations at the present
@@ -97,15 +97,18 @@ def advance(
         course: What is prescribed, at the end of every sub-step.
         constants: a0 ... a7.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
+
+    Returns:
+        Whether a cell was out of range where it was looked at.
     """
     u, v, A, u_p, w, A_p = chain
     if substrate is not None:
         U, V, B, U_p, W, B_p = substrate
     height, origin, mobility, under, stuck, eta, a, b = cells
-    V_N, shake, site, driven, motion = course
+    V_N, shake, site, driven, motion, every, low, high = course
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
     h0, h3 = 0.5 * a0, 0.5 * a3
-    n = len(v)
+    n, strayed = len(v), False
 
     for j in range(n):
         u_p[j + 1] = fma(a0, fma(h0, A[j], v[j]), u[j + 1])
@@ -195,6 +198,12 @@ def advance(
             u_p[site] = fma(a0, fma(h0, A[site - 1], v[site - 1]), u[site])
         ends[0, k] = u[1]
         ends[1, k] = u[n]
+        if (k + 1) % every == 0:
+            for j in range(n):
+                D = u[j + 1] - (end * under[j] if substrate is None else U[j + 1])
+                if not low <= D <= high:  # true for NaN, too
+                    strayed = True
+    return strayed
 
 
 class NohBathe(Integrator):

@@ -63,7 +63,7 @@ def advance(
     course: Course,
     constants: Constants,
     ends: Array,
-) -> None:
+) -> bool:
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b); see `noh_bathe.advance`.
 
     Args:
@@ -76,14 +76,17 @@ def advance(
             goes back. A step that is not driven to its end is free.
         constants: Of a step.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
+
+    Returns:
+        Whether a cell was out of range where it was looked at.
     """
     u, v, _, x = chain
     if substrate is not None:
         U, V, _, X = substrate
     height, origin, _, under, stuck, _, a, b = cells
-    V_N, shake, site, driven, motion = course
+    V_N, shake, site, driven, motion, every, low, high = course
     drifts, decay, kick, push, substrate_decay, substrate_kick = constants
-    n = len(v)
+    n, strayed = len(v), False
 
     for j in range(1, n + 1):
         x[0, j] = u[j]
@@ -140,10 +143,17 @@ def advance(
             v[site - 1] = motion[1, i + 4]
         ends[0, k] = x[0, 1]
         ends[1, k] = x[0, n]
+        if (k + 1) % every == 0:
+            end = V_N[i + 4]
+            for j in range(n):
+                D = x[0, j + 1] - (end * under[j] if substrate is None else X[0, j + 1])
+                if not low <= D <= high:  # true for NaN, too
+                    strayed = True
     for j in range(1, n + 1):
         u[j] = x[0, j]
         if substrate is not None:
             U[j] = X[0, j]
+    return strayed
 
 
 class Pefrl(Integrator):
