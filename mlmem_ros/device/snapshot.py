@@ -81,7 +81,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         raise Refused(f'busy: {element.procedure} is running')
     try:
         motion, strain, elapsed = _motion(snapshot['actuator'])
-        linkage, base, faults = _disorders(snapshot, strain)
+        linkage, base, faults = _disorders(snapshot)
         specimen = element.specimen(faults)
         element.base.check(base.acceleration)
         element.base.check(base.target)
@@ -91,13 +91,9 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         calibration = Calibration.from_dict(snapshot['calibration'])
         calibration.check(element.design.levels)
         key = calibration_key(element.design, element.settings)
-        same_pulses = snapshot.get('calibration_key', key) == key  # 0.1.0 had none
-        counts = snapshot.get('statistics')  # nor these
-        statistics = (
-            MemoryStatistics.of(element.design.levels)
-            if counts is None
-            else MemoryStatistics.from_dict(counts, element.design.levels)
-        )
+        same_pulses = snapshot.get('calibration_key', key) == key  # a replay leaves it out
+        statistics = MemoryStatistics.from_dict(snapshot['statistics'], element.design.levels)
+        design = snapshot['design']
         reading = _reading(snapshot['reading'], element.design.levels)
         ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])
         recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
@@ -106,9 +102,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         raise StateError(
             f'this is no snapshot of a device: {printable(repr(error), 300)}'
         ) from error
-    design = dataclasses.asdict(element.design)
     agree = {
-        'its design': _same_design(snapshot.get('design', design), design),  # 0.1.0 had none
+        'its design': design == dataclasses.asdict(element.design),
         'its steps per tick (time.tick, time.integrator)': steps == ticks * element.steps_per_tick,
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
@@ -136,11 +131,6 @@ def _clock(count: Any) -> int:
     if isinstance(count, bool) or not isinstance(count, int) or not 0 <= count < 2**62:
         raise ValueError(f'ticks and steps must be whole numbers from 0; got {clipped(count)}')
     return count
-
-
-def _same_design(known: Any, design: Mapping[str, Any]) -> bool:
-    """Return whether a snapshot is of a design; one of 0.1.0 knew no tail."""
-    return isinstance(known, Mapping) and {'tail': 0, **known} == design
 
 
 def digest(element: MemoryElement) -> str:
@@ -175,17 +165,15 @@ def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
     return motion, strain, elapsed
 
 
-def _disorders(
-    snapshot: Mapping[str, Any], strain: float
-) -> tuple[LinkageState, BaseState, Faults]:
-    """Return what may be wrong with a device; snapshots of 0.1.0 are of healthy ones."""
-    linkage = LinkageState(**snapshot.get('linkage', dict.fromkeys(_STRAINS, strain)))
+def _disorders(snapshot: Mapping[str, Any]) -> tuple[LinkageState, BaseState, Faults]:
+    """Return what may be wrong with a device."""
+    linkage = LinkageState(**snapshot['linkage'])
     if not all(math.isfinite(getattr(linkage, name)) for name in _STRAINS):
         raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
-    base = BaseState(**snapshot.get('base', {}))
+    base = BaseState(**snapshot['base'])
     if base.silence != int(base.silence):
         raise ValueError(f'silence must be a whole number of ticks; got {base.silence}')
-    return linkage, base, Faults(**snapshot.get('faults', {}))
+    return linkage, base, Faults(**snapshot['faults'])
 
 
 def _reading_values(reading: Reading | None) -> dict[str, Any] | None:

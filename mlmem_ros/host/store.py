@@ -112,7 +112,6 @@ class Store:
         if saved is None:
             self._journal.info(f'no state in {self.path} yet: the element is blank')
             return
-        saved.setdefault('calibration_key', '')  # 0.1.0 told none, and had other pulses
         try:
             snapshot.restore(element, saved)
         except StateError as error:
