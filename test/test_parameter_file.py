@@ -44,7 +44,7 @@ def test_a_file_changes_what_it_names_and_leaves_the_rest():
     design, settings = parse(MINE)
     assert (design.N, design.gamma, design.J) == (150, -2e-4, CASE_II.J)
     assert (settings.write.tension, settings.write.attempts) == (0.06, 5)
-    assert settings.erase == Settings().erase
+    assert settings.erase == preset('case_2').settings.erase
 
 
 @pytest.mark.parametrize('name', PRESETS)
@@ -192,7 +192,7 @@ def test_what_is_written_as_a_parameter_file_is_read_back():
         write=WriteSettings(tension=0.04, attempts=5), erase=EraseSettings(settle=1e5)
     )
     assert parse(text_of(design, settings)) == (design, settings)
-    assert text_of(CASE_II, Settings()).split() == [
+    assert text_of(*preset('case_2')).split() == [
         '/**:',
         'ros__parameters:',
         'design:',

@@ -66,8 +66,9 @@ class Actuator:
         self._begin(Ramp(strain, strain, 0.0))
 
     def slew_to(self, strain: float) -> None:
-        """Move to a strain as fast as the rate limit lets a smooth ramp; see `ramp_to`."""
-        self.ramp_to(strain, 0.0)  # an abrupt start or stop was seen to push the wall on
+        """Move by hand: as fast as its own rate limit lets a smooth ramp; see `ramp_to`."""
+        self.check(strain)  # an abrupt start or stop was seen to push the wall on
+        self._begin(Ramp.limited(self.strain, strain, 0.0, self.settings.by_hand))
 
     def ramp_to(self, strain: float, duration: float) -> None:
         """Move to a strain smoothly in a time, or longer if the rate limit asks for it.

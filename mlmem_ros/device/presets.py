@@ -10,7 +10,7 @@ how the schedules were found.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..physics import CASE_I, CASE_II, Design, DesignError
 from .settings import (
@@ -19,6 +19,8 @@ from .settings import (
     ProbeSettings,
     ReadSettings,
     Settings,
+    StrokeSettings,
+    ThrowSettings,
     TimeSettings,
     WriteSettings,
 )
@@ -40,7 +42,63 @@ DEFAULT = 'case_2'
 """The preset that is meant where none is named."""
 
 
-_CASE_2 = Preset(CASE_II, Settings())
+def _actuator(hand_rate: float) -> ActuatorSettings:
+    """Return an actuator that throws walls, and is as slow by hand as one that does not."""
+    return ActuatorSettings(max_strain=0.15, max_rate=5e-3, hand_rate=hand_rate)
+
+
+def _throw(peak: float, ramp: float, ease: float, ease_to: float, settle: float) -> ThrowSettings:
+    """Return a throw, and a rest after it in which a thrown wall flies out."""
+    return ThrowSettings(
+        ramp=ramp,
+        hold=20.0,
+        ease=ease,
+        ease_to=ease_to,
+        release=240.0,
+        settle=600.0,
+        peak=peak,
+    )
+
+
+def _strokes_by_9(site: float, even_from: int) -> dict[str, Any]:
+    """Return the strokes of nine cells to a level: one law of the site for all such elements.
+
+    Args:
+        site: Of the last level.
+        even_from: Lowest even level from which a stroke holds; beyond the last for none.
+    """
+    level = round(site / 9.0) - 1
+    found = {}
+    if level >= 3:
+        found['down_odd'] = StrokeSettings(
+            ramp=200.0, hold=40.0, ease=80.0, ease_to=-0.84, release=660.0, settle=0.0,
+            peak=-round(0.0082 * (288.0 / site) ** 0.77, 4), growth=0.77, lowest=3,
+        )  # fmt: skip
+    if level > even_from:
+        found['down_even'] = StrokeSettings(
+            ramp=980.0, hold=20.0, ease=70.0, ease_to=-0.9, release=960.0, settle=0.0,
+            peak=-round(0.0188 * (288.0 / site) ** 0.97, 4), growth=0.97, levels=2,
+            lowest=even_from,
+        )  # fmt: skip
+    return found
+
+
+_BY_25: dict[str, Any] = {
+    'erase': EraseSettings(method='pulse'),
+    'down_even': StrokeSettings(
+        ramp=1180.0, hold=20.0, ease=420.0, ease_to=-0.021, release=1540.0, settle=0.0,
+        peak=0.0665, growth=0.096,
+    ),
+    'down_odd': StrokeSettings(
+        ramp=320.0, hold=20.0, ease=60.0, ease_to=-0.5, release=940.0, settle=0.0,
+        peak=-0.025, growth=0.35,
+    ),
+    'throw': _throw(0.135, 300.0, 66.0, -0.02, 600.0),
+}  # fmt: skip
+"""What takes a wall back where a level has the paper's 25 cells."""
+
+
+_CASE_2 = Preset(CASE_II, Settings(actuator=_actuator(1e-4), **_BY_25))
 """The paper's second element, eight levels. Of its settings
 
 - `write.compression` works from -0.021 to beyond -0.054, `write.tension` from 0.0363 to the
@@ -70,7 +128,7 @@ def _case_1() -> Preset:
 def _fast() -> Preset:
     """Return the paper's second element written faster, with less strain: 1800 per level."""
     settings = Settings(
-        actuator=ActuatorSettings(max_rate=1e-3),  # the steepest ramp needs 9e-4
+        actuator=_actuator(1e-3),
         # Quick ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
@@ -79,6 +137,7 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
+        **_BY_25,
     )  # fmt: skip
     return Preset(CASE_II, settings)
 
@@ -95,6 +154,9 @@ def _nine_cells(
     eta: float = 1 / 250,
     max_rate: float = 2e-4,
     tick: float = 20.0,
+    throw_ease: float = 0.0,
+    strokes: bool = True,
+    even_from: int = 8,
 ) -> Preset:
     """Return an element as `analysis.designer` finds it: Case II's cells, nine to a level.
 
@@ -107,23 +169,34 @@ def _nine_cells(
         rest: Wait before a pulse.
         tail: Cells at the right end without defects.
         eta: Damping; the gain of both probes makes up for it.
-        max_rate: Of the actuator: what the steepest ramp needs, and a little.
-        tick: Every ramp is a whole number of them.
+        max_rate: By hand: what the steepest ramp of a write needs, and a little.
+        tick: Every ramp of a write is a whole number of them.
+        throw_ease: In which a throw lets go; 0: it is erased by a kink.
+        strokes: Whether it goes down by strokes.
+        even_from: Lowest even level from which a stroke holds.
     """
     omega_c, sigma, v_th = right
+    design = Design(
+        N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
+    )
+    back = _strokes_by_9(design.defect(design.levels - 1), even_from) if strokes else {}
+    actuator = ActuatorSettings(max_strain=0.05, max_rate=max_rate)
+    if throw_ease:
+        back['throw'] = _throw(0.115, 400.0, throw_ease, -0.1, 400.0)
+        erase = replace(erase, method='pulse')
+    if back:
+        actuator = _actuator(max_rate)
     settings = Settings(
-        actuator=ActuatorSettings(max_strain=0.05, max_rate=max_rate),
+        actuator=actuator,
         write=write,
         erase=erase,
+        **back,
         probe=ProbeSettings(gain_decay=eta / 2),
         probe_right=replace(
             Settings().probe_right, omega_c=omega_c, sigma=sigma, v_th=v_th, gain_decay=eta / 2
         ),
         read=ReadSettings(end='right', patience=patience, rest=rest),
         time=TimeSettings(tick=tick),
-    )
-    design = Design(
-        N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
     )
     return Preset(design, settings)
 
@@ -139,8 +212,8 @@ def _write(
     """Return a write that eases nearly all the way back: the wall is brought, not dropped."""
     return WriteSettings(
         ramp=ramp, hold=hold, ease=ease, ease_to=ease_to, release=release, settle=0.0,
-        final_settle=1000.0, compression=peaks[0], tension=peaks[1], start_strain=0.02,
-        launch_speed=0.002,
+        final_settle=1000.0, last_release=60.0, compression=peaks[0], tension=peaks[1],
+        start_strain=0.02, launch_speed=0.002,
     )  # fmt: skip
 
 
@@ -163,6 +236,7 @@ PRESETS = {
         patience=6200.0,
         rest=100.0,
         max_rate=3e-4,
+        throw_ease=46.0,
     ),
     'bits_2': _nine_cells(
         N=99,
@@ -172,6 +246,7 @@ PRESETS = {
         patience=6200.0,
         rest=200.0,
         max_rate=3e-4,
+        throw_ease=46.0,
     ),
     'bits_3': _CASE_2,
     'bits_4': _nine_cells(
@@ -181,6 +256,7 @@ PRESETS = {
         right=(0.691, 16.0, 7.6e-4),
         patience=6500.0,
         rest=300.0,
+        throw_ease=64.0,
     ),
     'bits_5': _nine_cells(
         N=369,
@@ -190,6 +266,7 @@ PRESETS = {
         right=(0.701, 20.0, 7.2e-4),
         patience=6800.0,
         rest=500.0,
+        even_from=10,
     ),
     'bits_6': _nine_cells(
         N=666,
@@ -199,6 +276,7 @@ PRESETS = {
         right=(0.705, 24.0, 7.6e-4),
         patience=7400.0,
         rest=800.0,
+        strokes=False,
     ),
     'bits_8': _nine_cells(
         N=2475,
@@ -209,6 +287,7 @@ PRESETS = {
         right=(0.705, 50.0, 9.3e-4),
         patience=17000.0,
         rest=3000.0,
+        strokes=False,
     ),
     'damped_bits_3': _nine_cells(
         N=135,

@@ -36,6 +36,19 @@ class ActuatorSettings(Checked):
     max_rate: float = described(
         1e-4, 'fastest change of strain', unit='1/time', low=1e-9, high=1.0
     )
+    hand_rate: float = described(
+        0.0,
+        'fastest change of a strain that is set by hand, which an abrupt one would lose the '
+        'content by; 0: as max_rate',
+        unit='1/time',
+        low=0.0,
+        high=1.0,
+    )
+
+    @property
+    def by_hand(self) -> float:
+        """Fastest change of a strain that is set by hand."""
+        return min(self.hand_rate, self.max_rate) or self.max_rate
 
 
 @dataclass(frozen=True)
@@ -81,6 +94,13 @@ class WriteSettings(CycleSettings):
     final_settle: float = described(
         0.0, 'further rest after the last cycle of a write', unit='time', low=0.0, high=1e6
     )
+    last_release: float = described(
+        0.0,
+        'least ramp back to no strain of the last cycle of a write: a gentle end is read sooner',
+        unit='time',
+        low=0.0,
+        high=1e6,
+    )
     attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
     escalation: float = described(
         1.1, 'factor on the peak strains with every further try of a write', low=1.0, high=2.0
@@ -103,6 +123,11 @@ class EraseSettings(CycleSettings):
     The tension frees the kink but not the wall, so that the kink catches up with it.
     """
 
+    method: str = described(
+        'kink',
+        'kink: as here; pulse: by a throw, and by a kink where that fails',
+        choices=('kink', 'pulse'),
+    )
     compression: float = described(
         -0.042, 'peak strain that frees the kink where compression does', low=-0.5, high=-1e-6
     )
@@ -118,6 +143,38 @@ class EraseSettings(CycleSettings):
     trust_reading: bool = described(
         False, 'listen for a blank element only once the kink is where the wall was read'
     )
+
+
+@dataclass(frozen=True)
+class StrokeSettings(CycleSettings):
+    """A cycle that draws the substrate from under the wall, which is then at a lower level.
+
+    Slowly up, swung over in haste (`ease`), and slowly let go. The same stroke moves a wall
+    farther at a farther site, so that its peak falls with the site.
+    """
+
+    peak: float = described(
+        0.0, 'peak strain for the last level, either sign; 0: no such stroke', low=-0.5, high=0.5
+    )
+    growth: float = described(
+        0.0, 'exponent with which the peak grows towards the first site', low=0.0, high=3.0
+    )
+    levels: int = described(1, 'levels that the wall goes down', low=1, high=255)
+    lowest: int = described(1, 'lowest level that it starts from', low=1, high=10_000)
+
+
+@dataclass(frozen=True)
+class ThrowSettings(CycleSettings):
+    """A pulse that throws the wall out at the left end, from any level.
+
+    What one leaves, the next one takes, with the other sign.
+    """
+
+    peak: float = described(0.0, 'peak strain, either sign; 0: no throw', low=-0.5, high=0.5)
+    mirrored: float = described(
+        -0.65, 'peak of every second pulse, over that of the others', low=-1.0, high=1.0
+    )
+    pulses: int = described(5, 'bound on the pulses until the element is blank', low=1, high=100)
 
 
 def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
@@ -257,6 +314,9 @@ class Settings:
     actuator: ActuatorSettings = field(default_factory=ActuatorSettings)
     write: WriteSettings = field(default_factory=WriteSettings)
     erase: EraseSettings = field(default_factory=EraseSettings)
+    down_even: StrokeSettings = field(default_factory=StrokeSettings)
+    down_odd: StrokeSettings = field(default_factory=StrokeSettings)
+    throw: ThrowSettings = field(default_factory=ThrowSettings)
     probe: ProbeSettings = field(default_factory=ProbeSettings)
     probe_right: ProbeSettings = field(
         default_factory=lambda: ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
@@ -268,8 +328,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         limit = self.actuator.max_strain
-        for name, group in (('write', self.write), ('erase', self.erase)):
-            for peak in ('compression', 'tension', 'start_strain'):
+        peaks = ('compression', 'tension', 'start_strain', 'peak')
+        for name, group in self.groups().items():
+            for peak in filter(group.__dict__.__contains__, peaks):
                 if abs(value := getattr(group, peak)) > limit:
                     raise SettingsError(
                         f'{name}.{peak} must be within actuator.max_strain = {limit:g}; '

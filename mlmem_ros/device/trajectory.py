@@ -60,15 +60,15 @@ def planned(
         tuple(rate * time_unit for rate in rates),
     )
     strongest, fastest = profile.extremes()
-    for name, reached, limit in (
-        ('strain', strongest, settings.max_strain),
-        ('rate', fastest, settings.max_rate),
+    for name, reached, limit, setting in (
+        ('strain', strongest, settings.max_strain, 'max_strain'),
+        ('rate', fastest, settings.by_hand, 'hand_rate' if settings.hand_rate else 'max_rate'),
     ):
         beyond = np.flatnonzero(~(reached <= limit * (1.0 + ROUNDING)))  # true for NaN, too
         if len(beyond):
             where = int(beyond[0])
             raise Refused(
-                f'the {name} must stay within {limit:g} (actuator.max_{name}); it reaches '
+                f'the {name} must stay within {limit:g} (actuator.{setting}); it reaches '
                 f'{reached[where]:g} between {times[where]:g} s and {times[where + 1]:g} s'
             )
     return profile

@@ -104,7 +104,7 @@ class Actions:
         element = self._element()
         if element is None:
             raise BadRequest('the element is not known yet')
-        most, rate = element.about['max_strain'], element.about['max_rate']
+        most, rate = element.about['max_strain'], element.about['hand_rate']
         seconds = HASTE * 2.0 * most / rate * element.about['scale']['time']
         return self._client.follow([seconds], [strain], [0.0])
 

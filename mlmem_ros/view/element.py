@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..device import Faults
+from ..device.settings import ActuatorSettings
 from ..physics import Design
 
 ROWS = 512
@@ -24,6 +25,7 @@ WANTED = (
     *FAULTS,
     'actuator.max_strain',
     'actuator.max_rate',
+    'actuator.hand_rate',
     'probe.v_th',
     'probe.gain_decay',
     'probe_right.v_th',
@@ -93,7 +95,10 @@ class Element:
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
             'substrate': design.substrate,
             'max_strain': float(parameters.get('actuator.max_strain', 0.08)),
-            'max_rate': float(parameters.get('actuator.max_rate', 1e-4)),
+            'hand_rate': ActuatorSettings(
+                max_rate=float(parameters.get('actuator.max_rate', 1e-4)),
+                hand_rate=float(parameters.get('actuator.hand_rate', 0.0)),
+            ).by_hand,
             'scale': scale,
             'tick': float(parameters.get('time.tick', 20.0)) * scale['time'],
             'speed': float(parameters.get('time.speed', 1.0)),

@@ -93,9 +93,11 @@ def settings(random):
         drawn = values(random, type(group), share)
         groups[name] = dataclasses.replace(group, **drawn)
     limit = groups['actuator'].max_strain
-    for name in ('write', 'erase'):
-        peaks = ('compression', 'tension', 'start_strain')
-        given = {each: getattr(groups[name], each) for each in peaks}
+    peaks = ('compression', 'tension', 'start_strain', 'peak')
+    for name in ('write', 'erase', 'down_even', 'down_odd', 'throw'):
+        given = {
+            each: getattr(groups[name], each) for each in peaks if hasattr(groups[name], each)
+        }
         bounded = {each: max(-limit, min(value, limit)) for each, value in given.items()}
         groups[name] = dataclasses.replace(groups[name], **bounded)
     return Settings(**groups)

@@ -10,7 +10,7 @@ import pytest
 from mlmem_ros.view.actions import Actions, BadRequest
 from mlmem_ros.view.activity import Activity
 
-ABOUT = {'max_strain': 0.08, 'max_rate': 1e-4, 'scale': {'time': 1e-4}}
+ABOUT = {'max_strain': 0.08, 'hand_rate': 1e-4, 'scale': {'time': 1e-4}}
 
 
 class Client:
@@ -88,7 +88,7 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(actions, clien
     assert strains == [-0.03]
     assert rates == [0.0]
     fastest = 1.5 * 2.0 * ABOUT['max_strain'] / times[0]
-    assert fastest < ABOUT['max_rate'] / ABOUT['scale']['time']
+    assert fastest < ABOUT['hand_rate'] / ABOUT['scale']['time']
 
 
 def test_healing_leaves_no_fault(actions, client):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Erasing: a kink is driven across until it meets the wall."""
+"""Erasing: the wall is thrown out, or a kink is driven across until it meets the wall."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..motion import Cycle
+from ..moves import throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
 from .blocks import Procedure, Result, bring_back, launch, play, slacken
@@ -18,19 +19,50 @@ LOOK_SPACING = 8
 long as a cycle or several."""
 
 
-def erase(element: Memory) -> Procedure[Result]:
-    """Make the element blank: launch a kink and drive it on until it meets the wall.
+def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
+    """Make the element blank: by a throw where `erase.method` is pulse, or by a kink.
+
+    Args:
+        element: The device.
+        plainly: By a kink in any case.
+
+    Raises:
+        ProcedureFailed: The element is not blank after all throws and then two cycles for every
+            level.
+    """
+    yield from slacken(element)
+    if not plainly and throws(element.settings):
+        thrown = yield from _throw(element)
+        if thrown is not None:
+            return thrown
+    return (yield from _drive_kink(element))
+
+
+def _throw(element: Memory) -> Procedure[Result | None]:
+    """Throw the wall out at the left end, and return None where it is still heard afterwards.
+
+    Whether it is gone is heard after every pulse. A pulse leaves a blank element blank.
+    """
+    for pulse in range(element.settings.throw.pulses):
+        element.begin_cycle()
+        yield from play(element, throw_cycle(element.settings, pulse))
+        reading = yield from probe(element, End.RIGHT)
+        if reading.level == BLANK:
+            return Result(reading, pulse + 1)
+        if None in (element.phase(End.LEFT), element.phase(End.RIGHT)):
+            break  # cells in a third ground state, which a kink may still clear
+    return None
+
+
+def _drive_kink(element: Memory) -> Procedure[Result]:
+    """Launch a kink and drive it on until it meets the wall.
 
     A kink answers to the opposite strain of a wall at the same site. Whether the wall is gone
     is heard from the right end, where a blank element echoes from its far end. With
     `erase.trust_reading` that is not listened for before the kink is where the wall was read.
-
-    Raises:
-        ProcedureFailed: The element is not blank after two cycles for every level.
     """
     settings = element.settings.erase
     design = element.design
-    yield from slacken(element)
     cycles = 2 * design.levels + 2
     kink, meeting = 0, _meeting(element)
     for _ in range(cycles):

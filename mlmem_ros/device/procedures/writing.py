@@ -1,26 +1,26 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing: step the wall up to a level, or erase and start again; verify, and try harder."""
+"""Writing: drive the wall to a level the quickest way, verify, and try harder."""
 
 from __future__ import annotations
 
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..motion import Cycle
+from ..moves import How, cycle_of, gentle, paper_way, route
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from ..settings import peak
 from .blocks import Procedure, Result, launch, play, slacken, wait
 from .erasing import erase
 from .listening import look
 
 
 def write(element: Memory, level: int) -> Procedure[Result]:
-    """Write a level: step up to it, or erase and start again; then verify by reading.
+    """Write a level: step up to it, down to it, or erase and start again; verify by reading.
 
     What the reading says is where the next try goes on from, with peak strains that are
     `write.escalation` times greater: a wall that did not follow was not pulled hard enough. A
     wall that stopped on its way is nearest to the level that was asked for, too, but no later
-    step finds it in its place: with less than `write.min_margin` it is written anew.
+    step finds it in its place: with less than `write.min_margin` it is written anew. The last
+    try is made by steps up and a kink alone.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
@@ -33,7 +33,9 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     present, seen = reading.level, []
     for attempt in range(1, attempts + 1):
         try:
-            yield from drive(element, present, level, _force(element, attempt))
+            plainly = 1 < attempt == attempts
+            force = _force(element, attempt)
+            yield from drive(element, present, level, force, plainly=plainly)
             reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
@@ -66,26 +68,33 @@ def _force(element: Memory, attempt: int) -> float:
     return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
 
 
-def drive(element: Memory, present: int, level: int, force: float = 1.0) -> Procedure[None]:
-    """Drive the wall from the level that was read to another, without looking.
+def drive(
+    element: Memory, present: int, level: int, force: float = 1.0, *, plainly: bool = False
+) -> Procedure[None]:
+    """Drive the wall from the level that was read to another the quickest way, without looking.
 
     Args:
         element: The device.
         present: The level that was read, `BLANK` or `UNDECODABLE`.
         level: Where to.
-        force: Factor on the peak strains, as far as the actuator goes.
+        force: Factor on the peak strains of steps up, as far as the actuator goes.
+        plainly: By steps up and a kink alone, as the paper has it.
     """
-    settings = element.settings.write
-    limit = element.settings.actuator.max_strain
-    if present == UNDECODABLE or present > level:
-        yield from erase(element)
+    design, settings = element.design, element.settings
+    if plainly:
+        settings = paper_way(settings)
+    if present == UNDECODABLE:
+        yield from erase(element, plainly=plainly)
         present = BLANK
-    if present == BLANK:
+    moves = route(design, settings, present, level)
+    for move in moves:
+        if move.how is How.ERASE:
+            yield from erase(element, plainly=plainly)
+            continue
         element.begin_cycle()
-        yield from launch(element, settings, element.design.D_s2)
-        present = 0
-    for step in range(present, level):
-        element.begin_cycle()
-        wanted = force * peak(settings, element.design.freed_by_compression(step))
-        yield from play(element, Cycle.planned(settings, max(-limit, min(wanted, limit))))
-    yield from wait(element, settings.final_settle)
+        if move.how is How.LAUNCH:
+            yield from launch(element, settings.write, design.D_s2)
+        else:
+            last = gentle(settings) if move is moves[-1] else settings
+            yield from play(element, cycle_of(design, last, move, force))
+    yield from wait(element, settings.write.final_settle)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...device import Command, Erase, Read, Settings, Write, new_element
+from ...device.moves import paper_way
 from ...parameter_file import load
 from ...physics import CASE_II, level_of
 from ...studies.style import COMPRESSION, FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
@@ -58,7 +59,7 @@ def compute(quality: Quality) -> Data:
     data['schedules'] = np.array(list(SCHEDULES))
     last = quality.pick(1, CASE_II.levels - 1)
     for name, source in SCHEDULES.items():
-        _, settings = load(source)
+        settings = paper_way(load(source)[1])
         data |= {f'{name}_{key}': value for key, value in _keep(settings, last, quality).items()}
     return data
 

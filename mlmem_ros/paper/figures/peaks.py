@@ -138,7 +138,9 @@ def _one_step_per_cycle(data: Data) -> Judged:
 @FIGURE.claim(
     'The wall is restricted to unidirectional motion from left to right',
     page=6,
-    how='one cycle from every level over a sweep of peak strains of both signs',
+    how='one slow cycle from every level over a sweep of peak strains of both signs. It holds for '
+    'quasi-static strain only: one that is let go in haste takes the wall back, by one level or '
+    'out of the element ([going_back.md](going_back.md))',
 )
 def _unidirectional(data: Data) -> Judged:
     back = int(np.count_nonzero(data['shift'] < -1.0))

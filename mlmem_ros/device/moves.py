@@ -1,0 +1,164 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What moves the wall from one level to another, how long it takes, and the quickest way.
+
+Levels and the blank element are places, moves lead from one to the next: a launch, a step up, a
+stroke down, a throw, an erase. Which of them a write makes is a question of the shortest way
+(docs/going_back.md).
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from ..physics import Design
+from .motion import Cycle
+from .reading import BLANK
+from .settings import CycleSettings, Settings, StrokeSettings, peak
+
+RINGING = 12.0
+"""Damping times until an element that was strained in haste is quiet enough to be read."""
+
+
+class How(Enum):
+    """Ways to move a wall."""
+
+    LAUNCH = 'launch'
+    STEP = 'step up'
+    STROKE = 'stroke down'
+    THROW = 'throw'
+    ERASE = 'erase by a kink'
+
+
+@dataclass(frozen=True)
+class Move:
+    """One move.
+
+    Attributes:
+        how: The way.
+        start: Level at which it begins, or `BLANK`.
+        target: Level at which it ends, or `BLANK`.
+        time: Time units that it takes; of an erase, which listens, roughly.
+    """
+
+    how: How
+    start: int
+    target: int
+    time: float
+
+
+def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0) -> Cycle:
+    """Return the strain of a step up, a stroke down or a throw.
+
+    Args:
+        design: The element.
+        settings: The instrument's settings.
+        move: Which.
+        force: Factor on the peak of a step up, as far as the actuator goes.
+    """
+    if move.how is How.THROW:
+        return throw_cycle(settings, 0)
+    if move.how is How.STROKE:
+        times: CycleSettings = _stroke(settings, move.start)
+        wanted = stroke_peak(design, settings, move.start)
+    else:
+        times = settings.write
+        wanted = force * peak(settings.write, design.freed_by_compression(move.start))
+    limit = settings.actuator.max_strain
+    return Cycle.planned(times, max(-limit, min(wanted, limit)), settings.actuator.max_rate)
+
+
+def stroke_peak(design: Design, settings: Settings, start: int) -> float:
+    """Return the peak of a stroke from a level; 0 where there is none.
+
+    The farther a wall is the farther a stroke throws it, for its substrate moves by the strain
+    times its site: X_last / X to the power of `growth` makes up for that.
+    """
+    stroke = _stroke(settings, start)
+    if start < max(stroke.lowest, stroke.levels):
+        return 0.0
+    farther = design.defect(design.levels - 1) / design.defect(start)
+    return float(stroke.peak * farther**stroke.growth)
+
+
+def _stroke(settings: Settings, start: int) -> StrokeSettings:
+    return settings.down_odd if start % 2 else settings.down_even
+
+
+def gentle(settings: Settings) -> Settings:
+    """Return settings whose steps up end as the last of a write does: more gently."""
+    write = settings.write
+    release = max(write.release, write.last_release)
+    return replace(settings, write=replace(write, release=release))
+
+
+def paper_way(settings: Settings) -> Settings:
+    """Return settings without strokes and throws."""
+    none = StrokeSettings()
+    erase = replace(settings.erase, method='kink')
+    return replace(settings, erase=erase, down_even=none, down_odd=none)
+
+
+def throw_cycle(settings: Settings, pulse: int) -> Cycle:
+    """Return a pulse that throws the wall out, the first being 0: every second is mirrored."""
+    throw = settings.throw
+    share = throw.mirrored if pulse % 2 else 1.0
+    return Cycle.planned(throw, share * throw.peak, settings.actuator.max_rate)
+
+
+def throws(settings: Settings) -> bool:
+    """Return whether an erase begins with a throw."""
+    return settings.erase.method == 'pulse' and settings.throw.peak != 0.0
+
+
+def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]:
+    """Yield the moves that begin at a level, or at the blank element."""
+    rate = settings.actuator.max_rate
+    if start == BLANK:
+        write = settings.write
+        moving = abs(design.D_s2 - design.D_s1) / write.launch_speed
+        cycle = Cycle.planned(write, write.start_strain, rate)
+        yield Move(How.LAUNCH, BLANK, 0, cycle.duration + moving)
+        return
+    if start < design.levels - 1:
+        cycle = Cycle.planned(settings.write, settings.write.tension, rate)
+        yield Move(How.STEP, start, start + 1, cycle.duration)
+    if wanted := stroke_peak(design, settings, start):
+        stroke = _stroke(settings, start)
+        cycle = Cycle.planned(stroke, wanted, rate)
+        yield Move(How.STROKE, start, start - stroke.levels, cycle.duration)
+    if throws(settings):
+        yield Move(How.THROW, start, BLANK, throw_cycle(settings, 0).duration)
+    else:
+        cycle = Cycle.planned(settings.erase, settings.erase.compression, rate)
+        listening = RINGING / design.eta
+        yield Move(How.ERASE, start, BLANK, (start + 2) * cycle.duration + listening)
+
+
+def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
+    """Return the quickest moves from one place to another (Dijkstra).
+
+    Args:
+        design: The element.
+        settings: The instrument's settings.
+        start: Level, or `BLANK`.
+        target: Level, or `BLANK`.
+    """
+    order = itertools.count()
+    ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
+    seen = set()
+    while True:  # every place is reached: by an erase, a launch and steps
+        time, _, place, way = heapq.heappop(ways)
+        if place == target:
+            return way
+        if place in seen:
+            continue
+        seen.add(place)
+        for move in moves_from(design, settings, place):
+            if move.how is How.ERASE and place != start:
+                continue  # a kink's erase is as quick as that where the wall was read alone
+            heapq.heappush(ways, (time + move.time, next(order), move.target, [*way, move]))

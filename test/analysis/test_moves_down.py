@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Closed forms of throws and strokes, against the chain."""
+
+import dataclasses
+
+import pytest
+
+from mlmem_ros.analysis.moves_down import moved, reach, shortest_ease, stroke_swing
+from mlmem_ros.device import preset
+from mlmem_ros.device.moves import throw_cycle
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.settings import ActuatorSettings
+
+
+def thrown(name, level, *, ease=1.0, peak=1.0):
+    design, settings = preset(name)
+    throw = settings.throw
+    throw = dataclasses.replace(throw, ease=throw.ease * ease, peak=throw.peak * peak)
+    strong = ActuatorSettings(max_strain=0.5, max_rate=1.0)
+    settings = dataclasses.replace(settings, throw=throw, actuator=strong)
+    return moved(design, throw_cycle(settings, 0), level)
+
+
+def test_a_throw_that_reaches_less_than_its_place_leaves_the_wall_in_the_element():
+    design, settings = preset('bits_4')
+    slow = 0.8 * reach(design, settings.throw.peak, settings.throw.ease)
+    assert reach(design, settings.throw.peak, slow * settings.throw.ease) < 1.3
+    assert thrown('bits_4', 8) == BLANK
+    assert thrown('bits_4', 8, ease=slow) != BLANK
+
+
+@pytest.mark.parametrize(('over', 'found'), [(0.75, False), (1.15, True)])
+def test_let_go_faster_than_the_far_end_holds_nothing_is_blanked(over, found):
+    design, settings = preset('bits_4')
+    ease = over * shortest_ease(design, 1.5 * settings.throw.peak) / settings.throw.ease
+    assert (thrown('bits_4', 8, ease=ease, peak=1.5) == BLANK) is found
+
+
+def test_a_step_down_takes_the_less_strain_the_farther_the_wall_is():
+    design, _ = preset('bits_4')
+    swings = [stroke_swing(design, level, 1) for level in range(1, design.levels)]
+    assert swings == sorted(swings, reverse=True)
+    assert swings[-1] == pytest.approx(design.J / design.defect(15) / 4.8, rel=0.1)

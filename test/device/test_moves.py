@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The quickest way from level to level, and that walls go it."""
+
+import dataclasses
+import itertools
+
+import pytest
+
+from mlmem_ros.analysis.moves_down import moved
+from mlmem_ros.device import PRESETS, preset
+from mlmem_ros.device.moves import (
+    How,
+    cycle_of,
+    moves_from,
+    paper_way,
+    route,
+    stroke_peak,
+    throw_cycle,
+)
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.settings import Settings, SettingsError, StrokeSettings
+from mlmem_ros.physics import CASE_II
+
+GOING_BACK = [
+    name
+    for name, (_, settings) in PRESETS.items()
+    if settings.down_odd.peak or settings.throw.peak
+]
+
+
+def ways(design, settings, start, target):
+    return [move.how for move in route(design, settings, start, target)]
+
+
+@pytest.mark.parametrize('name', PRESETS)
+def test_every_place_is_reached_move_by_move(name):
+    design, settings = preset(name)
+    places = [BLANK, 0, design.levels // 2, design.levels - 1]
+    for start, target in itertools.permutations(set(places), 2):
+        way = route(design, settings, start, target)
+        assert [move.start for move in way] == [start, *(move.target for move in way[:-1])]
+        assert way[-1].target == target
+
+
+def test_no_way_is_longer_than_one_move_and_the_way_from_there():
+    design, settings = preset('bits_4')
+
+    def time(way):
+        return sum(move.time for move in way)
+
+    for start, target in ((15, 14), (14, 13), (15, 7), (3, 2), (BLANK, 5)):
+        shortest = time(route(design, settings, start, target))
+        for move in moves_from(design, settings, start):
+            rest = time(route(design, settings, move.target, target))
+            assert shortest <= move.time + rest
+
+
+def test_upward_is_one_step_a_level_and_nowhere_is_nothing():
+    design, settings = preset('case_2')
+    assert ways(design, settings, 2, 5) == [How.STEP] * 3
+    assert ways(design, settings, 4, 4) == []
+
+
+def test_a_level_down_is_a_stroke_and_many_are_a_throw():
+    design, settings = preset('bits_4')
+    assert ways(design, settings, 15, 14) == [How.STROKE]
+    assert ways(design, settings, 15, 1) == [How.THROW, How.LAUNCH, How.STEP]
+
+
+def test_the_paper_knows_steps_up_and_a_kink_alone():
+    design, settings = preset('bits_4')
+    assert ways(design, paper_way(settings), 3, 2) == [How.ERASE, How.LAUNCH, *[How.STEP] * 2]
+    assert ways(CASE_II, Settings(), 1, 0) == [How.ERASE, How.LAUNCH]
+
+
+def test_a_stroke_is_stronger_where_the_site_is_nearer():
+    design, settings = preset('bits_4')
+    far, near = (stroke_peak(design, settings, level) for level in (15, 7))
+    assert near == pytest.approx(far * 2.0**settings.down_odd.growth)
+    assert stroke_peak(design, settings, 1) == 0.0  # below `lowest`
+
+
+def test_a_stroke_does_not_go_below_level_0():
+    two = StrokeSettings(peak=0.01, levels=2)
+    settings = dataclasses.replace(Settings(), down_odd=two)
+    assert stroke_peak(CASE_II, settings, 1) == 0.0
+    assert stroke_peak(CASE_II, settings, 3) > 0.0
+
+
+def test_a_peak_beyond_the_actuator_is_refused():
+    with pytest.raises(SettingsError, match=r'throw.peak must be within actuator.max_strain'):
+        dataclasses.replace(preset('case_2').settings, throw=preset_throw(0.2))
+
+
+def preset_throw(peak):
+    return dataclasses.replace(preset('case_2').settings.throw, peak=peak)
+
+
+@pytest.mark.parametrize('name', GOING_BACK)
+def test_every_stroke_and_every_throw_of_the_presets_ends_where_it_should(name):
+    design, settings = preset(name)
+    for level in range(design.levels):
+        for move in moves_from(design, settings, level):
+            if move.how in (How.STROKE, How.THROW):
+                assert moved(design, cycle_of(design, settings, move), level) == move.target
+
+
+def test_a_throw_leaves_a_blank_element_blank():
+    design, settings = preset('bits_4')
+    assert [moved(design, throw_cycle(settings, pulse), BLANK) for pulse in (0, 1)] == [BLANK] * 2

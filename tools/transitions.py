@@ -1,0 +1,81 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How long a verified write takes from any level to any other, the quickest way and the paper's.
+
+    python tools/transitions.py case_2 bits_4 --pairs 60
+
+Of each preset all pairs of levels, or as many by chance: mean and worst time in time units,
+writes that took a second try, and the work of the actuator where `--energy` asks for it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from mlmem_ros.device import MemoryElement, Settings, Write, new_element
+from mlmem_ros.device.events import Outcome
+from mlmem_ros.device.moves import paper_way
+from mlmem_ros.device.presets import preset
+from mlmem_ros.physics import Design, level_of
+
+Pair = tuple[int, int]
+
+
+def outcome_of(element: MemoryElement, level: int) -> Outcome:
+    """Write a level and return how that ended."""
+    element.apply(Write(level))
+    while True:
+        for event in element.advance():
+            if isinstance(event, Outcome):
+                return event
+
+
+def measure(design: Design, settings: Settings, pairs: Iterable[Pair]) -> None:
+    """Print the times of the second write of every pair, told by direction."""
+    element = new_element(design, settings)
+    times: dict[bool, list[tuple[float, Pair]]] = {False: [], True: []}
+    again = wrong = 0
+    for start, target in pairs:
+        outcome_of(element, start)
+        outcome = outcome_of(element, target)
+        took = (outcome.end_tick - outcome.start_tick) * element.tick
+        times[target < start].append((took, (start, target)))
+        again += outcome.attempts > 1
+        wrong += not outcome.success or level_of(design, element.chain.configuration) != target
+    for down, name in ((False, 'upward'), (True, 'downward')):
+        if found := times[down]:
+            mean, (worst, pair) = np.mean([each for each, _ in found]), max(found)
+            print(f'    {name}: {len(found)}, mean {mean:.0f}, worst {worst:.0f} {pair}', end='')
+    print(f'; second tries {again}, wrong {wrong}', flush=True)
+
+
+def pairs_of(design: Design, most: int, seed: int) -> list[Pair]:
+    """Return all pairs of different levels, or as many by chance."""
+    pairs = list(itertools.permutations(range(design.levels), 2))
+    if len(pairs) <= most:
+        return pairs
+    chosen = np.random.default_rng(seed).choice(len(pairs), most, replace=False)
+    return [pairs[each] for each in sorted(chosen)]
+
+
+def main() -> None:
+    """Measure the presets that are named."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('presets', nargs='+')
+    parser.add_argument('--pairs', type=int, default=240, help='at most so many of each preset')
+    parser.add_argument('--seed', type=int, default=0)
+    asked = parser.parse_args()
+    ways: dict[str, Callable[[Settings], Settings]] = {'quickest': lambda s: s, 'paper': paper_way}
+    for name in asked.presets:
+        design, settings = preset(name)
+        for way, of in ways.items():
+            print(f'{name}, {way}')
+            measure(design, of(settings), pairs_of(design, asked.pairs, asked.seed))
+
+
+if __name__ == '__main__':
+    main()
