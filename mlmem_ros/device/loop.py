@@ -8,6 +8,8 @@ is counted, and the time that was lost is skipped, not caught up.
 To wake up costs more than a tick. While nothing is under way, ticks are therefore put off and run
 several at a time, one period before the tick that they are put off to and published by, which
 then comes in time. A command ends such a rest: it takes effect in the tick that it falls into.
+
+Where there is no pace all ticks go on in runs, each up to the next that the listener waits for.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ Stamped = tuple[int, Command]
 """A command and the tick at which it took effect."""
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
-"""Called in the loop's thread after every tick, or run of ticks of a resting device."""
+"""Called in the loop's thread after every tick, or run of ticks."""
 
 LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop looks again whether the clock has jumped."""
@@ -80,7 +82,7 @@ class Loop:
             speed: Factor on the scale's real time; 0 runs as fast as it can.
             batch: Ticks that a resting device may run at a time: whoever listens is served
                 in time where every tick that matters to it is a multiple of this number.
-            publish_every: No batch goes on beyond a multiple of this number of ticks.
+            publish_every: No run of ticks goes on beyond a multiple of this number of ticks.
             failed: Called in the loop's thread once a failure has stopped it.
         """
         self.element = element

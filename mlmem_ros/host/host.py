@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 Listener = Callable[[Sequence[Event]], None]
-"""Called in the loop's thread after every tick, or run of ticks of a resting device."""
+"""Called in the loop's thread after every tick, or run of ticks."""
 
 INACTIVE = 'inactive: configure and activate the node first'
 

@@ -18,7 +18,7 @@ import numpy as np
 from ...device.calibration import Calibration, DelayTable
 from ...device.element import MemoryElement
 from ...device.motion import Cycle
-from ...device.procedures.blocks import launch
+from ...device.procedures.blocks import launch, run
 from ...device.settings import EraseSettings, WriteSettings
 from ...physics import StateError, walls
 from ...physics.excerpt import excerpt
@@ -78,8 +78,7 @@ def launched(subject: Subject, name: str) -> float | None:
         start, target = target, start
     element.chain.place(np.full(part.N, start))
     try:
-        for _ in launch(element, strained, target):
-            element.advance()
+        run(element, launch(element, strained, target))
     except StateError:
         return math.nan
     found = walls(part, element.chain.configuration)
