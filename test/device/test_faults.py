@@ -25,7 +25,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import worn
-from mlmem_ros.physics import CASE_II, Chain, StateError
+from mlmem_ros.physics import CASE_II, StateError
 
 from . import rig
 
@@ -383,17 +383,6 @@ def test_a_snapshot_with_impossible_faults_is_refused_whole(part, values):
     with pytest.raises(StateError):
         snapshot.restore(element, {**snapshot.take(rig.device(2)), part: values})
     assert (rig.bits(element), element.faults) == before
-
-
-def test_a_snapshot_from_before_there_were_faults_is_of_a_healthy_device():
-    values = snapshot.take(rig.device(2))
-    for part in ('linkage', 'base', 'faults'):
-        del values[part]
-    element = suffering(rig.device(), weak_cell=3)
-    snapshot.restore(element, values)
-    assert element.faults == Faults()
-    plain = Chain(CASE_II)
-    np.testing.assert_array_equal(element.chain.specimen.alpha, plain.specimen.alpha)
 
 
 @pytest.mark.parametrize('tau', [5e-324, 1e-300, 1e-60, 1e-12])

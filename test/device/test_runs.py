@@ -19,6 +19,8 @@ from mlmem_ros.device import (
     SetFaults,
     SetStrain,
     Write,
+    new_element,
+    preset,
     snapshot,
 )
 from mlmem_ros.device.instrument import LONGEST_RUN
@@ -154,8 +156,12 @@ def test_a_material_is_asked_once_for_what_is_known_beforehand():
     assert len(asked) < 0.2 * element.ticks
 
 
-def test_a_calibration_in_runs_is_the_one_tick_by_tick():
-    devices = rig.device(2), rig.device(2)
-    outcomes = devices[0].perform(Calibrate()), rig.run(devices[1], Calibrate())
-    assert repr(outcomes[0]) == repr(outcomes[1])
+@pytest.mark.parametrize('name', ['bits_2', 'bits_3'])
+def test_every_procedure_of_a_preset_is_the_same_in_runs(name):
+    """Strokes and throws, too."""
+    devices = new_element(preset(name)), new_element(preset(name))
+    last = devices[0].design.levels - 1
+    for command in (Write(last), Write(0), Calibrate(), Write(last // 2), Erase(), Read()):
+        outcomes = devices[0].perform(command), rig.run(devices[1], command)
+        assert repr(outcomes[0]) == repr(outcomes[1])
     assert snapshot.take(devices[0]) == snapshot.take(devices[1])
