@@ -17,6 +17,7 @@ from rich.console import Console
 from mlmem_ros.cli.console import plain_table
 from mlmem_ros.cli.main import SUBCOMMANDS, main
 from mlmem_ros.cli.output import print_json
+from mlmem_ros.session.data import load
 
 LIFE = Path(__file__).parent / 'data' / 'life'
 
@@ -57,14 +58,15 @@ def test_a_session_as_json(capsys):
     assert main(['inspect', str(LIFE), '--json']) == 0
     found = json.loads(capsys.readouterr().out)
     assert found['topics']['/mlmem/session/command']['messages'] == 4
-    assert found['commands'][0] == {'tick': 1289, 'kind': 'Write', 'level': 2}
+    (tick, write), *_ = load(LIFE).stamped
+    assert found['commands'][0] == {'tick': tick, 'kind': 'Write', 'level': write.level}
     assert [each['procedure'] for each in found['procedures']] == [
         'write',
         'read',
         'erase',
         'read',
     ]
-    assert [echo['recorded'] for echo in found['echoes']][:3] == [-1, 2, 2]
+    assert [echo['recorded'] for echo in found['echoes']][:3] == [None, 2, 2]
     assert found['agree']
     assert found['lost'] == []
 

@@ -34,8 +34,14 @@ class MeteredChain(Chain):
         self.actuator_work = self.transducer_work = 0.0
         self.heat = np.zeros(design.N)
 
-    def advance(self, V_N: Array, drive: Drive | None = None, shake: Array | None = None) -> Array:
-        """Advance by whole steps as `Chain.advance` does."""
+    def advance(
+        self,
+        V_N: Array,
+        drive: Drive | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
+    ) -> Array:
+        """Advance by whole steps as `Chain.advance` does; it looks at its cells after each."""
         self.check_inputs(V_N, drive, shake)
         base = np.zeros_like(V_N) if shake is None else shake
         ends, budget = audited(self, super().advance, V_N, drive, base)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import Abort, Erase, Read, SetStrain, Write, snapshot
-from mlmem_ros.device.memory_statistics import MemoryStatistics
 from mlmem_ros.device.settings import WriteSettings
 
 from . import rig
@@ -149,12 +148,3 @@ def test_the_counts_are_kept_with_the_content(written):
     assert other.statistics == element.statistics
     rig.run(other, Read())
     assert element.statistics.reads == 0, 'it is a copy'
-
-
-def test_a_snapshot_from_before_they_were_counted_starts_at_zero(written):
-    values = snapshot.take(written(3))
-    del values['statistics'], values['calibration_key']
-    element = rig.device()
-    snapshot.restore(element, values)
-    assert element.statistics == MemoryStatistics.of(8)
-    assert snapshot.digest(element) == snapshot.digest(written(3))

@@ -7,7 +7,9 @@ import math
 import pytest
 from robot import values
 
-LIMIT = 0.08  # actuator.max_strain
+from mlmem_ros.device import preset
+
+LIMIT = preset('case_2').settings.actuator.max_strain
 LEVEL = 2
 
 
@@ -64,7 +66,7 @@ class Unchanged:
         ('strain', math.nan, ['strain', f'from -{LIMIT} to {LIMIT}', 'nan']),
         ('strain', math.inf, ['strain', f'from -{LIMIT} to {LIMIT}', 'inf']),
         ('strain', -math.inf, ['strain', f'from -{LIMIT} to {LIMIT}', '-inf']),
-        ('strain', 0.0801, ['strain', f'from -{LIMIT} to {LIMIT}', '0.0801']),
+        ('strain', 0.1501, ['strain', f'from -{LIMIT} to {LIMIT}', '0.1501']),
         ('strain', -1e308, ['strain', f'from -{LIMIT} to {LIMIT}', '-1e+308']),
         ('write_level', 8, ['level', 'from 0 to 7', '8']),
         ('write_level', 255, ['level', 'from 0 to 7', '255']),
@@ -88,8 +90,8 @@ def test_a_bad_message_is_refused_in_one_line(memory, written, topic, value, wor
         ([], 'substrate', ['1 to 10000 points', '0']),
         ([(10, 0.01), (10, 0.02)], 'substrate', ['increase']),
         ([(10, 0.01), (20, math.nan)], 'substrate', ['finite', 'nan']),
-        ([(10, 0.01), (20, 0.0801)], 'substrate', [f'{LIMIT}', 'max_strain', '0.0801']),
-        ([(1, 0.02)], 'substrate', ['max_rate', '0.0002']),
+        ([(10, 0.01), (20, 0.1501)], 'substrate', [f'{LIMIT}', 'max_strain', '0.1501']),
+        ([(1, 0.02)], 'substrate', ['hand_rate', '0.0002']),
     ],
     ids=str,
 )

@@ -442,7 +442,7 @@ def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
         ([float('nan')], [0.0], [], 'times must be finite numbers; got nan'),
         ([-1.0], [0.0], [], 'must increase from 0 s on'),
         ([], [], [], 'must have 1 to 10000 points; got 0'),
-        ([1.0], [0.5], [], r'the strain must stay within 0.08 \(actuator.max_strain\)'),
+        ([1.0], [0.5], [], r'the strain must stay within 0.15 \(actuator.max_strain\)'),
     ],
 )
 def test_a_profile_that_cannot_be_followed_is_refused(client, times, strains, rates, message):

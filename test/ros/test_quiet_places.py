@@ -55,15 +55,18 @@ def test_an_acknowledged_write_survives_a_kill(start, tmp_path):
         assert robot.trigger('read')['level'] == 6
 
 
-def test_the_level_is_the_content_and_not_what_is_heard_on_the_way(robot):
-    """A write downward hears other levels, and none of an element whose wall is on its way."""
-    assert robot.write(2).success
-    levels = robot.received('level')
-    robot.wait(lambda: levels and levels[-1].data == 2, 'the level that was written')
-    heard, outcomes = len(robot.received('echo')), len(robot.received('outcome'))
-    before = len(levels)
-    assert robot.write(1).success
-    robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome')
-    robot.wait(lambda: levels[-1].data == 1, 'the level')
-    assert len(robot.received('echo')) > heard + 1
-    assert [level.data for level in levels[before:]] == [1]
+def test_the_level_is_the_content_and_not_what_is_heard_on_the_way(start):
+    """A kink is listened for: it hears other levels, and none while two walls are there."""
+    slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0, 'scale.time': 1e-5}
+    start(slow, name='slow')
+    with Robot('/slow', 'slow_robot') as robot:
+        assert robot.write(2).success
+        levels = robot.received('level')
+        robot.wait(lambda: levels and levels[-1].data == 2, 'the level that was written')
+        heard, outcomes = len(robot.received('echo')), len(robot.received('outcome'))
+        before = len(levels)
+        assert robot.write(1).success
+        robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome')
+        robot.wait(lambda: levels[-1].data == 1, 'the level')
+        assert len(robot.received('echo')) > heard + 1
+        assert [level.data for level in levels[before:]] == [1]
