@@ -125,7 +125,9 @@ class Oracles:
         if not isinstance(ticket.what, Procedures):
             self.find(f'{ticket} was answered with {outcome}')
         if outcome.success and self._life.script.state and ticket.moves:
-            level = outcome.reading.level if outcome.reading else None
+            # A stuck cell echoes as a wall does, so that a faulty element may tell another level.
+            told = outcome.reading and small.healthy(self._life.element.faults)
+            level = outcome.reading.level if told else None
             self._acknowledged = outcome.end_tick, level, ticket.number
 
     # --- the life cycle ------------------------------------------------------------------
