@@ -125,9 +125,9 @@ class Oracles:
         if not isinstance(ticket.what, Procedures):
             self.find(f'{ticket} was answered with {outcome}')
         if outcome.success and self._life.script.state and ticket.moves:
-            # A stuck cell echoes as a wall does, so that a faulty element may tell another level.
-            told = outcome.reading and small.healthy(self._life.element.faults)
-            level = outcome.reading.level if told else None
+            level = outcome.reading.level if outcome.reading else None
+            if self._life.element.faults.stuck_cell:  # it echoes as a wall does
+                level = None
             self._acknowledged = outcome.end_tick, level, ticket.number
 
     # --- the life cycle ------------------------------------------------------------------

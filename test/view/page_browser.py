@@ -74,6 +74,12 @@ class Browser:
         """Click as a hand does: what is hidden or covered cannot be."""
         self.driver.find_element('css selector', selector).click()
 
+    def pick(self, selector, value):
+        """Choose an option by its value."""
+        from selenium.webdriver.support.select import Select
+
+        Select(self.driver.find_element('css selector', selector)).select_by_value(value)
+
     def text(self, selector):
         return self.driver.find_element('css selector', selector).text
 

@@ -41,6 +41,7 @@ def test_the_first_picture_comes_within_a_second(page):
 
 
 def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(page):
+    page.pick('#speed', '0.25')  # or it is there within a blink
     page.click('[data-level="5"]')
     seen = set()
 
@@ -49,7 +50,8 @@ def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(p
         return page.text('.level') == '5' and page.text('.code') == '101'
 
     page.until(written, 'level 5')
-    assert any(wall < 145 for wall in seen), seen  # it was seen under way
+    assert len(seen) > 10, seen  # it was under way for many pictures
+    page.pick('#speed', '1')
     page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
     assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
     assert 'level 5' in page.text('#log li')
