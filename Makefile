@@ -12,7 +12,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo figures lint lives mutation setup setup-test soak test test-slow uncovered
+.PHONY: bench clean coverage demo docs figures lint lives mutation setup setup-test soak test test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -25,6 +25,11 @@ bench: setup-test
 
 test: lint
 	$(VENV)/python -m $(PYTEST)
+
+# The site: docs/_build/index.html. Warnings are errors, links within it are checked.
+docs: setup-test
+	$(VENV)/python tools/reference.py
+	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
 
 # The same tests, and how much of the code they reach; before a release.
 coverage: lint
@@ -72,4 +77,4 @@ setup setup-test:
 	@$(PYTHON) tools/bootstrap.py $(STAGE)
 
 clean:
-	rm -rf .venv build *.egg-info sessions reproduction benchmarks mutants .coverage*
+	rm -rf .venv build docs/_build *.egg-info sessions reproduction benchmarks mutants .coverage*

@@ -34,6 +34,7 @@ EXTRAS = {
         'aiohttp>=3.9',
         'selenium>=4.15',
     ],
+    'docs': ['sphinx>=8.1', 'furo>=2024.8', 'myst-parser>=4.0'],
     'mutation': ['mutmut>=3.8'],
     'lint': ['ruff>=0.17', 'mypy>=2.4'],
 }

@@ -2,22 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The README tells what the code declares."""
 
-import importlib.util
 from pathlib import Path
 
 from mlmem_ros.contract import topics
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
-
-
-def test_the_table_of_parameters_is_the_declarations():
-    spec = importlib.util.spec_from_file_location('table', ROOT / 'tools/parameter_table.py')
-    assert spec is not None
-    assert spec.loader is not None
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    assert tool.with_table(README) == README, 'run .venv/bin/python tools/parameter_table.py'
 
 
 def test_every_topic_and_service_is_told():

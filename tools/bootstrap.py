@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / '.venv'
 STAGES = {
     'demo': ('ros,bag,plot,cli,view', '650 MB in all'),
-    'test': ('ros,bag,plot,cli,view,studies,test,lint', '950 MB in all'),
+    'test': ('ros,bag,plot,cli,view,studies,test,lint,docs', '950 MB in all'),
 }
 """Extras that a command needs, and what `du -sh .venv` says then; each has all before it."""
 ROBOT_ROAD = (

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from importlib import import_module
 
 from .. import __version__
 from ..packages import missing
@@ -36,6 +36,26 @@ SUBCOMMANDS = {
 """Each with the module of this package that has the `Command` of its name."""
 
 
+def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
+    """Return the parser of the command line.
+
+    Args:
+        names: The sub-commands that it knows: the modules of all of them take a while.
+    """
+    parser = argparse.ArgumentParser(
+        prog='mlmem', description='Write, read and study mechanical multi-level memories.'
+    )
+    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
+    subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    add_commands(subparsers, {name: _command(name) for name in names})
+    return parser
+
+
+def _command(name: str) -> Command:
+    found: Command = getattr(import_module(f'.{SUBCOMMANDS[name]}', __package__), name)
+    return found
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a sub-command.
 
@@ -45,22 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit status: 0 on success.
     """
-    parser = argparse.ArgumentParser(
-        prog='mlmem', description='Write, read and study mechanical multi-level memories.'
-    )
-    parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
-    subparsers = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
     given = sys.argv[1:] if arguments is None else arguments
-    # The modules of the other ones take a while, too.
     names = given[:1] if given and given[0] in SUBCOMMANDS else SUBCOMMANDS
-    commands: dict[str, Command] = {
-        name: getattr(importlib.import_module(f'.{SUBCOMMANDS[name]}', __package__), name)
-        for name in names
-    }
-    add_commands(subparsers, commands)
-    parsed = parser.parse_args(arguments)
+    parsed = parser(names).parse_args(given)
     try:
-        return commands[parsed.command].run(parsed)
+        return _command(parsed.command).run(parsed)
     except ModuleNotFoundError as error:
         print(f'mlmem {parsed.command}: {missing(error)}', file=sys.stderr)
         return 1

@@ -47,11 +47,13 @@ class Topic(NamedTuple):
         name: Below the node's name.
         type: Of its messages.
         qos: What the node offers it or listens with.
+        meaning: What a message says, for the reference.
     """
 
     name: str
     type: str
     qos: Qos
+    meaning: str
 
     @property
     def kind(self) -> Any:
@@ -60,31 +62,98 @@ class Topic(NamedTuple):
         return getattr(import_module(f'{package}.msg'), name)
 
 
-STRAIN = Topic('strain', 'std_msgs/msg/Float64', RELIABLE)
-STRAIN_TRAJECTORY = Topic('strain_trajectory', 'trajectory_msgs/msg/JointTrajectory', RELIABLE)
-PROBE = Topic('probe', 'std_msgs/msg/Empty', RELIABLE)
-WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE)
-DISTURBANCE = Topic('disturbance', 'sensor_msgs/msg/Imu', SENSOR_DATA)  # hears reliable ones, too
+STRAIN = Topic(
+    'strain',
+    'std_msgs/msg/Float64',
+    RELIABLE,
+    'strain set-point, tension positive. The actuator slews to it within `actuator.hand_rate`. '
+    'Refused while a procedure runs',
+)
+STRAIN_TRAJECTORY = Topic(
+    'strain_trajectory',
+    'trajectory_msgs/msg/JointTrajectory',
+    RELIABLE,
+    'a timed strain profile for the joint `substrate`, in m and s',
+)
+PROBE = Topic('probe', 'std_msgs/msg/Empty', RELIABLE, 'fire one probe pulse')
+WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE, 'write this level now')
+DISTURBANCE = Topic(
+    'disturbance',
+    'sensor_msgs/msg/Imu',
+    SENSOR_DATA,  # hears reliable ones, too
+    'acceleration of the base along the chain (`linear_acceleration.x`, in m/s^2), which shakes '
+    'the element; taken at any time',
+)
 
 COMMANDS = (STRAIN, STRAIN_TRAJECTORY, PROBE, WRITE_LEVEL, DISTURBANCE)
 """What the node listens to."""
 
-LEVEL = Topic('level', 'std_msgs/msg/Int16', LATCHED)
-OUTCOME = Topic('outcome', 'diagnostic_msgs/msg/DiagnosticStatus', LATCHED)
-ECHO = Topic('echo', 'std_msgs/msg/Float32MultiArray', RELIABLE)
-RANGE = Topic('range', 'sensor_msgs/msg/Range', STREAM)
-JOINT_STATES = Topic('joint_states', 'sensor_msgs/msg/JointState', STREAM)
-FIELD = Topic('field', 'std_msgs/msg/Float32MultiArray', STREAM)
-WALL = Topic('wall', 'std_msgs/msg/Float64MultiArray', STREAM)
+LEVEL = Topic(
+    'level',
+    'std_msgs/msg/Int16',
+    LATCHED,
+    'the content as last decoded, told when a procedure ends; -1: blank; -2: undecodable or '
+    'unknown',
+)
+OUTCOME = Topic(
+    'outcome',
+    'diagnostic_msgs/msg/DiagnosticStatus',
+    LATCHED,
+    'how the last procedure ended, with keys and values (level, code, delay, margins, attempts, '
+    'ticks)',
+)
+ECHO = Topic(
+    'echo',
+    'std_msgs/msg/Float32MultiArray',
+    RELIABLE,
+    'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c',
+)
+RANGE = Topic(
+    'range',
+    'sensor_msgs/msg/Range',
+    STREAM,
+    'distance from the probed end to the domain wall in m; +inf when no echo came back',
+)
+JOINT_STATES = Topic(
+    'joint_states',
+    'sensor_msgs/msg/JointState',
+    STREAM,
+    '`substrate`: displacement (m), speed (m/s) and force (N) of its end; `transducer`: '
+    'displacement of the driven cell',
+)
+FIELD = Topic(
+    'field', 'std_msgs/msg/Float32MultiArray', STREAM, 'the configuration Delta_j of every cell'
+)
+WALL = Topic(
+    'wall',
+    'std_msgs/msg/Float64MultiArray',
+    STREAM,
+    'true positions of the domain walls, in sites: ground truth that the device never uses',
+)
 
 STREAMS = (LEVEL, OUTCOME, ECHO, RANGE, JOINT_STATES, FIELD, WALL)
 """What the node tells."""
 
-IMAGE = Topic('image', 'sensor_msgs/msg/Image', STREAM)
-MARKERS = Topic('markers', 'visualization_msgs/msg/MarkerArray', STREAM)
+IMAGE = Topic(
+    'image',
+    'sensor_msgs/msg/Image',
+    STREAM,
+    'the configuration over the last seconds: site upward, time to the right (rgb8)',
+)
+MARKERS = Topic(
+    'markers',
+    'visualization_msgs/msg/MarkerArray',
+    STREAM,
+    'the chain for RViz and Foxglove: cells by phase, substrate, levels, walls, content',
+)
 
 VIEWS = (IMAGE, MARKERS)
 """What is made for people alone, and only while somebody looks."""
 
-DIAGNOSTICS = Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', RELIABLE)
+DIAGNOSTICS = Topic(
+    '/diagnostics',
+    'diagnostic_msgs/msg/DiagnosticArray',
+    RELIABLE,
+    'health of loop, material, actuator, transducers, memory, faults and recorder, once a second',
+)
 """The one topic that all nodes share."""

@@ -53,12 +53,12 @@ class Recording:
             max_duration=settings.max_duration,
         )
         self._types = {topic.name: topic.type for topic in plan.topics}
-        for name, kind, qos in plan.topics:
-            offered = QosProfile(reliability=qos.reliability, durability=qos.durability)
-            writer.add_topic(name, kind, (offered,))
+        for topic in plan.topics:
+            qos = QosProfile(reliability=topic.qos.reliability, durability=topic.qos.durability)
+            writer.add_topic(topic.name, topic.type, (qos,))
         writer.add_topic(self._names.header, messages.STRING, (LATCHED,), latch=True)
-        for topic in (self._names.command, self._names.state_hash):
-            writer.add_topic(topic, messages.STRING, (RELIABLE,))
+        for name in (self._names.command, self._names.state_hash):
+            writer.add_topic(name, messages.STRING, (RELIABLE,))
         self._recorder = Recorder(
             writer, dropped_topic=f'{plan.node}/{messages.DROPPED}', on_error=self._tell
         )

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from ..ros.client import MemoryClient
 
 PARAMETERS = topics.Topic(
-    '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', topics.EVERY_ONE
+    '/parameter_events',
+    'rcl_interfaces/msg/ParameterEvent',
+    topics.EVERY_ONE,
+    'parameters that were set',
 )
 ALWAYS = (topics.LEVEL, topics.OUTCOME, topics.ECHO, topics.DIAGNOSTICS, PARAMETERS)
 STREAMS = (topics.FIELD, topics.WALL, topics.JOINT_STATES)

@@ -1,0 +1,36 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Settings of Sphinx for this site; `make docs` builds it."""
+
+from mlmem_ros import __version__
+
+project = 'mlmem_ros'
+author = copyright = 'The mlmem_ros authors'
+version = release = __version__
+
+extensions = [
+    'myst_parser',
+    'sphinx.ext.autodoc',
+    'sphinx.ext.napoleon',
+    'sphinx.ext.viewcode',
+]
+source_suffix = {'.md': 'markdown'}
+root_doc = 'index'
+exclude_patterns = ['_build']
+
+html_theme = 'furo'
+html_title = f'mlmem_ros {__version__}'
+html_favicon = html_logo = None
+
+myst_heading_anchors = 4
+myst_enable_extensions = ['dollarmath', 'colon_fence']
+
+default_role = 'code'
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'description'
+autodoc_typehints_format = 'short'
+autodoc_class_signature = 'separated'
+autodoc_default_options = {'members': True, 'undoc-members': False}
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True

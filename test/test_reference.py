@@ -1,0 +1,45 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The reference pages tell what the code declares, and the code declares what a live node has."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros.contract.services import SERVICES
+from mlmem_ros.testing import memory_node
+
+ROOT = Path(__file__).parent.parent
+
+
+def made():
+    spec = importlib.util.spec_from_file_location('reference', ROOT / 'tools' / 'reference.py')
+    assert spec is not None
+    assert spec.loader is not None
+    tool = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tool)
+    return tool.pages()
+
+
+@pytest.mark.parametrize(('name', 'text'), made().items())
+def test_a_page_is_what_the_code_says(name, text):
+    path = ROOT / 'docs' / 'reference' / name
+    assert path.read_text(encoding='utf-8') == text, 'run .venv/bin/python tools/reference.py'
+
+
+def test_every_service_of_a_live_node_is_declared():
+    with memory_node({'autostart': False}) as node:
+        served = {
+            service.srv_name.rpartition('/')[2]: service.srv_type
+            for service in node.node.services
+            if service.callback.__module__.startswith('mlmem_ros')
+        }
+    assert served
+    declared = {each.name: each.type for each in SERVICES}
+    types = {
+        name: f'{kind.__module__.partition(".")[0]}/srv/{kind.__name__}'
+        for name, kind in served.items()
+        if name in declared
+    }
+    assert types == declared

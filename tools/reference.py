@@ -1,0 +1,194 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Write the pages of docs/reference from the code: topics, services, parameters, commands.
+
+.venv/bin/python tools/reference.py
+"""
+
+import argparse
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from mlmem_ros.cli.main import parser
+from mlmem_ros.contract import requests, services, topics
+from mlmem_ros.contract.topics import Topic
+from mlmem_ros.described import Description
+from mlmem_ros.ros.node.declarations import declarations
+
+FOLDER = Path(__file__).resolve().parent.parent / 'docs' / 'reference'
+
+GENERATED = '<!-- Made by tools/reference.py from the code; edit that. -->\n\n'
+
+
+def pages() -> dict[str, str]:
+    """Return every page by the name of its file."""
+    made = {
+        'topics.md': _topics(),
+        'services.md': _services(),
+        'parameters.md': _parameters(),
+        'commands.md': _commands(),
+    }
+    return {name: GENERATED + text for name, text in made.items()}
+
+
+def _table(head: list[str], rows: Iterable[list[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ['---'] * len(head), *rows]
+    return '\n'.join(
+        '| ' + ' | '.join(cell.replace('|', '&#124;') for cell in line) + ' |' for line in lines
+    )
+
+
+# --- topics and services -------------------------------------------------------------------
+
+
+def _topics() -> str:
+    head = ['name', 'type', 'QoS', 'meaning']
+
+    def rows(chosen: Iterable[Topic]) -> Iterator[list[str]]:
+        for topic in chosen:
+            name = topic.name if topic.name.startswith('/') else f'~/{topic.name}'
+            yield [f'`{name}`', _type(topic.type), _qos(topic), topic.meaning]
+
+    return (
+        '# Topics\n\n'
+        'All names but one lie below the name of the node: `~/level` is `/mlmem/level` by '
+        'default.\n\n'
+        f'## The node listens to\n\n{_table(head, rows(topics.COMMANDS))}\n\n'
+        '## The node publishes\n\n'
+        f'{_table(head, rows((*topics.STREAMS, *topics.VIEWS, topics.DIAGNOSTICS)))}\n\n'
+        'Images and markers are made only while somebody subscribes to them.\n'
+    )
+
+
+def _type(name: str) -> str:
+    package, _, kind = name.split('/')
+    return f'{package}/{kind}'
+
+
+def _qos(topic: Topic) -> str:
+    qos = topic.qos
+    depth = f'keep last {qos.depth}' if qos.depth else 'keep all'
+    return f'{qos.reliability}, {qos.durability}, {depth}'.replace('_', ' ')
+
+
+def _services() -> str:
+    rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SERVICES]
+    asked = [
+        [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
+        for name, takes in requests.REQUESTS.items()
+    ]
+    return (
+        '# Services\n\n'
+        f'{_table(["name", "type", "meaning"], rows)}\n\n'
+        '## What `~/request` takes\n\n'
+        f'The parameter `{requests.NAME}` (string) names the procedure; the others are its '
+        'arguments.\n\n'
+        f'{_table(["procedure", "arguments"], asked)}\n'
+    )
+
+
+# --- parameters ----------------------------------------------------------------------------
+
+
+def _parameters() -> str:
+    groups: dict[str, list[list[str]]] = {}
+    for name, default, description in declarations():
+        legal = '0 to p - 1' if name == 'target_level' else _range(description)
+        row = [f'`{name}`', _default(default), description.unit, legal, description.text]
+        groups.setdefault(name.partition('.')[0] if '.' in name else '', []).append(row)
+    head = ['parameter', 'default', 'unit', 'range', 'meaning']
+    tables = (
+        f'## {f"`{group}.*`" if group else "The node"}\n\n{_table(head, rows)}\n'
+        for group, rows in groups.items()
+    )
+    return (
+        '# Parameters\n\n'
+        'Defaults are those of the preset `case_2`. `target_level`, `time.speed`, `record.*` and '
+        '`faults.*` may be set at any time, all others only while the node is unconfigured. '
+        'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
+        '`scale.length` metres each.\n\n' + '\n'.join(tables)
+    )
+
+
+def _default(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return value or "''"
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
+def _range(description: Description) -> str:
+    if description.choices:
+        return ', '.join(description.choices)
+    low, high = description.low, description.high
+    if low is not None and high is not None:
+        return f'{low:g} to {high:g}'
+    if low is not None:
+        return f'from {low:g}'
+    return f'up to {high:g}' if high is not None else ''
+
+
+# --- commands ------------------------------------------------------------------------------
+
+
+def _commands() -> str:
+    whole = parser()
+    told = ''.join(_command(name, each, summary) for name, each, summary in _sub(whole))
+    return (
+        '# Commands\n\n'
+        'Where ROS is installed by apt, `ros2 run mlmem_ros mlmem ...` runs the same command. '
+        'Exit status: 0 success, 1 failure, 2 a wrong command line, 130 interrupted.\n\n' + told
+    )
+
+
+def _sub(
+    parser: argparse.ArgumentParser,
+) -> Iterator[tuple[str, argparse.ArgumentParser, str]]:
+    """Yield the sub-commands of a command: name, parser, summary."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            summaries = {choice.dest: choice.help or '' for choice in action._choices_actions}
+            for name, each in action.choices.items():
+                yield name, each, summaries.get(name, '')
+
+
+def _command(name: str, command: argparse.ArgumentParser, summary: str, depth: int = 2) -> str:
+    rows = [
+        [f'`{_spelt(action)}`', _help(command, action)]
+        for action in command._actions
+        if not isinstance(action, argparse._HelpAction | argparse._SubParsersAction)
+    ]
+    parts = [
+        f'{"#" * depth} `{command.prog}`',
+        (command.description or f'{summary}.').strip(),
+        _table(['option', 'meaning'], rows) if rows else '',
+    ]
+    below = ''.join(_command(n, c, s, depth + 1) for n, c, s in _sub(command))
+    return '\n\n'.join(part for part in parts if part) + '\n\n' + below
+
+
+def _spelt(action: argparse.Action) -> str:
+    metavar = action.metavar if isinstance(action.metavar, str) else None
+    if not action.option_strings:
+        return metavar or action.dest.upper()
+    takes = metavar or ('|'.join(map(str, action.choices)) if action.choices else None)
+    if takes is None and action.nargs != 0:
+        takes = action.dest.upper()
+    return ', '.join(action.option_strings) + (f' {takes}' if takes else '')
+
+
+def _help(command: argparse.ArgumentParser, action: argparse.Action) -> str:
+    formatter = command._get_formatter()
+    told = re.sub(r'\s+', ' ', formatter._expand_help(action)) if action.help else ''
+    return re.sub(r' \(default: (False|None)\)$', '', told)
+
+
+if __name__ == '__main__':
+    FOLDER.mkdir(exist_ok=True)
+    for name, text in pages().items():
+        (FOLDER / name).write_text(text, encoding='utf-8')
+        print(f'docs/reference/{name}')
