@@ -161,7 +161,6 @@ def _diffrax(method: str) -> Maker:
         term, solver = diffrax.ODETerm(rhs), getattr(diffrax, method)()
         start = jnp.asarray(problem.start), jnp.zeros(p.N)
 
-        @jax.jit
         def end(y: Any, tolerance: Any) -> Any:
             controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
             solution = diffrax.diffeqsolve(
@@ -170,7 +169,8 @@ def _diffrax(method: str) -> Maker:
             )  # fmt: skip
             return solution.ys[0][-1]
 
-        return Peer(TOLERANCES, lambda tolerance: np.asarray(end(start, tolerance)))
+        compiled = jax.jit(end)
+        return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
 
     return maker
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import os
 import secrets
 import signal
 import socket
@@ -80,7 +81,12 @@ async def _serve(arguments: argparse.Namespace) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, over.set)
     if arguments.until_eof:
-        loop.add_reader(sys.stdin, lambda: sys.stdin.buffer.read1(1) or over.set())
+
+        def listen() -> None:
+            if not os.read(sys.stdin.fileno(), 1):
+                over.set()
+
+        loop.add_reader(sys.stdin, listen)
     token = '' if arguments.host in LOOPBACK else secrets.token_urlsafe(24)
 
     def ready(port: int) -> None:

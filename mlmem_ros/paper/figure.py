@@ -55,6 +55,7 @@ def judged(holds: bool | np.bool_, numbers: str, *, in_part: bool | np.bool_ = F
 
 
 Judge = Callable[..., Judged]
+Save = Callable[[Data, Path], list[Path]]
 
 
 @dataclass(frozen=True)
@@ -119,11 +120,11 @@ class Figure:
 
     def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""
-        self._save = lambda data, stem: save_figure(draw(data), stem)
+        self._save: Save = lambda data, stem: save_figure(draw(data), stem)
         self.ending = 'png'
         return draw
 
-    def film(self, save: Callable[[Data, Path], list[Path]]) -> Callable[[Data, Path], list[Path]]:
+    def film(self, save: Save) -> Save:
         """Take what saves the data as a GIF of a stem, and returns the files."""
         self._save = save
         self.ending = 'gif'
@@ -170,7 +171,7 @@ class Figure:
             folder: Where to; it must exist.
         """
         stem = folder / self.stem
-        np.savez_compressed(stem.with_suffix('.npz'), allow_pickle=False, **data)
+        np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)
         with styled():
             return [stem.with_suffix('.npz'), *self._save(data, stem)]
 

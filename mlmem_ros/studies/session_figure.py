@@ -9,16 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..device.echo import threshold
 from ..device.end import End, read_from
 from ..device.units import Units
 from ..session.data import SessionData
 from ..session.replay import element_of
-
-PHASES = 'RdBu'
-"""Colours of the configuration: the paper's red for s1 and blue for s2."""
+from .style import contour, new_figure, phase_bar
 
 
 def draw(session: SessionData, path: str | PathLike[str]) -> Path:
@@ -36,7 +33,7 @@ def draw(session: SessionData, path: str | PathLike[str]) -> Path:
     return path
 
 
-def figure_of(session: SessionData) -> Figure:
+def figure_of(session: SessionData) -> Any:
     """Return the picture of a session.
 
     Above, as Fig. 4a, the x-t contour of the configuration over the strain schedule; at the
@@ -46,7 +43,7 @@ def figure_of(session: SessionData) -> Figure:
     Args:
         session: What was recorded.
     """
-    figure = Figure(figsize=(14.0, 7.5), layout='constrained')
+    figure = new_figure(14.0, 7.5)
     left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
     field_axes, strain_axes = left.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     _draw_field(left, field_axes, session)
@@ -73,16 +70,8 @@ def _last_echo_of_each_level(
 
 def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
     design = session.design
-    mesh = axes.pcolormesh(
-        session.field_time,
-        design.sites,
-        np.array(session.configuration).T,
-        cmap=PHASES,
-        vmin=-1.4,
-        vmax=1.4,
-        shading='nearest',
-        rasterized=True,
-    )
+    field = np.array(session.configuration)
+    mesh = contour(axes, np.array(session.field_time), design.sites, field)
     for level in range(design.levels):
         axes.axhline(design.defect(level), color='k', lw=0.4, alpha=0.35)
     axes.set_yticks([design.defect(level) for level in range(design.levels)])
@@ -93,9 +82,7 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
         [design.code(level) for level in range(design.levels)],
     )
     axes.set_title('(a) configuration: blue active, red inactive', loc='left', fontsize=10)
-    bar = figure.colorbar(mesh, ax=axes, pad=0.06, ticks=[design.D_s1, 0.0, design.D_s2])
-    bar.ax.set_yticklabels([r'$\Delta_{s1}$', '0', r'$\Delta_{s2}$'])
-    bar.ax.set_title(r'$\Delta_j$', fontsize=10)
+    phase_bar(figure, mesh, axes, (design.D_s1, design.D_s2))
 
 
 def _draw_strain(axes: Any, session: SessionData) -> None:

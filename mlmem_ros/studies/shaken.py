@@ -61,16 +61,10 @@ class Shaking:
         """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
         random = np.random.Generator(np.random.PCG64(seed))
         each = {'white': _white, 'walk': _walk, 'slams': _slams}.get(self.spectrum)
+        told: Iterator[float] = _held(each(random), tick) if each else itertools.repeat(0.0)
         if self.spectrum == 'sine':
-            phase = random.uniform(0.0, 2.0 * math.pi)
-            told = (
-                math.sin(2.0 * math.pi * self.frequency * n * tick + phase)
-                for n in itertools.count()
-            )
-        elif each:
-            told = _held(each(random), tick)
-        else:
-            told = itertools.repeat(0.0)
+            omega, phase = 2.0 * math.pi * self.frequency, random.uniform(0.0, 2.0 * math.pi)
+            told = (math.sin(omega * n * tick + phase) for n in itertools.count())
         return (self.amplitude * G * share for share in told)
 
 

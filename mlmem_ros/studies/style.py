@@ -29,7 +29,7 @@ MARK = '#e08214'
 PHASES = 'RdBu'
 """Colour map of the configuration: red s1, blue s2."""
 
-SETTINGS = {
+SETTINGS: Any = {
     'font.size': 8.0,
     'axes.titlesize': 8.5,
     'axes.titlelocation': 'left',
@@ -53,8 +53,8 @@ def styled() -> AbstractContextManager[None]:
     return mpl.rc_context(SETTINGS)
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure, sizes in inches."""
+def new_figure(width: float, height: float) -> Any:
+    """Return an empty figure of Matplotlib, whose types are too narrow; sizes in inches."""
     return Figure(figsize=(width, height), layout='constrained')
 
 
@@ -93,8 +93,8 @@ def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
     )
 
 
-def phase_bar(figure: Figure, mesh: Any, axes: Any, states: Sequence[float]) -> None:
+def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> None:
     """Add a colour bar whose ticks are the two ground states."""
     bar = figure.colorbar(mesh, ax=axes, ticks=[states[0], 0.0, states[1]], shrink=0.7, pad=0.01)
     bar.ax.set_yticklabels([r'$\Delta_{s1}$', '0', r'$\Delta_{s2}$'])
-    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.4)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import ListedColormap
+from numpy.typing import NDArray
 
 from ...analysis.steps_up import scaled, steps_up
 from ...device.motion import Cycle
@@ -96,7 +97,7 @@ def passes(
     )
 
 
-def distance(factors: Array, passed: Array) -> float:
+def distance(factors: Array, passed: NDArray[np.bool_]) -> float:
     """Return how far the operating point is from the nearest failure of a map.
 
     The measure is that of `mlmem margins`: the root of the sum of the squares of both relative

@@ -18,7 +18,6 @@ from ...device.reading import BLANK
 from ...device.settings import ActuatorSettings, CycleSettings, Settings
 from ...physics import Chain, Design, Specimen
 from ...physics.equilibrium import resting_wall
-from ...physics.potential import Array
 from ...studies.style import FAINT, INK, MARK, axes_grid, contour, label, new_figure, phase_bar
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Quality
@@ -150,6 +149,6 @@ def draw(data: Data) -> Any:
     right.set(xlabel='peaks, over their own', ylabel='all times, over their own')
     label(left, 'c', 'blanked by one throw')
     label(right, 'd', 'odd levels down by one')
-    bar: Array = figure.colorbar(mesh, ax=[left, right], pad=0.01, ticks=[0.0, 0.5, 1.0])
+    bar = figure.colorbar(mesh, ax=[left, right], pad=0.01, ticks=[0.0, 0.5, 1.0])
     bar.ax.set_yticklabels(['none', 'half', 'all'])
     return figure

@@ -12,6 +12,7 @@ import numpy as np
 from ...physics import CASE_I, Chain, Design, Specimen
 from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
+from ...physics.potential import Array
 from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judged
@@ -76,12 +77,12 @@ def _into_the_defect(duration: float, every: float) -> np.ndarray:
     return wall_path(CASE_I, fields)
 
 
-def _resting(flat: Design, position: float, name: str) -> np.ndarray:
+def _resting(flat: Design, position: float, name: str) -> Array:
     """Return a wall at rest in the uniform element; a kink is a mirrored anti-kink."""
-    mirrored = name == 'kink'
-    place = flat.N + 1 - position if mirrored else position
-    (v,) = hold_walls(Specimen(flat), np.array([place]), np.zeros(flat.N)).v
-    return v[::-1] if mirrored else v
+    if name == 'kink':
+        return _resting(flat, flat.N + 1 - position, 'anti_kink')[::-1]
+    v: Array = hold_walls(Specimen(flat), np.array([position]), np.zeros(flat.N)).v[0]
+    return v
 
 
 def _departure(flat: Design, configuration: np.ndarray, position: float, name: str) -> float:

@@ -32,7 +32,8 @@ MILLISECONDS = 60
 @FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return frames of configuration and strain while every level is written and erased."""
-    design, element, trace, captions = CASE_II, new_element(CASE_II), Trace(), []
+    design, element, trace = CASE_II, new_element(CASE_II), Trace()
+    captions: list[str] = []
     last = quality.pick(1, design.levels - 1)
     for level in range(last + 1):
         watch(element, Write(level), trace)

@@ -13,6 +13,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...device.settings import DisturbanceSettings, ScaleSettings
 from ...physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
@@ -94,7 +95,7 @@ def harmonic(omega: float, t: Array) -> Array:
     return np.asarray(x * x * (3.0 - 2.0 * x) * np.sin(omega * t))
 
 
-def _kept(omega: float, amplitude: Array, rest: dict[int, Array]) -> Array:
+def _kept(omega: float, amplitude: Array, rest: dict[int, Array]) -> NDArray[np.bool_]:
     """Return whether each level survives each amplitude at a frequency, shape (a, n)."""
     chains = [_placed(v) for _ in amplitude for v in rest.values()]
     dt = chains[0].dt
@@ -107,7 +108,7 @@ def _kept(omega: float, amplitude: Array, rest: dict[int, Array]) -> Array:
         with contextlib.suppress(StateError):
             ensemble.rest(math.ceil(SETTLE / dt))
     held = [level_of(CASE_II, chain.configuration) for chain in chains]
-    return np.array(held).reshape(-1, len(rest)) == np.array(list(rest))
+    return np.asarray(np.equal(np.array(held).reshape(-1, len(rest)), list(rest)))
 
 
 def _placed(v: Array) -> Chain:
@@ -116,7 +117,7 @@ def _placed(v: Array) -> Chain:
     return chain
 
 
-def _thresholds(amplitude: Array, kept: Array) -> Array:
+def _thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
     """Return the least amplitude at which a level is lost, shape (f, n)."""
     lost = ~kept
     first = amplitude[np.argmax(lost, axis=1)]

@@ -60,8 +60,8 @@ def _echo(data: Data) -> Iterator[TwoWays]:
     held_for, duration = pulse.duration, 400.0
     held = other.equation_1a(design, lambda _: 0.0, lambda t: float(pulse.at(np.array(t))[0]))
     free = other.equation_1a(design, lambda _: 0.0)
-    before = dt * np.arange(1, round(held_for / dt) + 1)
-    after = dt * np.arange(len(before) + 1, round(duration / dt) + 1)
+    before = dt * np.arange(1.0, round(held_for / dt) + 1)
+    after = dt * np.arange(len(before) + 1.0, round(duration / dt) + 1)
     driven = other.integrate(
         held, np.concatenate((v, np.zeros(design.N))), (0.0, held_for), before
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ Function = Callable[[float], float]
 RightHandSide = Callable[[float, Array], Array]
 
 
-def psi(p: Design, D: Array) -> Array:
+def psi(p: Design, D: Any) -> Array:
     """Return the on-site potential of page 3; complex D are welcome."""
     return np.asarray(p.d * (1.0 - np.cos(p.a * (D + p.c) + p.b * (D + p.c) ** 3)))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...physics.potential import Array
 from ..campaign import Row
@@ -119,7 +120,7 @@ def _relative(values: Array, operating: float) -> Array:
     return (values - operating) / operating
 
 
-def _reach(axis: Axis, values: Array, passed: Array, operating: int) -> Reach:
+def _reach(axis: Axis, values: Array, passed: NDArray[np.bool_], operating: int) -> Reach:
     fails = np.flatnonzero(~passed)
     below, above = fails[fails < operating], fails[fails > operating]
     low = int(below[-1]) + 1 if len(below) else 0

@@ -11,7 +11,6 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
 
 from ...physics.potential import Array
 from ..campaign import Row
@@ -35,7 +34,7 @@ SIGNS = {
 """Mark, colour and words of the failures that are not the wall's."""
 
 
-def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Figure:
+def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
     """Draw a map.
 
     Args:
@@ -66,7 +65,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Figure:
 
 
 def _draw_cells(
-    figure: Figure, axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
+    figure: Any, axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
 ) -> None:
     levels = shmoo.design.levels
     reached = shmoo.grid(rows, 'reached')

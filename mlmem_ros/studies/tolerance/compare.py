@@ -8,9 +8,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
-from matplotlib.figure import Figure
 
 from ...device import Settings
 from ...physics import CASE_II, Design
@@ -95,7 +95,7 @@ def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
     return Counted(folder.name, study, rows)
 
 
-def draw(all_counted: Sequence[Counted]) -> Figure:
+def draw(all_counted: Sequence[Counted]) -> Any:
     """Return the figure: a row for what is tried, a panel for every kind that lets it fail.
 
     Dashed is what the wall as a particle does, without simulation.

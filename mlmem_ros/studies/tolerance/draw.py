@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from ..campaign import Row
@@ -46,7 +45,7 @@ RANGE = (2e-4, 1.3)
 """Rates that are shown."""
 
 
-def draw(study: Tolerance, rows: Sequence[Row]) -> Figure:
+def draw(study: Tolerance, rows: Sequence[Row]) -> Any:
     """Return the figure: one column for every kind; above by scatter, below by level."""
     figure = new_figure(2.7 * len(study.kinds), 5.2)
     grid = axes_grid(figure, 2, len(study.kinds), sharey='row')

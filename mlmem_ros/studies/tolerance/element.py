@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -63,9 +63,8 @@ KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration
 
 def chance(kind: str, amount: float) -> Chance:
     """Return chance in one thing alone."""
-    if kind in ('noise', 'vibration'):
-        return Chance(**{kind: amount})
-    return Chance(Scatter(**{kind: amount}))
+    changed: dict[str, Any] = {kind: amount}
+    return Chance(**changed) if kind in ('noise', 'vibration') else Chance(Scatter(**changed))
 
 
 def wanted(design: Design, tried: str) -> tuple[int, ...]:

@@ -168,7 +168,7 @@ class Tolerance:
         clustering = self.rate(rows).clustering if weighted else 1.0
         failed = _by_level(rows, 'failed')
         return {
-            level: Rate(failed[level], trials, clustering)
+            level: Rate(failed[level], round(trials), clustering)
             for level, trials in _by_level(rows, 'tried').items()
             if trials
         }
