@@ -1,0 +1,118 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Run a page of the documents: its Python and its commands, from top to bottom, as a reader does.
+
+`python` is executed, in one namespace for the page; what defines tests is given to pytest.
+`console` is run by a shell, a line after each `$`; `...` in what it prints stands for anything.
+`&` leaves a memory node running until the page ends. `ros2` is passed over where there is none.
+What reads `sh` or `text` is not run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from markdown_it import MarkdownIt
+
+from mlmem_ros.cli.main import main as mlmem
+from mlmem_ros.testing.here import NodeHere
+
+PATIENCE = 60.0
+"""Seconds that a command of a page may take."""
+
+
+def blocks(path: Path) -> Iterator[tuple[str, str, int]]:
+    """Yield every fenced block of a page: language, text, line of its first line."""
+    for token in MarkdownIt().parse(path.read_text(encoding='utf-8')):
+        if token.type == 'fence' and token.map:
+            yield token.info.strip(), token.content, token.map[0] + 2
+
+
+class Page:
+    """A page that is being read."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.names: dict[str, Any] = {'__name__': '__page__'}
+        self.nodes = contextlib.ExitStack()
+
+    def run(self) -> None:
+        """Run all its blocks in the present folder.
+
+        Raises:
+            AssertionError: A command fails, or prints something else than the page says.
+        """
+        with self.nodes:
+            for language, text, line in blocks(self.path):
+                if language == 'python' and re.search(r'^def test_', text, re.MULTILINE):
+                    self._tests(text)
+                elif language == 'python':
+                    code = compile('\n' * (line - 1) + text, str(self.path), 'exec')
+                    exec(code, self.names)
+                elif language == 'console':
+                    for command, expected in commands(text):
+                        self._command(command, expected)
+
+    def _tests(self, text: str) -> None:
+        Path('test_of_the_page.py').write_text(text)
+        status = subprocess.run(
+            [
+                sys.executable,
+                '-m',
+                'pytest',
+                '-q',
+                '-p',
+                'no:cacheprovider',
+                'test_of_the_page.py',
+            ],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+        )
+        assert status.returncode == 0, status.stdout + status.stderr
+
+    def _command(self, command: str, expected: str) -> None:
+        words = shlex.split(command)
+        if words[0] == 'memory_node' and words[-1] == '&':
+            self.nodes.enter_context(NodeHere('/mlmem', words[:-1]))
+            return
+        if words[0] == 'ros2' and not shutil.which('ros2'):
+            return
+        if words[0] == 'mlmem' and not set(words) & {'||', '|', '>'}:
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                status = mlmem(words[1:])
+            printed = said.getvalue()
+        else:
+            done = subprocess.run(
+                command, shell=True, capture_output=True, text=True, timeout=PATIENCE
+            )
+            status, printed = done.returncode, done.stdout + done.stderr
+        assert status == 0, f'{command}: exit status {status}\n{printed}'
+        assert matches(printed, expected), f'{command} printed\n{printed}\nnot\n{expected}'
+
+
+def commands(text: str) -> Iterator[tuple[str, str]]:
+    """Yield every command of a block with what the page says it prints."""
+    for part in re.split(r'^\$ ', text, flags=re.MULTILINE)[1:]:
+        command, _, expected = part.partition('\n')
+        yield command, expected
+
+
+def matches(printed: str, expected: str) -> bool:
+    """Return whether something printed is as expected, spaces at the ends of lines aside."""
+    pattern = re.escape(plain(expected)).replace(re.escape('...'), '.*')
+    return not expected or re.fullmatch(pattern, plain(printed), re.DOTALL) is not None
+
+
+def plain(text: str) -> str:
+    return '\n'.join(line.rstrip() for line in text.strip().splitlines())

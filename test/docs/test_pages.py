@@ -1,0 +1,26 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every page that tells how to do something is read aloud to a computer: it works as printed."""
+
+from pathlib import Path
+
+import pytest
+from page import Page, commands, matches
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs' / 'tutorials').glob('*.md'))]
+
+
+@pytest.mark.parametrize('path', PAGES, ids=lambda path: path.stem)
+def test_a_page_works_as_printed(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Page(path).run()
+
+
+def test_three_dots_stand_for_anything():
+    assert matches('level 5, delay 3.2\n', 'level 5, ...\n')
+    assert not matches('level 4, delay 3.2\n', 'level 5, ...\n')
+
+
+def test_a_block_is_its_commands():
+    assert list(commands('$ one\nsaid\n$ two\n')) == [('one', 'said\n'), ('two', '')]
