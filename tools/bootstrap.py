@@ -25,7 +25,7 @@ STAGES = {
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
-    '--from-paths src" and "colcon build"; README.md has the lines.'
+    '--from-paths src" and "colcon build"; docs/robot.md has the lines.'
 )
 
 

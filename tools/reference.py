@@ -1,21 +1,30 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write the pages of docs/reference from the code: topics, services, parameters, commands.
+"""Write the pages of docs/reference from the code.
 
 .venv/bin/python tools/reference.py
 """
 
 import argparse
+import inspect
 import re
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+from mlmem_ros.bag.recorder import Recorder
+from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.cli.main import parser
 from mlmem_ros.contract import requests, services, topics
 from mlmem_ros.contract.topics import Topic
 from mlmem_ros.described import Description
+from mlmem_ros.device import Read, new_element, preset
+from mlmem_ros.device.loop import Loop
+from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.declarations import declarations
+from mlmem_ros.ros.node.diagnostics import Pace
 
 FOLDER = Path(__file__).resolve().parent.parent / 'docs' / 'reference'
 
@@ -27,6 +36,7 @@ def pages() -> dict[str, str]:
     made = {
         'topics.md': _topics(),
         'services.md': _services(),
+        'diagnostics.md': _diagnostics(),
         'parameters.md': _parameters(),
         'commands.md': _commands(),
     }
@@ -88,6 +98,41 @@ def _services() -> str:
         'arguments.\n\n'
         f'{_table(["procedure", "arguments"], asked)}\n'
     )
+
+
+# --- diagnostics ---------------------------------------------------------------------------
+
+
+def _diagnostics() -> str:
+    """Return what every status tells, asked of an element that has just been read."""
+    element = new_element(preset('bits_1'))
+    element.perform(Read())
+    host = SimpleNamespace(refused=0, journal=SimpleNamespace(caught=0))
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
+        recorder.close()
+        host.recording = SimpleNamespace(status=recorder.status, full=False)
+        asked = {
+            'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
+            **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT.items()},
+            'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
+        }
+    rows = [
+        [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]
+        for name, (tell, health) in asked.items()
+    ]
+    return (
+        '# Diagnostics\n\n'
+        'The node publishes one status for each component on `/diagnostics`, once a second. '
+        f'`hardware_id` is its full name. A warning stays for {diagnostics.HOLD} reports after '
+        'its cause has gone.\n\n'
+        f'{_table(["status", "values", "meaning"], rows)}\n\n'
+        '`faults` has a value for each fault that is set.\n'
+    )
+
+
+def _first_line(function: Any) -> str:
+    return (inspect.getdoc(function) or '').partition('\n')[0]
 
 
 # --- parameters ----------------------------------------------------------------------------

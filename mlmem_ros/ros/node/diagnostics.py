@@ -3,7 +3,7 @@
 """The node's health on /diagnostics: a function for every component, and warnings that stay.
 
 `ELEMENT` are functions of the device, called in the loop's thread, where its state is whole; to
-add one, write it and name it there, and add a line to the README's table.
+add one, write it and name it there; `tools/reference.py` takes its docstring and values.
 """
 
 from __future__ import annotations
