@@ -1,9 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node for the length of a test: as the README has it, here and apart."""
-
-import re
-from pathlib import Path
+"""A memory node for the length of a test: here and apart."""
 
 import pytest
 from robot import Robot
@@ -11,19 +8,7 @@ from robot import Robot
 from mlmem_ros.ros.node.parameters import ParameterError
 from mlmem_ros.testing import memory_node
 
-README = Path(__file__).parents[2] / 'README.md'
 QUICK = {'scale.time': 1e-5}
-
-
-def test_the_example_of_the_readme():
-    (code,) = re.findall(
-        r'```python\n(from mlmem_ros\.testing import memory_node\n.*?)```',
-        README.read_text(encoding='utf-8'),
-        re.DOTALL,
-    )
-    names = {}
-    exec(code, names)
-    names['test_a_level_is_kept']()
 
 
 @pytest.mark.parametrize('apart', [False, True])

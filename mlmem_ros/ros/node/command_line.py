@@ -22,7 +22,7 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
     parser = argparse.ArgumentParser(
         'memory_node',
         description='One mechanical memory element as a ROS 2 node.',
-        epilog='Everything else is a parameter: --ros-args -p NAME:=VALUE, see docs/reference/parameters.md.',
+        epilog='Everything else is a parameter (-p NAME:=VALUE), see docs/reference/parameters.md',
         allow_abbrev=False,
     )
     parser.add_argument(
