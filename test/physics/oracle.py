@@ -100,7 +100,7 @@ def elastic_rhs(p, V_N, v_1=None):
 
 def solve(rhs, y, span, **options):
     """Return the state at the end of a span by DOP853, an explicit method of order 8."""
-    options = {'method': 'DOP853', 'rtol': 1e-11, 'atol': 1e-13} | options
+    options = {'method': 'DOP853', 'rtol': 1e-9, 'atol': 1e-11} | options
     return solve_ivp(rhs, span, y, **options).y[:, -1]
 
 

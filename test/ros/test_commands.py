@@ -34,28 +34,39 @@ def mlmem(*arguments, within=60):
     return done
 
 
-def complaint(done):
+def complaint(status, told, said):
     """Return the one line with which a command gives up."""
-    assert (done.returncode, done.stdout) == (1, '')
-    (line,) = done.stderr.splitlines()
+    assert (status, told) == (1, '')
+    (line,) = said.splitlines()
     return line
 
 
-def test_write_read_erase(memory, robot):
+@pytest.fixture
+def inside(capsys):
+    """Run a command in this process, which saves a start: status, output, complaint."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        return main(list(arguments)), *capsys.readouterr()
+
+    return run
+
+
+def test_write_read_erase(memory, robot, inside):
     written = mlmem('write', '3')
     assert (written.returncode, written.stderr) == (0, '')
     (line,) = written.stdout.splitlines()
     assert line.startswith('level 3 (code 011), echo delay ')
     assert robot.latest('level').data == 3
 
-    read = mlmem('read')
-    assert (read.returncode, read.stderr) == (0, '')
-    delays = [float(re.search(r'delay ([\d.]+)', done.stdout)[1]) for done in (written, read)]
+    status, read, complaint = inside('read')
+    assert (status, complaint) == (0, '')
+    delays = [float(re.search(r'delay ([\d.]+)', told)[1]) for told in (written.stdout, read)]
     assert delays[1] == pytest.approx(delays[0], abs=10.0)  # levels are 105 apart
 
-    erased = mlmem('erase')
-    assert (erased.returncode, erased.stderr) == (0, '')
-    assert erased.stdout.startswith('blank')
+    status, erased, complaint = inside('erase')
+    assert (status, complaint) == (0, '')
+    assert erased.startswith('blank')
     robot.latest('level', lambda level: level.data == BLANK)
 
 
@@ -81,17 +92,6 @@ def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
     assert 'content' not in '\n'.join(played.hints)
     session.lost = ['a chunk']
     assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
-
-
-@pytest.fixture
-def inside(capsys):
-    """Run a command in this process, which saves a start: status, output, complaint."""
-
-    def run(*arguments):
-        capsys.readouterr()
-        return main(list(arguments)), *capsys.readouterr()
-
-    return run
 
 
 def test_calibrate_keeps_the_content_and_tells_the_delays(memory, robot, inside):
@@ -162,40 +162,42 @@ def test_a_node_announces_itself_often_unless_it_was_told_otherwise(tmp_path, mo
     assert given == {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
 
 
-def test_self_test(memory):
-    tested = mlmem('self_test')
-    assert (tested.returncode, tested.stderr) == (0, '')
-    lines = tested.stdout.splitlines()
+def test_self_test(memory, inside):
+    status, tested, said = inside('self_test')
+    assert (status, said) == (0, '')
+    lines = tested.splitlines()
     assert all(line.startswith('ok ') for line in lines)
     assert re.fullmatch(r'ok +level 7 +read from both ends.*', lines[-2])
     assert re.fullmatch(r'ok +restore +.*', lines[-1])
-    assert 'nobody' in complaint(mlmem('self_test', '--node', 'nobody', '--wait', '0.5'))
 
 
-def test_another_name_and_namespace(start):
+def test_another_name_and_namespace(start, inside):
     node = start({'scale.time': 1e-5}, name='left_memory', namespace='/arm')
-    read = mlmem('read', '--node', node.element)
-    assert (read.returncode, read.stderr) == (0, '')
-    assert read.stdout.startswith('blank')
+    status, read, said = inside('read', '--node', node.element)
+    assert (status, said) == (0, '')
+    assert read.startswith('blank')
 
 
-def test_when_no_node_answers():
-    line = complaint(mlmem('read', '--node', 'nobody', '--wait', '0.5'))
+@pytest.mark.parametrize('asked', ['read', 'self_test'])
+def test_when_no_node_answers(asked, inside):
+    line = complaint(*inside(asked, '--node', 'nobody', '--wait', '0.5'))
     assert '/nobody' in line
     assert '0.5 s' in line
     assert 'ros2 run mlmem_ros memory_node' in line  # what to do
 
 
-def test_a_level_that_the_element_does_not_have(memory, robot):
-    line = complaint(mlmem('write', '8'))
+def test_a_level_that_the_element_does_not_have(memory, inside):
+    line = complaint(*inside('write', '8'))
     assert line == 'mlmem write: level must be a whole number from 0 to 7; got 8'
 
 
 @pytest.mark.parametrize('level', ['five', ''])
-def test_a_level_that_is_no_number(level):
-    done = mlmem('write', level)
-    assert (done.returncode, done.stdout) == (2, '')
-    assert f"invalid int value: '{level}'" in done.stderr
+def test_a_level_that_is_no_number(level, capsys):
+    with pytest.raises(SystemExit, match='2'):
+        main(['write', level])
+    told, said = capsys.readouterr()
+    assert told == ''
+    assert f"invalid int value: '{level}'" in said
 
 
 def test_ctrl_c_while_it_waits(start):
