@@ -17,9 +17,10 @@ from .commands import (
     SetStrain,
     Write,
 )
+from .driver import Driver
 from .element import MemoryElement
 from .end import End
-from .errors import ProcedureFailed, Refused, SettingsError
+from .errors import DriverError, ProcedureFailed, Refused, SettingsError
 from .events import Check, Event, Heard, Outcome
 from .factory import factory_calibration, new_element
 from .faults import Faults
@@ -39,6 +40,8 @@ __all__ = [
     'Command',
     'DelayTable',
     'Disturb',
+    'Driver',
+    'DriverError',
     'End',
     'Erase',
     'Event',

@@ -26,6 +26,7 @@ from .commands import (
     SetStrain,
     Write,
 )
+from .driver import Driver
 from .end import BOTH, End
 from .errors import ProcedureFailed, Refused
 from .events import Event, Outcome
@@ -38,9 +39,15 @@ from .settings import Settings
 class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them."""
 
-    def __init__(self, design: Design, settings: Settings, calibration: Calibration) -> None:
-        """Make a device around a blank chain at rest; as `Memory`."""
-        super().__init__(design, settings, calibration)
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        calibration: Calibration,
+        driver: Driver | None = None,
+    ) -> None:
+        """Make a device around an element; as `Memory`."""
+        super().__init__(design, settings, calibration, driver)
         self._running: _Run | None = None
 
     # --- commands ------------------------------------------------------------------------
@@ -134,6 +141,7 @@ class MemoryElement(Memory):
             StateError: The material cannot go on (see `Chain.advance`). It is as it was before
                 the tick in which it could not, the procedure has failed, and strain and base
                 stand still.
+            DriverError: As by `pass_ticks`; the procedure has failed.
         """
         ticks = self._step(self._running) if self._running else most
         if self.base.harmful:

@@ -11,6 +11,10 @@ class Refused(Exception):
     """A command that cannot be taken now or at all; the element is unchanged."""
 
 
+class DriverError(Exception):
+    """A real element cannot be reached, or its driver says what cannot be: the device fails."""
+
+
 class ProcedureFailed(Exception):
     """A procedure that ran and did not reach its aim; the message says what was seen.
 

@@ -13,6 +13,7 @@ from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
+from .driver import Driver
 from .element import MemoryElement
 from .end import End, read_from
 from .errors import ProcedureFailed, SettingsError
@@ -27,13 +28,15 @@ def new_element(
     design: Design | Preset,
     settings: Settings | None = None,
     calibration: Calibration | None = None,
+    driver: Driver | None = None,
 ) -> MemoryElement:
-    """Return a blank device, calibrated.
+    """Return a device, calibrated: a blank one, unless a driver brings its element.
 
     Args:
         design: The element; a preset brings its settings along.
         settings: The instrument's settings, by default the preset's, or those for Case II.
         calibration: One that is known for them; by default that of the factory.
+        driver: Of a real element; by default that of a simulated one.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
@@ -44,7 +47,7 @@ def new_element(
         design = design.design
     settings = settings or Settings()
     calibration = calibration or factory_calibration(design, settings)
-    return MemoryElement(design, settings, calibration)
+    return MemoryElement(design, settings, calibration, driver)
 
 
 def factory_calibration(design: Design, settings: Settings) -> Calibration:

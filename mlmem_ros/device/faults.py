@@ -79,6 +79,13 @@ class Faults(Checked):
             and field.name not in aside
         }
 
+    def of_the_material(self) -> tuple[str, ...]:
+        """Return the names of those that a real element cannot be given."""
+        return tuple(name for name in self.active() if name.startswith(MATERIAL))
+
+
+MATERIAL = ('weak_', 'stuck_', 'disorder_', 'damping_')
+"""How the names of the faults begin that are the material's own."""
 
 HEALTHY = Faults()
 

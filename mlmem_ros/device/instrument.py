@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A material with its actuator, linkage, base and transducers, and one tick of it.
+"""A driver with its actuator, linkage, base and transducers, and one tick of it.
 
 It knows no command and no level: procedures play on it, and `MemoryElement` runs them.
 """
@@ -11,48 +11,21 @@ import math
 
 import numpy as np
 
-from ..physics import (
-    INTEGRATORS,
-    Chain,
-    Design,
-    DesignError,
-    Specimen,
-    StateError,
-    default_step,
-    substep_times,
-)
+from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
+from ..physics.potential import Array
 from .actuator import Actuator
 from .base import Base, BaseState
+from .driver import Driver
 from .end import End
-from .errors import Refused, SettingsError
+from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, worn
 from .linkage import Linkage
-from .material import Material
 from .reading import phase_of
 from .sensor_faults import sensed
-from .settings import Settings, TimeSettings
+from .settings import Settings
+from .simulation import Simulation
 from .transducer import Transducer
 from .units import Units
-
-MOST_WORK = 10**8
-"""Cell steps of a tick, those of at least a thousand cells: a quarter of a second or so."""
-
-
-def steps_per_tick(design: Design, time: TimeSettings) -> int:
-    """Return the least number of steps of a tick that are accurate and stable.
-
-    Raises:
-        SettingsError: The tick would take so many that nothing could be done beside it.
-    """
-    dt = default_step(Specimen(design), INTEGRATORS[time.integrator])
-    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
-    if steps > most:
-        raise SettingsError(
-            f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
-            f'got {time.tick:g}'
-        )
-    return steps
-
 
 LONGEST_RUN = 50
 """Ticks that are worth to be made in one run: their strain fits a cache."""
@@ -67,7 +40,7 @@ class Instrument:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        material: What is strained and listened to.
+        driver: Strains and hears the element, simulated or real.
         actuator: Tells the strain of the substrate.
         linkage: Brings that strain to the substrate.
         base: What the element stands on.
@@ -79,39 +52,50 @@ class Instrument:
         substrate_speed: Mean speed of the substrate's end in the last tick.
     """
 
-    def __init__(self, design: Design, settings: Settings) -> None:
-        """Put a blank chain at rest into an instrument.
+    def __init__(self, design: Design, settings: Settings, driver: Driver | None = None) -> None:
+        """Put an element that nothing strains into an instrument.
 
         Args:
             design: The element.
             settings: The instrument's settings.
+            driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
-            SettingsError: It would have to take too many steps or samples.
+            SettingsError: It would have to take too many steps or samples, or no whole number of
+                samples is a tick.
             DesignError: The step is beyond the stability limit.
         """
         self.design = design
         self.settings = settings
         self.tick = settings.time.tick
-        self.steps_per_tick = steps_per_tick(design, settings.time)
-        integrator = INTEGRATORS[settings.time.integrator]
-        self.material: Material = Chain(design, self.tick / self.steps_per_tick, integrator)
+        self.driver = driver or Simulation.of(design, settings.time)
+        self.steps_per_tick = _samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
         self.linkage = Linkage(settings.actuator.max_rate)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = HEALTHY
-        self.transducer = Transducer(design, settings, self.material)
+        self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
         self.substrate_speed = 0.0
-        self._times = substep_times(self.steps_per_tick, self.material.dt, integrator)
+        self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
         self._substeps = np.diff(self._times, prepend=0.0)
         self._progress = self._times / self.tick
 
     @property
     def chain(self) -> Chain:
-        """The simulated material, for those who may look inside: no procedure does."""
-        assert isinstance(self.material, Chain)
-        return self.material
+        """The simulated material, for those who may look inside: no procedure does.
+
+        Raises:
+            Refused: The element is real.
+        """
+        if (chain := self.driver.chain) is None:
+            raise Refused('only a simulated element can be looked into')
+        return chain
+
+    @property
+    def simulated(self) -> bool:
+        """Whether there is a `chain`."""
+        return self.driver.chain is not None
 
     @property
     def units(self) -> Units:
@@ -141,43 +125,50 @@ class Instrument:
         """Return the material with faults; it may be asked for from any thread.
 
         Raises:
-            Refused: The design has no such cell, or the step is too long for this material.
+            Refused: The design has no such cell, the step is too long for this material, or it
+                is that of a real element, which is as it is.
         """
+        if not self.simulated and (wrong := faults.of_the_material()):
+            raise Refused(f'faults: {", ".join(wrong)} can be given to a simulated element alone')
         try:
             specimen = worn(self.design, faults)
-            self.chain.check(specimen)
+            if self.simulated:
+                self.chain.check(specimen)
         except (SettingsError, DesignError) as error:
             raise Refused(f'faults: {error}') from error
         return specimen
 
     def suffer(self, faults: Faults) -> None:
         """Be faulty in these ways, and in no other; raises as `specimen`, nothing changed."""
-        self.chain.become(self.specimen(faults))
+        specimen = self.specimen(faults)
+        if self.simulated:
+            self.chain.become(specimen)
         self.faults = faults
 
     def pass_ticks(self, ticks: int = 1) -> None:
-        """Let ticks pass; while the instrument is `steady` the material is asked once for all.
+        """Let ticks pass; while the instrument is `steady` the driver is asked once for all.
 
         The bits are those of the ticks one by one.
 
         Raises:
             StateError: The material cannot go on (see `Chain.advance`). It is as it was before
                 the tick in which it could not, and strain and base stand still.
+            DriverError: The element cannot be reached, or its driver says what cannot be.
         """
-        if ticks > 1 and self.steady:
-            try:
-                self._pass(ticks)
-            except StateError:
-                pass  # one by one they tell in which tick
-            else:
-                return
-        for _ in range(ticks):
-            try:
+        try:
+            if ticks > 1 and self.steady:
+                try:
+                    self._pass(ticks)
+                except StateError:
+                    pass  # one by one they tell in which tick
+                else:
+                    return
+            for _ in range(ticks):
                 self._pass(1)
-            except StateError as error:
-                self.actuator.hold(self.actuator.strain)
-                self.stand_still(str(error))
-                raise
+        except (StateError, DriverError) as error:
+            self.actuator.hold(self.actuator.strain)
+            self.stand_still(str(error))
+            raise
 
     def _pass(self, ticks: int) -> None:
         """Let ticks pass in one run; nothing is changed where it raises `StateError`."""
@@ -188,15 +179,20 @@ class Instrument:
         strain = linkage.advance(told, self._substeps, self.faults, self.ticks)
         drive = transducer.drive(ticks * self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
-        start = self.material.V_N if ticks == 1 else V_N[-len(self._times) - 1]
+        start = self.driver.V_N if ticks == 1 else V_N[-len(self._times) - 1]
         try:
-            ends = self.material.advance(V_N, drive, shake, ticks)
+            ends = self.driver.advance(V_N, drive, shake, ticks)
+        except OSError as error:
+            raise DriverError(f'the driver failed: {error}') from error
         except StateError:
             actuator.state, linkage.state, transducer.held, self.base.state = before
             raise
+        if not self.simulated:
+            _check(ends, ticks * self.steps_per_tick)
         self.substrate_speed = (float(V_N[-1]) - float(start)) / self.tick
         last = transducer.recent[:, -1]
-        transducer.record(sensed(ends, last, self.faults, self.ticks), ticks)
+        heard = sensed(ends, last, self.faults, self.ticks)
+        transducer.record(heard, ticks, self.driver.interrupted)
         self.ticks += ticks
 
     def stand_still(self, why: str) -> None:
@@ -204,3 +200,23 @@ class Instrument:
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release()
+
+
+def _samples(tick: float, dt: float) -> int:
+    """Return how many samples a tick has."""
+    samples = max(1, round(tick / dt))
+    if not math.isclose(samples * dt, tick, rel_tol=1e-9):
+        raise SettingsError(
+            f'time.tick must be a whole number of samples, which are {dt:.6g} apart; got {tick:g}'
+        )
+    return samples
+
+
+def _check(ends: Array, samples: int) -> None:
+    """Raise `DriverError` for samples of a real element that cannot be."""
+    if np.shape(ends) != (2, samples):
+        raise DriverError(
+            f'the driver must tell {samples} samples of both ends; got shape {np.shape(ends)}'
+        )
+    if not np.isfinite(ends).all():
+        raise DriverError('the driver must tell finite displacements; got NaN or infinity')

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from ..physics import Design
 from .calibration import Calibration
+from .driver import Driver
 from .echo import Echo
 from .end import End
 from .events import Event, Heard
@@ -27,19 +28,26 @@ class Memory(Instrument):
         statistics: What the element has been through.
     """
 
-    def __init__(self, design: Design, settings: Settings, calibration: Calibration) -> None:
-        """Make an instrument around a blank chain at rest; raises as `Instrument`.
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        calibration: Calibration,
+        driver: Driver | None = None,
+    ) -> None:
+        """Make an instrument around an element; raises as `Instrument`.
 
         Args:
             design: The element.
             settings: The instrument's settings.
             calibration: Echo delay of every level; `factory.new_element` makes one.
+            driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
             SettingsError: The calibration is that of another number of levels.
         """
         calibration.check(design.levels)
-        super().__init__(design, settings)
+        super().__init__(design, settings, driver)
         self.calibration = calibration
         self.reading: Reading | None = None
         self.statistics = MemoryStatistics.of(design.levels)

@@ -37,6 +37,8 @@ _STRAINS = ('told', 'drive', 'strain')
 def take(element: MemoryElement) -> dict[str, Any]:
     """Return the state of a device: all that its future depends on beside design and settings.
 
+    The content of a real element is in the element.
+
     Returns:
         Values for JSON; floating-point numbers keep every bit.
 
@@ -48,9 +50,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
     return {
         'design': dataclasses.asdict(element.design),
         'ticks': element.ticks,
-        'steps': element.chain.steps_done,
-        'V_N': element.chain.V_N,
-        'state': _encode(element.chain.state()),
+        **(_material(element) if element.simulated else {}),
         'recent': _encode(element.transducer.recent),
         'actuator': {
             **dataclasses.asdict(element.actuator.motion),
@@ -67,11 +67,17 @@ def take(element: MemoryElement) -> dict[str, Any]:
     }
 
 
+def _material(element: MemoryElement) -> dict[str, Any]:
+    chain = element.chain
+    return {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': _encode(chain.state())}
+
+
 def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     """Set the state that `take` returned, on a device of the same design and settings.
 
-    A calibration for other pulses or detectors than the device's is not taken: the device
-    keeps its own.
+    A real element is in the state that it is in: it is given back what was learnt and counted
+    alone, and its content is what an echo will say. A calibration for other pulses or detectors
+    than the device's is not taken: the device keeps its own.
 
     Raises:
         StateError: The snapshot is not one of such a device; nothing is changed.
@@ -80,6 +86,19 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running')
     try:
+        if element.simulated and 'state' not in snapshot:
+            raise ValueError('it was taken of a real element, or damaged')
+        calibration = Calibration.from_dict(snapshot['calibration'])
+        calibration.check(element.design.levels)
+        key = calibration_key(element.design, element.settings)
+        same_pulses = snapshot.get('calibration_key', key) == key  # a replay leaves it out
+        statistics = MemoryStatistics.from_dict(snapshot['statistics'], element.design.levels)
+        if not element.simulated:
+            if snapshot['design'] != dataclasses.asdict(element.design):
+                raise ValueError('its design must agree')
+            element.calibration = calibration if same_pulses else element.calibration
+            element.statistics = statistics
+            return
         motion, strain, elapsed = _motion(snapshot['actuator'])
         linkage, base, faults = _disorders(snapshot)
         specimen = element.specimen(faults)
@@ -88,11 +107,6 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
         for given in (*ends, strain):
             element.actuator.check(given)
-        calibration = Calibration.from_dict(snapshot['calibration'])
-        calibration.check(element.design.levels)
-        key = calibration_key(element.design, element.settings)
-        same_pulses = snapshot.get('calibration_key', key) == key  # a replay leaves it out
-        statistics = MemoryStatistics.from_dict(snapshot['statistics'], element.design.levels)
         design = snapshot['design']
         reading = _reading(snapshot['reading'], element.design.levels)
         ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])

@@ -12,10 +12,10 @@ import numpy as np
 from ..physics import Design, Drive, substep_times
 from ..physics.dispersion import band
 from ..physics.potential import Array
+from .driver import Driver
 from .echo import FAINTEST, EchoDetector
 from .end import End
 from .errors import SettingsError
-from .material import Material
 from .pulse import BoundaryMotion, Move, Pulse
 from .settings import Settings
 
@@ -48,24 +48,25 @@ class Transducer:
             displacement and whether the element is quiet.
         detector: Listens to the pulse fired last, or None.
         held: The boundary cell that is held, or None.
+        interrupted: Whether the element was left alone for a while since the pulse.
     """
 
-    def __init__(self, design: Design, settings: Settings, material: Material) -> None:
-        """Fit transducers to a material.
+    def __init__(self, design: Design, settings: Settings, driver: Driver) -> None:
+        """Fit transducers to an element.
 
         Args:
             design: The element.
             settings: With pulse and detector of either end.
-            material: What is driven and sensed.
+            driver: What holds and hears its ends.
 
         Raises:
             SettingsError: A carrier is so slow that too many samples would have to be kept.
         """
         self._design = design
-        self._material = material
+        self._driver = driver
         self.probes = {end: end.probe(settings) for end in End}
         slowest = min(probe.omega_c for probe in self.probes.values())
-        dt = material.dt
+        dt = driver.dt
         width = 2.0 * math.pi * REST_PERIODS / slowest
         self._difference = _difference(upper_edge(design), dt)
         samples = max(math.ceil(width / dt), self._difference + 1)
@@ -78,6 +79,8 @@ class Transducer:
         self.recent: Array = np.empty((2, samples))
         self.settle()
         self.detector: EchoDetector | None = None
+        self.interrupted = False
+        self._late = 0  # ticks that are yet to be heard from before the pulse
         self._listening_end = End.LEFT
         self._rest = 0.0
         self.held: Held | None = None
@@ -92,7 +95,7 @@ class Transducer:
         """Time until the held cell is let go; 0 where none is held."""
         if self.held is None:
             return 0.0
-        return self.held.motion.duration - self.held.steps * self._material.dt
+        return self.held.motion.duration - self.held.steps * self._driver.dt
 
     @property
     def busy(self) -> bool:
@@ -104,7 +107,7 @@ class Transducer:
     def settle(self) -> None:
         """Take the ends for having rested where they are."""
         for end in End:
-            self.recent[end.row] = self._material.end(end.site(self._design))
+            self.recent[end.row] = self._driver.end(end.site(self._design))
 
     def rest(self, end: End) -> float:
         """Return the mean displacement of an end over the recent samples."""
@@ -144,12 +147,13 @@ class Transducer:
         self._rest = self.rest(end)
         self._listening_end = end
         least = FAINTEST * max(1.0, abs(self._rest))  # rounding goes with what is rounded
-        self.detector = EchoDetector(self.probes[end], self._material.dt, floor, least, shaken)
+        self.interrupted, self._late = False, self._driver.lag
+        self.detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, shaken)
         return self.detector
 
     def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell from where it is to a displacement at constant speed, let go."""
-        start = self._material.end(end.site(self._design))
+        start = self._driver.end(end.site(self._design))
         self._hold(end, Move(start, target, speed))
 
     def _hold(self, end: End, motion: BoundaryMotion) -> None:
@@ -167,19 +171,28 @@ class Transducer:
         if self.held is None:
             return None
         motion, site, begun = self.held
-        times = substep_times(steps, self._material.dt, self._material.integrator, begun)
+        times = substep_times(steps, self._driver.dt, self._driver, begun)
         driven = times[times <= motion.duration]
         goes_on = len(driven) == len(times)
         self.held = Held(motion, site, begun + steps) if goes_on else None
         return Drive(site, motion.at(driven)) if len(driven) else None
 
-    def record(self, ends: Array, ticks: int = 1) -> None:
-        """Take the displacements of both ends after every step of ticks, shape (2, steps)."""
+    def record(self, ends: Array, ticks: int = 1, interrupted: bool = False) -> None:
+        """Take the displacements of both ends after every step of ticks, shape (2, steps).
+
+        Args:
+            ends: The displacements.
+            ticks: How many they are.
+            interrupted: Whether the element was left alone meanwhile.
+        """
         width = self.recent.shape[1]
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
         if self.detector is not None:
-            for heard in np.split(ends[self._listening_end.row] - self._rest, ticks):
-                self.detector.feed(heard)  # whose sums round by ticks
+            self.interrupted |= interrupted
+            heard = np.split(ends[self._listening_end.row] - self._rest, ticks)
+            for each in heard[self._late :]:
+                self.detector.feed(each)  # whose sums round by ticks
+            self._late = max(0, self._late - ticks)
 
 
 def _noise_gain(order: int) -> float:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..device import MemoryElement
+from ..device.simulation import Simulation
 from ..device.transducer import Transducer
 from ..physics import NOH_BATHE, Chain, Design, Drive, Integrator
 from ..physics.energy import audited, energy
@@ -59,6 +60,6 @@ class MeteredChain(Chain):
 def fit_meter(element: MemoryElement) -> MeteredChain:
     """Put a metered chain in the place of a new device's own, and return it."""
     meter = MeteredChain(element.design, element.chain.dt, element.chain.integrator)
-    element.material = meter
-    element.transducer = Transducer(element.design, element.settings, meter)
+    element.driver = Simulation(meter)
+    element.transducer = Transducer(element.design, element.settings, element.driver)
     return meter

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 import numpy as np
 
@@ -78,19 +79,25 @@ def _limit(specimen: Specimen, integrator: Integrator, reach: float | None = Non
     return integrator.limit(highest_frequency(specimen, reach), eta)
 
 
-def substep_times(
-    steps: int, dt: float, integrator: Integrator = NOH_BATHE, first: int = 0
-) -> Array:
-    """Return the times in a run of steps at which the integrator asks for what is prescribed.
+class Nodes(Protocol):
+    """What asks for what is prescribed at some times in every step: an integrator, a driver."""
+
+    @property
+    def nodes(self) -> tuple[float, ...]:
+        """These times, as shares of the step."""
+
+
+def substep_times(steps: int, dt: float, asker: Nodes = NOH_BATHE, first: int = 0) -> Array:
+    """Return the times in a run of steps at which what is prescribed is asked for.
 
     Args:
         steps: Number of steps.
         dt: Step size in time units.
-        integrator: The method; its nodes follow each other in every step.
+        asker: Its nodes follow each other in every step.
         first: Number of the first step.
 
     Returns:
-        Times from the start of step 0, rising, shape (m steps,) with m = integrator.substeps.
+        Times from the start of step 0, rising, shape (m steps,) with m nodes.
     """
     starts = first + np.arange(steps, dtype=np.float64)
-    return np.asarray((starts[:, None] + np.array(integrator.nodes)).ravel() * dt)
+    return np.asarray((starts[:, None] + np.array(asker.nodes)).ravel() * dt)

@@ -23,7 +23,7 @@ from ..bag.errors import BagError
 from ..clipped import clipped, printable
 from ..device import Command, Refused, Settings
 from ..device import commands as device_commands
-from ..device.instrument import steps_per_tick
+from ..device.simulation import steps_per_tick
 from ..physics import Design
 from .messages import FORMAT
 

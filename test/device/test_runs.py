@@ -122,18 +122,18 @@ def test_a_tick_that_cannot_be_made_is_found_in_its_run(lost):
     seen = []
     for length in (1, 20, 10**6):
         element = rig.device(1)
-        last, advance = lost * element.steps_per_tick, element.material.advance
+        last, advance = lost * element.steps_per_tick, element.driver.advance
 
         def balk(*inputs, element=element, last=last, advance=advance):
             if element.chain.steps_done + len(inputs[0]) // 2 > last:
                 raise StateError('no further')
             return advance(*inputs)
 
-        element.material.advance = balk
+        element.driver.advance = balk
         told = live(element, {0: [Write(4)]}, 60, lambda length=length: length)
         assert element.ticks == lost
         assert told[-1] == (lost, 'no further')
-        element.material.advance = advance
+        element.driver.advance = advance
         seen.append((told, element.advance(), end(element)))
     assert repr(seen[0]) == repr(seen[1]) == repr(seen[2])
 
@@ -141,13 +141,13 @@ def test_a_tick_that_cannot_be_made_is_found_in_its_run(lost):
 def test_a_material_is_asked_once_for_what_is_known_beforehand():
     """All of a write but its reads: in a tenth of the ticks' number of calls or less."""
     element = rig.device(1)
-    asked, advance = [], element.material.advance
+    asked, advance = [], element.driver.advance
 
     def count(*inputs):
         asked.append(len(inputs[0]) // (2 * element.steps_per_tick))
         return advance(*inputs)
 
-    element.material.advance = count
+    element.driver.advance = count
     element.reading = rig.succeed(rig.device(1), Read())  # so that it need not look first
     outcome = element.perform(Write(5))
     assert outcome.success

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...device.end import End
-from ...device.instrument import steps_per_tick
+from ...device.simulation import steps_per_tick
 from ...physics import INTEGRATORS, Specimen, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst

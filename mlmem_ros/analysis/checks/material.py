@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...device.instrument import steps_per_tick
+from ...device.simulation import steps_per_tick
 from ...physics import CASE_II, INTEGRATORS, Specimen, stable_step
 from ...verdict import Verdict
 from .finding import Finding, judged

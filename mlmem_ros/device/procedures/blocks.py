@@ -73,6 +73,11 @@ def wait(element: Instrument, duration: float) -> Procedure[None]:
         yield end - element.ticks
 
 
+def catch_up(element: Instrument) -> Procedure[None]:
+    """Let ticks pass until the samples of this one are in: a driver may hear late."""
+    yield from wait(element, element.driver.lag * element.tick)
+
+
 def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]:
     """Move the strain smoothly and wait until it is there.
 
@@ -109,6 +114,7 @@ def launch(
     """Under a strain, move v_1 to another ground state at constant speed, and let it go."""
     rise, *rest = Cycle.planned(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
+    yield from catch_up(element)  # to know where the end is
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
         yield element.next_look(element.transducer.left)
@@ -127,6 +133,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     while element.transducer.driving:
         yield element.next_look(element.transducer.left)
     yield from wait(element, element.settings.erase.settle)
+    yield from catch_up(element)
 
 
 def slacken(element: Memory) -> Procedure[None]:

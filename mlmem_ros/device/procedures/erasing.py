@@ -11,7 +11,7 @@ from ..motion import Cycle
 from ..moves import throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
-from .blocks import Procedure, Result, bring_back, launch, play, slacken
+from .blocks import Procedure, Result, bring_back, catch_up, launch, play, slacken
 from .listening import probe
 
 LOOK_SPACING = 8
@@ -66,6 +66,7 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
     cycles = 2 * design.levels + 2
     kink, meeting = 0, _meeting(element)
     for _ in range(cycles):
+        yield from catch_up(element)
         for end in (End.RIGHT, End.LEFT):
             if element.phase(end) is None:
                 yield from bring_back(element, end)

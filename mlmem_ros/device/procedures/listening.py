@@ -14,7 +14,7 @@ from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
 from ..reading import UNDECODABLE, Reading
-from .blocks import Procedure, Result, wait
+from .blocks import Procedure, Result, catch_up, wait
 
 NOISE_SHARE = 1.25
 """Unrest over the sensor's noise up to which an end counts as resting under that noise."""
@@ -44,6 +44,7 @@ def quiet(element: Instrument) -> Procedure[None]:
     """
     while element.actuator.moving:  # a strain set by hand: the wall may be under way
         yield element.next_look(element.actuator.left)
+    yield from catch_up(element)
     transducer, share = element.transducer, element.settings.read.quiet
     limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
     patience = math.ceil(element.settings.read.patience / element.tick)
@@ -98,15 +99,30 @@ def _restless(element: Instrument, end: End, limit: float) -> bool:
 
 
 def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire one pulse and return what comes back.
+    """Fire a pulse and return what comes back; again where it was not heard without a break.
 
-    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
-    begins to shake afterwards spoils the answer.
+    A real element goes on while nobody listens: across a break no delay is measured.
 
     Args:
         element: The instrument.
         end: Where the pulse is fired.
         longest: The delay of the farthest echo, for which a hum is listened to.
+
+    Raises:
+        ProcedureFailed: The ends do not come to rest, or there was a break every time.
+    """
+    for _ in range(element.settings.read.attempts):
+        echo = yield from _answer(element, end, longest)
+        if not element.transducer.interrupted:
+            return echo
+    raise ProcedureFailed('the element was left alone while it was listened to, every time')
+
+
+def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
+    """Fire one pulse and return what comes back.
+
+    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
+    begins to shake afterwards spoils the answer.
     """
     yield from quiet(element)
     yield from wait(element, element.settings.read.rest)

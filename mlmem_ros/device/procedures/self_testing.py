@@ -14,7 +14,7 @@ from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
 from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
-from .blocks import Procedure, Result, ramp, slacken, wait
+from .blocks import Procedure, Result, catch_up, ramp, slacken, wait
 from .erasing import erase
 from .listening import look, noise_floor, probe_from, quiet
 from .writing import restore, write
@@ -95,11 +95,11 @@ def _strain(element: Memory) -> Procedure[Check]:
     """
     times = element.settings.erase
     asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
-    offset = _felt(element)
+    offset = yield from _felt(element)
     try:
         yield from ramp(element, asked, times.ramp)
         yield from wait(element, times.settle)
-        felt = _felt(element)
+        felt = yield from _felt(element)
         yield from ramp(element, 0.0, times.release)
         yield from wait(element, times.settle)
     except ProcedureFailed as failure:
@@ -113,8 +113,9 @@ def _strain(element: Memory) -> Procedure[Check]:
     )
 
 
-def _felt(element: Memory) -> float:
+def _felt(element: Memory) -> Procedure[float]:
     """Return the strain as the right end shows it, which is inactive."""
+    yield from catch_up(element)
     stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 

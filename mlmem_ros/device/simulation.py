@@ -1,0 +1,75 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The driver of a simulated element: a chain that advances when it is asked to."""
+
+from __future__ import annotations
+
+import math
+
+from ..physics import INTEGRATORS, Chain, Design, Drive, Specimen, default_step
+from ..physics.energy import actuator_force
+from ..physics.potential import Array
+from .driver import Driver
+from .errors import SettingsError
+from .settings import TimeSettings
+
+MOST_WORK = 10**8
+"""Cell steps of a tick, those of at least a thousand cells: a quarter of a second or so."""
+
+
+def steps_per_tick(design: Design, time: TimeSettings) -> int:
+    """Return the least number of steps of a tick that are accurate and stable.
+
+    Raises:
+        SettingsError: The tick would take so many that nothing could be done beside it.
+    """
+    dt = default_step(Specimen(design), INTEGRATORS[time.integrator])
+    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
+    if steps > most:
+        raise SettingsError(
+            f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
+            f'got {time.tick:g}'
+        )
+    return steps
+
+
+class Simulation(Driver):
+    """A chain in the place of an element; a step is a sample."""
+
+    chain: Chain
+
+    def __init__(self, chain: Chain) -> None:
+        """Drive a chain."""
+        self.chain = chain
+        self.dt = chain.dt
+        self.nodes = chain.integrator.nodes
+
+    @classmethod
+    def of(cls, design: Design, time: TimeSettings) -> Simulation:
+        """Return the driver of a blank element at rest.
+
+        Raises:
+            SettingsError: A tick would have to take too many steps.
+            DesignError: The step is beyond the stability limit.
+        """
+        dt = time.tick / steps_per_tick(design, time)
+        return cls(Chain(design, dt, INTEGRATORS[time.integrator]))
+
+    @property
+    def V_N(self) -> float:  # type: ignore[override]
+        """Displacement of the substrate's end."""
+        return self.chain.V_N
+
+    def advance(
+        self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
+    ) -> Array:
+        """Advance the chain; see `Chain.advance`."""
+        return self.chain.advance(V_N, drive, shake, looks)
+
+    def end(self, site: int) -> float:
+        """Return the displacement of an end."""
+        return self.chain.end(site)
+
+    def force(self) -> float:
+        """Return the force of the actuator."""
+        return actuator_force(self.chain)
