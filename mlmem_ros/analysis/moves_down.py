@@ -17,6 +17,7 @@ from ..device.motion import SMOOTH_PEAK_RATE, Cycle
 from ..device.reading import BLANK, UNDECODABLE
 from ..physics import Chain, Design, Specimen, StateError, level_of, stable_step, substep_times
 from ..physics.equilibrium import resting_wall, wall_profile
+from ..physics.potential import Array
 
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
@@ -30,24 +31,36 @@ def moved(
 ) -> int:
     """Return the level after a cycle and a rest, `BLANK`, or `UNDECODABLE` for anything else.
 
+    For the arguments see `left_by`.
+    """
+    left = left_by(Specimen(design), cycle, level, rest=rest, dt=dt)
+    return UNDECODABLE if left is None else level_of(design, left)
+
+
+def left_by(
+    specimen: Specimen, cycle: Cycle, level: int, *, rest: float = REST, dt: float = STEP
+) -> Array | None:
+    """Return the configuration after a cycle and a rest, shape (N,); None for a lost chain.
+
     Args:
-        design: The element.
+        specimen: The element.
         cycle: The strain.
         level: Where a wall rests first, or `BLANK`.
         rest: Time units after the cycle.
         dt: Time step, where it is stable.
     """
-    specimen = Specimen(design)
-    chain = Chain(design, min(dt, stable_step(specimen)))
-    if level != BLANK:
-        chain.place(resting_wall(specimen, level))
+    design = specimen.design
+    chain = Chain(design, min(dt, 0.95 * stable_step(specimen)))
+    chain.become(specimen)
     times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
     try:
+        if level != BLANK:
+            chain.place(resting_wall(specimen, level))
         chain.advance(cycle.strain(times) * design.end_displacement(1.0))
         chain.rest(round(rest / chain.dt))
-    except StateError:  # strained so hard that the chain is lost
-        return UNDECODABLE
-    return level_of(design, chain.configuration)
+    except StateError:  # strained so hard that the chain is lost, or no wall rests there
+        return None
+    return chain.configuration
 
 
 def inertia_over_mass(design: Design) -> float:

@@ -3,7 +3,7 @@
 """What moves the wall from one level to another, how long it takes, and the quickest way.
 
 Levels and the blank element are places, moves lead from one to the next: a launch, a step up, a
-stroke down, a throw, an erase. Which of them a write makes is a question of the shortest way
+stroke up or down, a throw, an erase. Which of them a write makes is a question of the shortest way
 (docs/going_back.md).
 """
 
@@ -29,7 +29,7 @@ class How(Enum):
 
     LAUNCH = 'launch'
     STEP = 'step up'
-    STROKE = 'stroke down'
+    STROKE = 'stroke'
     THROW = 'throw'
     ERASE = 'erase by a kink'
 
@@ -52,7 +52,7 @@ class Move:
 
 
 def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0) -> Cycle:
-    """Return the strain of a step up, a stroke down or a throw.
+    """Return the strain of a step up, a stroke or a throw.
 
     Args:
         design: The element.
@@ -61,10 +61,12 @@ def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0)
         force: Factor on the peak of a step up, as far as the actuator goes.
     """
     if move.how is How.THROW:
-        return throw_cycle(settings, 0)
+        pulses = 1 + move.start // settings.throw.levels
+        return sum((throw_cycle(settings, pulse) for pulse in range(pulses)), Cycle(()))
     if move.how is How.STROKE:
-        times: CycleSettings = _stroke(settings, move.start)
-        wanted = stroke_peak(design, settings, move.start)
+        stroke = stroke_of(settings, move.start, upward=move.target > move.start)
+        times: CycleSettings = stroke
+        wanted = stroke_peak(design, stroke, move.start)
     else:
         times = settings.write
         wanted = force * peak(settings.write, design.freed_by_compression(move.start))
@@ -72,21 +74,21 @@ def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0)
     return Cycle.planned(times, max(-limit, min(wanted, limit)), settings.actuator.max_rate)
 
 
-def stroke_peak(design: Design, settings: Settings, start: int) -> float:
-    """Return the peak of a stroke from a level; 0 where there is none.
+def stroke_of(settings: Settings, start: int, *, upward: bool) -> StrokeSettings:
+    """Return the stroke that may begin at a level."""
+    if upward:
+        return settings.up_odd if start % 2 else settings.up_even
+    return settings.down_odd if start % 2 else settings.down_even
 
-    The farther a wall is the farther a stroke throws it, for its substrate moves by the strain
+
+def stroke_peak(design: Design, stroke: StrokeSettings, start: int) -> float:
+    """Return the peak of a stroke from a level.
+
+    The farther a wall is the farther a stroke takes it, for its substrate moves by the strain
     times its site: X_last / X to the power of `growth` makes up for that.
     """
-    stroke = _stroke(settings, start)
-    if start < max(stroke.lowest, stroke.levels):
-        return 0.0
     farther = design.defect(design.levels - 1) / design.defect(start)
     return float(stroke.peak * farther**stroke.growth)
-
-
-def _stroke(settings: Settings, start: int) -> StrokeSettings:
-    return settings.down_odd if start % 2 else settings.down_even
 
 
 def gentle(settings: Settings) -> Settings:
@@ -100,7 +102,7 @@ def paper_way(settings: Settings) -> Settings:
     """Return settings without strokes and throws."""
     none = StrokeSettings()
     erase = replace(settings.erase, method='kink')
-    return replace(settings, erase=erase, down_even=none, down_odd=none)
+    return replace(settings, erase=erase, down_even=none, down_odd=none, up_even=none, up_odd=none)
 
 
 def throw_cycle(settings: Settings, pulse: int) -> Cycle:
@@ -127,12 +129,15 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
     if start < design.levels - 1:
         cycle = Cycle.planned(settings.write, settings.write.tension, rate)
         yield Move(How.STEP, start, start + 1, cycle.duration)
-    if wanted := stroke_peak(design, settings, start):
-        stroke = _stroke(settings, start)
-        cycle = Cycle.planned(stroke, wanted, rate)
-        yield Move(How.STROKE, start, start - stroke.levels, cycle.duration)
+    for upward in (True, False):
+        stroke = stroke_of(settings, start, upward=upward)
+        target = start + stroke.levels * (1 if upward else -1)
+        if stroke.peak and start >= stroke.lowest and 0 <= target < design.levels:
+            cycle = Cycle.planned(stroke, stroke_peak(design, stroke, start), rate)
+            yield Move(How.STROKE, start, target, cycle.duration)
     if throws(settings):
-        yield Move(How.THROW, start, BLANK, throw_cycle(settings, 0).duration)
+        out = Move(How.THROW, start, BLANK, 0.0)
+        yield replace(out, time=cycle_of(design, settings, out).duration)
     else:
         cycle = Cycle.planned(settings.erase, settings.erase.compression, rate)
         listening = RINGING / design.eta

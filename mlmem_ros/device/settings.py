@@ -147,10 +147,11 @@ class EraseSettings(CycleSettings):
 
 @dataclass(frozen=True)
 class StrokeSettings(CycleSettings):
-    """A cycle that draws the substrate from under the wall, which is then at a lower level.
+    """A cycle that draws the substrate from under the wall, which is then at another level.
 
     Slowly up, swung over in haste (`ease`), and slowly let go. The same stroke moves a wall
-    farther at a farther site, so that its peak falls with the site.
+    farther at a farther site, so that its peak falls with the site. One sign takes it down, the
+    other up.
     """
 
     peak: float = described(
@@ -159,7 +160,7 @@ class StrokeSettings(CycleSettings):
     growth: float = described(
         0.0, 'exponent with which the peak grows towards the first site', low=0.0, high=3.0
     )
-    levels: int = described(1, 'levels that the wall goes down', low=1, high=255)
+    levels: int = described(1, 'levels that the wall goes', low=1, high=255)
     lowest: int = described(1, 'lowest level that it starts from', low=1, high=10_000)
 
 
@@ -167,7 +168,7 @@ class StrokeSettings(CycleSettings):
 class ThrowSettings(CycleSettings):
     """A pulse that throws the wall out at the left end, from any level.
 
-    What one leaves, the next one takes, with the other sign.
+    What one leaves, the next one takes, which is weaker or has the other sign.
     """
 
     peak: float = described(0.0, 'peak strain, either sign; 0: no throw', low=-0.5, high=0.5)
@@ -175,6 +176,13 @@ class ThrowSettings(CycleSettings):
         -0.65, 'peak of every second pulse, over that of the others', low=-1.0, high=1.0
     )
     pulses: int = described(5, 'bound on the pulses until the element is blank', low=1, high=100)
+    levels: int = described(
+        10_000,
+        'how many levels, from 0 on, one pulse takes the wall out from; a write, which does not '
+        'listen in between, makes one more for every so many',
+        low=1,
+        high=10_000,
+    )
 
 
 def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
@@ -316,6 +324,8 @@ class Settings:
     erase: EraseSettings = field(default_factory=EraseSettings)
     down_even: StrokeSettings = field(default_factory=StrokeSettings)
     down_odd: StrokeSettings = field(default_factory=StrokeSettings)
+    up_even: StrokeSettings = field(default_factory=StrokeSettings)
+    up_odd: StrokeSettings = field(default_factory=StrokeSettings)
     throw: ThrowSettings = field(default_factory=ThrowSettings)
     probe: ProbeSettings = field(default_factory=ProbeSettings)
     probe_right: ProbeSettings = field(

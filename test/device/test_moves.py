@@ -76,16 +76,19 @@ def test_the_paper_knows_steps_up_and_a_kink_alone():
 
 def test_a_stroke_is_stronger_where_the_site_is_nearer():
     design, settings = preset('bits_4')
-    far, near = (stroke_peak(design, settings, level) for level in (15, 7))
+    far, near = (stroke_peak(design, settings.down_odd, level) for level in (15, 7))
     assert near == pytest.approx(far * 2.0**settings.down_odd.growth)
-    assert stroke_peak(design, settings, 1) == 0.0  # below `lowest`
 
 
-def test_a_stroke_does_not_go_below_level_0():
-    two = StrokeSettings(peak=0.01, levels=2)
-    settings = dataclasses.replace(Settings(), down_odd=two)
-    assert stroke_peak(CASE_II, settings, 1) == 0.0
-    assert stroke_peak(CASE_II, settings, 3) > 0.0
+def strokes(settings, start):
+    return [move.target for move in moves_from(CASE_II, settings, start) if move.how is How.STROKE]
+
+
+def test_a_stroke_leads_from_its_lowest_level_on_to_levels_of_the_element():
+    two = StrokeSettings(peak=0.01, levels=2, lowest=2)
+    settings = dataclasses.replace(Settings(), down_odd=two, up_odd=two)
+    found = {start: strokes(settings, start) for start in (1, 2, 3, 7)}
+    assert found == {1: [], 2: [], 3: [5, 1], 7: [5]}
 
 
 def test_a_peak_beyond_the_actuator_is_refused():

@@ -94,7 +94,7 @@ def settings(random):
         groups[name] = dataclasses.replace(group, **drawn)
     limit = groups['actuator'].max_strain
     peaks = ('compression', 'tension', 'start_strain', 'peak')
-    for name in ('write', 'erase', 'down_even', 'down_odd', 'throw'):
+    for name in ('write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd', 'throw'):
         given = {
             each: getattr(groups[name], each) for each in peaks if hasattr(groups[name], each)
         }

@@ -75,7 +75,7 @@ class Rows:
         there is a way down to where none is lost.
         """
         total = 0.0
-        for off in ((0.0, 0.0), *_ring(DIRECTIONS, itertools.cycle(RADII))):
+        for off in ((0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))):
             away = self.departures(write, off)
             total += float((away >= 1.0).sum() + 0.1 * np.minimum(away / self.design.J, 1.0).sum())
         return total
@@ -83,7 +83,7 @@ class Rows:
     def nearest_failure(self, write: WriteSettings) -> float:
         """Return the least radius of `RINGS` on which a step is lost; infinity for none."""
         for radius in RINGS:
-            for off in _ring(ON_A_RING, itertools.repeat(float(radius))):
+            for off in ring(ON_A_RING, itertools.repeat(float(radius))):
                 if (self.departures(write, off) >= 1.0).any():
                     return float(radius)
         return math.inf
@@ -147,7 +147,7 @@ def schedule(begin: WriteSettings, x: Array, time: float, tick: float) -> WriteS
     )
 
 
-def _ring(directions: int, radii: Iterator[float]) -> Iterator[tuple[float, float]]:
+def ring(directions: int, radii: Iterator[float]) -> Iterator[tuple[float, float]]:
     """Yield relative changes of both peaks in as many directions."""
     for k, radius in zip(range(directions), radii, strict=False):
         angle = 2.0 * math.pi * k / directions

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from ...analysis.designer.stroke_search import stretched
 from ...analysis.moves_down import moved, reach, shortest_ease
 from ...device.motion import Cycle
 from ...device.moves import How, Move, cycle_of, throw_cycle
 from ...device.presets import preset
 from ...device.reading import BLANK
-from ...device.settings import ActuatorSettings, CycleSettings, Settings
+from ...device.settings import ActuatorSettings, Settings
 from ...physics import Chain, Design, Specimen
 from ...physics.equilibrium import resting_wall
 from ...studies.style import FAINT, INK, MARK, axes_grid, contour, label, new_figure, phase_bar
@@ -47,13 +48,6 @@ STRONG = ActuatorSettings(max_strain=0.5, max_rate=1.0)
 def timed(times: Any, peak: float, ease: float) -> Any:
     """Return a throw with factors on its peak and on the time of letting go."""
     return dataclasses.replace(times, peak=times.peak * peak, ease=times.ease * ease)
-
-
-def stretched(times: Any, peak: float, time: float) -> Any:
-    """Return a stroke or a throw with factors on its peak and on all its times."""
-    names = [field.name for field in dataclasses.fields(CycleSettings) if field.name != 'ease_to']
-    changed = {name: getattr(times, name) * time for name in names}
-    return dataclasses.replace(times, peak=times.peak * peak, **changed)
 
 
 @FIGURE.data

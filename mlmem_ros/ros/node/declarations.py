@@ -44,8 +44,8 @@ CHECK = (
 
 
 OF_A_PRESET = (
-    'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'throw', 'probe',
-    'probe_right', 'read', 'time',
+    'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
+    'throw', 'probe', 'probe_right', 'read', 'time',
 )  # fmt: skip
 """Groups that a preset that is set later gives its values; the others are the robot's own."""
 

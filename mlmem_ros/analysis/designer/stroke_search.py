@@ -1,0 +1,178 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Strokes and throws by search: CMA-ES over their times, peaks, and how these fall with the site.
+
+The closed forms of `moves_down` leave out pins and waves, so that what they propose is only where
+a search begins. A map of peaks alone does not show how near chance is: every trial is judged with
+peak and times off in many directions, each in an element that chance has made. CMA-ES is the
+evolution strategy of Hansen and Ostermeier (2001), by the package cmaes (the extra `search`).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ...device.motion import Cycle
+from ...device.moves import stroke_peak
+from ...device.settings import StrokeSettings, ThrowSettings
+from ...physics import Design, Scatter, scattered, walls
+from ...physics.potential import Array
+from ..moves_down import left_by
+from .cycle_search import DIRECTIONS, RADII, STEP, ring
+
+Swing = TypeVar('Swing', bound=StrokeSettings | ThrowSettings)
+
+CLUMSY = 0.5
+"""What a throw costs that leaves the wall at a lower level, over one that loses it."""
+
+PRICE = 0.01
+"""What every damping time of a cycle costs: of two that hold the same, the quicker."""
+
+STEP_SIZE = 0.2
+"""Standard deviation of the first trials, in logarithms of times and peaks."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a stroke or a throw has to do.
+
+    Attributes:
+        design: The element.
+        starts: Levels that it has to work from.
+        upward: Whether a stroke goes up.
+        scatter: Standard deviation of alpha of the elements in which it is tried.
+    """
+
+    design: Design
+    starts: Sequence[int]
+    upward: bool = False
+    scatter: float = 1e-3
+
+    def cost(self, swing: StrokeSettings | ThrowSettings) -> float:
+        """Return the share that fails with peak and times off, and a little for its time."""
+        changes = [(0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))]
+        share = [self.lost(swing, off, seed) for seed, off in enumerate(changes)]
+        return float(np.mean(share)) + PRICE * duration(swing) * self.design.eta
+
+    def nearest_failure(
+        self, swing: StrokeSettings | ThrowSettings, radii: Sequence[float]
+    ) -> float:
+        """Return the least radius on which more than nothing is lost; infinity for none."""
+        for radius in radii:
+            changes = ring(12, itertools.repeat(radius))
+            if any(self.lost(swing, off, seed) for seed, off in enumerate(changes)):
+                return radius
+        return math.inf
+
+    def lost(
+        self, swing: StrokeSettings | ThrowSettings, off: tuple[float, float], seed: int
+    ) -> float:
+        """Return what fails, over the starts.
+
+        Args:
+            swing: The stroke or the throw.
+            off: Relative changes of its peak and of its times.
+            seed: Of the element in which it is tried.
+        """
+        changed = stretched(swing, 1.0 + off[0], 1.0 + off[1])
+        specimen = scattered(self.design, Scatter(alpha=self.scatter), seed)
+        total = 0.0
+        for start in self.starts:
+            left = left_by(specimen, cycle_from(self.design, changed, start), start, dt=STEP)
+            total += 1.0 if left is None else self._wrong(left, self._target(swing, start))
+        return total / len(self.starts)
+
+    def _target(self, swing: StrokeSettings | ThrowSettings, start: int) -> int | None:
+        if isinstance(swing, ThrowSettings):
+            return None
+        return start + (swing.levels if self.upward else -swing.levels)
+
+    def _wrong(self, left: Array, target: int | None) -> float:
+        """Return 0 for a wall at the target, or a blank element for None; 1 if it is lost."""
+        low, high = self.design.wells
+        found = walls(self.design, left)
+        if not (left.min() > low and left.max() < high and len(found) <= 1):
+            return 1.0
+        if target is None:
+            return CLUMSY * len(found) if left[-1] < self.design.D_barrier else 1.0
+        if not found or not found[0].anti_kink:
+            return 1.0
+        away = abs(found[0].position - self.design.defect(target))
+        return 0.0 if away < 1.0 else 0.5 + 0.5 * min(1.0, away / (2.0 * self.design.J))
+
+
+def cycle_from(design: Design, swing: StrokeSettings | ThrowSettings, start: int) -> Cycle:
+    """Return the strain of a stroke from a level, or of a throw, by an actuator that follows."""
+    if isinstance(swing, ThrowSettings):
+        return Cycle.planned(swing, swing.peak)
+    return Cycle.planned(swing, stroke_peak(design, swing, start))
+
+
+def stretched(swing: Swing, peak: float, time: float) -> Swing:
+    """Return a stroke or a throw with factors on its peak and on all its times."""
+    times = ('ramp', 'hold', 'ease', 'release', 'settle')
+    changed = {name: getattr(swing, name) * time for name in times}
+    return replace(swing, peak=swing.peak * peak, **changed)
+
+
+def duration(swing: StrokeSettings | ThrowSettings) -> float:
+    """Return the time that it takes."""
+    return Cycle.planned(swing, swing.peak).duration
+
+
+def search(task: Task, begin: Swing, *, trials: int, tick: float = 20.0, seed: int = 0) -> Swing:
+    """Return the best stroke or throw that was found.
+
+    Args:
+        task: What it has to do.
+        begin: Where to begin; its sign, its levels and its rest are kept.
+        trials: How many are tried.
+        tick: Every part but the way over (`ease`) is a whole number of them.
+        seed: Of the search.
+    """
+    from cmaes import CMA
+
+    best, least = begin, task.cost(begin)
+    optimizer = CMA(mean=np.zeros(7), sigma=STEP_SIZE, seed=seed)
+    for _ in range(math.ceil(trials / optimizer.population_size)):
+        told = []
+        for _ in range(optimizer.population_size):
+            x = optimizer.ask()
+            tried = point(begin, x, tick)
+            cost = task.cost(tried)
+            told.append((x, cost))
+            if cost < least:
+                best, least = tried, cost
+        optimizer.tell(told)
+    return best
+
+
+def point(begin: Swing, x: Array, tick: float) -> Swing:
+    """Return the stroke or throw that a point of the search stands for; at 0 the beginning.
+
+    Args:
+        begin: Whose times and peak are multiplied by exp(x).
+        x: Of ramp, hold, ease, release and peak; then what is added to ease_to and, of a stroke,
+            to growth; shape (7,).
+        tick: The unit of ramp, hold and release.
+    """
+    ramp, hold, ease, release, peak = np.exp(x[:5]).tolist()
+    growth: dict[str, Any] = {}
+    if isinstance(begin, StrokeSettings):
+        growth['growth'] = round(float(np.clip(begin.growth + x[6], 0.0, 3.0)), 3)
+    return replace(
+        begin,
+        ramp=max(1, round(begin.ramp * ramp / tick)) * tick,
+        hold=round(begin.hold * hold / tick) * tick,
+        ease=float(max(1, round(begin.ease * ease))),
+        ease_to=round(float(np.clip(begin.ease_to + 0.5 * x[5], -1.0, 1.0)), 3),
+        release=max(1, round(begin.release * release / tick)) * tick,
+        peak=round(float(np.clip(begin.peak * peak, -0.5, 0.5)), 4),
+        **growth,
+    )
