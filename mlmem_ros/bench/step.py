@@ -15,6 +15,7 @@ import numpy as np
 from ..device.end import End
 from ..device.motion import Profile
 from ..device.settings import Settings, WriteSettings
+from ..device.simulation import Simulation
 from ..device.transducer import Transducer
 from ..physics import (
     CASE_II,
@@ -81,7 +82,7 @@ def _echo_delays(dt: float, integrator: Integrator) -> Array:
 def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
     chain = Chain(CASE_II, dt, integrator)
     chain.place(resting_wall(Specimen(CASE_II), level))
-    transducer = Transducer(CASE_II, Settings(), chain)
+    transducer = Transducer(CASE_II, Settings(), Simulation(chain))
     detector = transducer.fire(End.LEFT)
     steps = round(TICK / dt)
     while detector.delay is None and detector.time < 1200.0:

@@ -20,6 +20,7 @@ from mlmem_ros.device.echo import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ProbeSettings, Settings
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, Chain
 
@@ -196,7 +197,7 @@ def test_an_element_at_rest_gives_no_echo_whatever_its_gain():
     design = dataclasses.replace(CASE_II, N=60, c=-1000.0)
     chain = Chain(design)
     probe = dataclasses.replace(PROBE, A=1e-9, gain_decay=1.0)
-    transducer = Transducer(design, Settings(probe=probe, probe_right=probe), chain)
+    transducer = Transducer(design, Settings(probe=probe, probe_right=probe), Simulation(chain))
     detector = transducer.fire(End.RIGHT)
     noise = 1e-13 * np.random.default_rng(1).standard_normal((2, 8000))
     transducer.record(design.D_s1 + noise)

@@ -12,6 +12,7 @@ from mlmem_ros.device.commands import SetStrain
 from mlmem_ros.device.end import End
 from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import ProbeSettings, Settings
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer, upper_edge
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive
 from mlmem_ros.physics.dispersion import band
@@ -144,7 +145,9 @@ def test_noise_is_told_from_motion_in_a_stiff_element(method):
     design = dataclasses.replace(CASE_II, N=60, d=2.0, s_min=1e4, s_max=3e4)
     chain = Chain(design, integrator=method)
     probe = ProbeSettings(omega_c=1.0)
-    transducer = Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)
+    transducer = Transducer(
+        chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain)
+    )
     t = chain.dt * np.arange(transducer.recent.shape[1])
     wave = 1e-3 * np.sin(band(design.k_s2)[1] * t)
     transducer.record(np.stack((wave, wave)))
@@ -156,7 +159,9 @@ def test_noise_is_told_by_however_few_samples():
     """At the fastest legal carriers a rest is shorter than the difference that tells noise."""
     chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
     probe = ProbeSettings(omega_c=10.0)
-    transducer = Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)
+    transducer = Transducer(
+        chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain)
+    )
     noise = 1e-3 * np.random.default_rng(1).standard_normal((2, 50))
     transducer.record(noise)
     assert 1e-4 < transducer.noise(End.LEFT) < 5e-3
@@ -166,4 +171,4 @@ def test_a_rest_of_too_many_samples_is_refused():
     chain = Chain(dataclasses.replace(CASE_II, N=60), dt=1e-3)
     probe = ProbeSettings(omega_c=1e-3)
     with pytest.raises(SettingsError, match='omega_c must be at least'):
-        Transducer(chain.design, Settings(probe=probe, probe_right=probe), chain)
+        Transducer(chain.design, Settings(probe=probe, probe_right=probe), Simulation(chain))

@@ -25,6 +25,7 @@ import pytest
 from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen, StateError, stable_step
 from mlmem_ros.physics.energy import energy
@@ -123,7 +124,7 @@ def test_an_echo_is_that_of_linear_waves_without_any_step(level):
     for method in (PEFRL, NOH_BATHE):
         chain = Chain(CASE_II, integrator=method)
         chain.place(wall)
-        transducer = Transducer(CASE_II, settings, chain)
+        transducer = Transducer(CASE_II, settings, Simulation(chain))
         detector = transducer.fire(End.LEFT)
         for _ in range(75):
             steps = round(20.0 / chain.dt)
