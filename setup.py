@@ -18,6 +18,8 @@ EXTRAS = {
     'cli': ['rich>=13.0'],
     'search': ['cmaes>=0.10'],
     'view': ['aiohttp>=3.9'],
+    # Check digits over the elements of a bank.
+    'code': ['reedsolo>=1.7'],
     # Studies on many machines, and their tables as Parquet.
     'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
     'test': [
@@ -32,6 +34,7 @@ EXTRAS = {
         'cmaes>=0.10',
         'distributed>=2023.5',
         'aiohttp>=3.9',
+        'reedsolo>=1.7',
         'selenium>=4.15',
     ],
     'docs': ['sphinx>=8.1', 'furo>=2024.8', 'myst-parser>=4.0'],

@@ -13,8 +13,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
-    from .contract.errors import NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .ros.client.bank import BankFailed, MemoryBank, Word
+    from .contract.errors import (
+        BankFailed,
+        NoAnswer,
+        RequestError,
+        RequestFailed,
+        RequestRefused,
+    )
+    from .contract.word import Corrected, Word
+    from .contract.word_code import LostWord, TornWord
+    from .ros.client.bank import MemoryBank
     from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
@@ -24,8 +32,10 @@ __version__ = '0.1.0'
 __all__ = [
     'BankFailed',
     'Calibrated',
+    'Corrected',
     'Decoded',
     'Done',
+    'LostWord',
     'MemoryBank',
     'MemoryClient',
     'NoAnswer',
@@ -34,15 +44,24 @@ __all__ = [
     'RequestFailed',
     'RequestRefused',
     'SelfTested',
+    'TornWord',
     'Word',
     'standalone',
 ]
 
 _HOMES = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'ros.client.bank': ('BankFailed', 'MemoryBank', 'Word'),
+    'ros.client.bank': ('MemoryBank',),
+    'contract.word': ('Corrected', 'Word'),
+    'contract.word_code': ('LostWord', 'TornWord'),
     'ros.client.client': ('MemoryClient',),
-    'contract.errors': ('NoAnswer', 'RequestError', 'RequestFailed', 'RequestRefused'),
+    'contract.errors': (
+        'BankFailed',
+        'NoAnswer',
+        'RequestError',
+        'RequestFailed',
+        'RequestRefused',
+    ),
     'ros.client.reply': ('Reply',),
     'ros.client.standalone': ('standalone',),
 }

@@ -30,3 +30,16 @@ class RequestFailed(RequestError):
 
 class RequestRefused(RequestFailed):
     """The node did not take the request (busy, inactive, out of range): nothing has changed."""
+
+
+class BankFailed(RequestError):
+    """Some elements did not do what they were asked for; the others did.
+
+    Attributes:
+        errors: What went wrong, by the full name of the element.
+    """
+
+    def __init__(self, errors: Mapping[str, RequestError], elements: int) -> None:
+        reasons = '; '.join(f'{name}: {error}' for name, error in errors.items())
+        super().__init__(f'{len(errors)} of {elements} elements failed: {reasons}')
+        self.errors = errors

@@ -14,7 +14,15 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 from std_msgs.msg import Int16
 
-from mlmem_ros import BankFailed, MemoryBank, MemoryClient, RequestRefused, standalone
+from mlmem_ros import (
+    BankFailed,
+    LostWord,
+    MemoryBank,
+    MemoryClient,
+    RequestRefused,
+    TornWord,
+    standalone,
+)
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import LATCHED
 
@@ -164,6 +172,58 @@ def test_a_bank_has_elements_and_a_base(bank):
         MemoryBank([])
     with pytest.raises(ValueError, match='base must be at least 2; got 1'):
         MemoryBank(bank.elements, base=1)
+
+
+@pytest.fixture(scope='module')
+def coded(bank):
+    """The same elements, two of them for check digits: eight words."""
+    return MemoryBank(bank.elements, check=2)
+
+
+def test_one_wrong_or_two_unreadable_elements_are_corrected_and_told(coded):
+    first, _, seal = coded.elements
+    assert (coded.size, coded.write(5).wait().corrected) == (8, ())
+    digits = coded.digits(5)
+    first.write((digits[0] + 1) % 8).wait()
+    word = coded.read().wait()
+    assert (word.value, word.digits, str(word)) == (5, digits, '5')
+    (wrong,) = word.corrected
+    assert (wrong.element, wrong.read, wrong.digit, wrong.why) == (first.name, 6, 5, '')
+    nobody = MemoryClient(first.node, '/nobody', patience=0.2)
+    torn_off = MemoryBank([first, nobody, seal], check=2)
+    with pytest.raises(LostWord, match='too far from every word; read, from element 0: 6 '):
+        torn_off.read().wait()
+    with pytest.raises(BankFailed, match='/nobody: no memory node answers'):
+        torn_off.write(6).wait()  # and has broken no seal
+    first.erase().wait()
+    word = torn_off.read().wait()
+    assert word.value == 5
+    assert [lost.read for lost in word.corrected] == [-1, None]
+    assert 'no memory node answers' in word.corrected[1].why
+    assert word.answers[1] is None
+
+
+def test_a_write_that_does_not_end_is_a_torn_word(coded):
+    """It is cut off while the digits change: one element has stopped."""
+    stopped, other, seal = coded.elements
+    stopped.pause().wait()
+    try:
+        writing = coded.write(6)
+        level = {}
+        keep = functools.partial(keep_level, level, other.name)
+        other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED)
+        wait_until(lambda: level.get(other.name) == coded.digits(6)[1], 'the other digit', 30.0)
+        with pytest.raises(RequestRefused, match='busy: the bank is being written'):
+            coded.write(1).wait()
+        writing.cancel()
+        stopped.abort()
+    finally:
+        stopped.pause(False).wait()
+    with pytest.raises(TornWord, match='torn: a write has not ended'):
+        coded.read().wait()
+    assert seal.read().wait().blank
+    assert coded.erase().wait().blank
+    assert coded.read().wait().blank
 
 
 def test_the_heading_store(bank):

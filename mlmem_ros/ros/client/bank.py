@@ -4,111 +4,99 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from ...contract.answers import Decoded
-from ...contract.errors import RequestError
+from ...contract.errors import BankFailed, RequestError, RequestRefused
+from ...contract.word import Word, word_of
+from ...contract.word_code import Stroke, WordCode
 from ...words import BLANK
 from .client import MemoryClient
 from .line import Line
 from .reply import Reply, Steps
 
-
-@dataclass(frozen=True)
-class Word:
-    """What a bank holds.
-
-    Attributes:
-        digits: Level of every element, the least significant first; -1 where it is blank.
-        base: How many levels an element has.
-        answers: What every element said, in the same order.
-    """
-
-    digits: tuple[int, ...]
-    base: int
-    answers: tuple[Decoded, ...]
-
-    @property
-    def blank(self) -> bool:
-        """Whether no element holds a level."""
-        return all(digit == BLANK for digit in self.digits)
-
-    @property
-    def value(self) -> int | None:
-        """The word as a number, or None where an element is blank."""
-        if BLANK in self.digits:
-            return None
-        return sum(digit * self.base**place for place, digit in enumerate(self.digits))
-
-    def __str__(self) -> str:
-        """Return the digits as a person writes them: the most significant first."""
-        return ' '.join('-' if digit == BLANK else str(digit) for digit in reversed(self.digits))
-
-
-class BankFailed(RequestError):
-    """Some elements did not do what they were asked for; the others did.
-
-    Attributes:
-        errors: What went wrong, by the full name of the element.
-    """
-
-    def __init__(self, errors: dict[str, RequestError], elements: int) -> None:
-        reasons = '; '.join(f'{name}: {error}' for name, error in errors.items())
-        super().__init__(f'{len(errors)} of {elements} elements failed: {reasons}')
-        self.errors = errors
+SHORTEST = 0.1
+"""Seconds that an element has at least to answer, however late the others were."""
 
 
 class MemoryBank:
     """Writes and reads one word in several elements at once.
 
-    Every request goes to all elements at the same time, so that a bank takes as long as its
-    slowest element. A word is not written in one stroke: when the power goes during a write,
-    some elements hold the new digit and some the old one. The replies are awaited or waited for
-    as those of a `MemoryClient`, and raise `BankFailed`.
+    Requests go to all elements at the same time, so that a bank takes as long as its slowest
+    element. The replies are awaited or waited for as those of a `MemoryClient`, and raise
+    `BankFailed`.
+
+    Without check digits a word is not written in one stroke: when the power goes during a write,
+    some elements hold the new digit and some the old one, and nobody can tell. With them
+    (`check`) the last elements hold the check digits of a code; what is wrong or unreadable is
+    set right as far as the code can, and told in `Word.corrected`; a read raises `TornWord` where
+    a write has not ended, and `LostWord` where the code can do no more. How, and by what chance it
+    may be mistaken, says `contract.word_code`. A write then takes three strokes: the last element
+    is erased, the others are written, and then it. One client at a time may write.
 
     Attributes:
-        elements: The clients, the least significant digit first.
-        base: How many levels an element has.
+        elements: The clients, the least significant digit first, check digits last.
+        code: What makes digits of words, with `base` and `check`.
     """
 
-    def __init__(self, elements: Sequence[MemoryClient], base: int = 8) -> None:
+    def __init__(self, elements: Sequence[MemoryClient], base: int = 8, check: int = 0) -> None:
         """Make a bank of elements.
 
         Args:
             elements: Clients on the same node, the least significant digit first.
             base: How many levels every element has (or how many of them to use), from 2.
+            check: How many elements, the last ones, hold check digits: two of them set one wrong
+                or two unreadable elements right, which takes a power of two for a base and fewer
+                elements than that.
+
+        Raises:
+            ValueError: There is no such word.
+            ModuleNotFoundError: The library of the code is missing (the extra `code`).
         """
         if not elements:
             raise ValueError('elements must be at least one; got none')
-        if base < 2:
-            raise ValueError(f'base must be at least 2; got {base!r}')
+        self.code = WordCode(len(elements), base, check)
         self.elements = tuple(elements)
-        self.base = base
-        names = f'{elements[0].name} ... {elements[-1].name}'
+        self._names = tuple(element.name for element in elements)
+        names = f'{self._names[0]} ... {self._names[-1]}'
         self._line = Line(elements[0].node, ReentrantCallbackGroup(), names, 0.0)
+        self._change: Reply[Word] | None = None
 
     @classmethod
-    def on(cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8) -> MemoryBank:
-        """Return the bank that `bank.launch.py` starts.
+    def on(
+        cls,
+        node: Node,
+        elements: int,
+        namespace: str = '/bank',
+        base: int = 8,
+        check: int = 0,
+    ) -> MemoryBank:
+        """Return the bank that `bank.launch.py` or `memory_bank` starts.
 
         Args:
             node: A node of the robot.
             elements: Their number: the launch argument `elements`.
             namespace: The launch argument `namespace`.
             base: How many levels an element has.
+            check: How many of the elements hold check digits.
         """
         names = [f'{namespace.rstrip("/")}/element_{place}/mlmem' for place in range(elements)]
-        return cls([MemoryClient(node, name) for name in names], base)
+        return cls([MemoryClient(node, name) for name in names], base, check)
+
+    @property
+    def base(self) -> int:
+        """How many levels an element has."""
+        return self.code.base
 
     @property
     def size(self) -> int:
         """How many words there are: 0 ... size - 1."""
-        return self.base ** len(self.elements)
+        return self.code.size
 
     @property
     def bits(self) -> int:
@@ -116,16 +104,12 @@ class MemoryBank:
         return self.size.bit_length() - 1
 
     def digits(self, word: int) -> tuple[int, ...]:
-        """Return the digits of a word, the least significant first.
+        """Return the digits of a word, the least significant first, check digits last.
 
         Raises:
             ValueError: The word is no whole number from 0 to `size` - 1.
         """
-        if isinstance(word, bool) or not isinstance(word, int) or not 0 <= word < self.size:
-            raise ValueError(
-                f'word must be a whole number from 0 to {self.size - 1}; got {word!r}'
-            )
-        return tuple(word // self.base**place % self.base for place in range(len(self.elements)))
+        return self.code.digits(word)
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until all elements are there.
@@ -133,8 +117,12 @@ class MemoryBank:
         Args:
             timeout: Longest wait in seconds.
         """
-        replies = [element.ready(timeout) for element in self.elements]
-        return self._gather('ready', replies, timeout, lambda _: None)
+
+        def steps() -> Steps[None]:
+            replies = {place: each.ready(timeout) for place, each in enumerate(self.elements)}
+            yield from self._together(replies, needed=True)
+
+        return Reply(self._line, 'ready', steps(), timeout + 5.0)
 
     def write(self, word: int, timeout: float = 60.0) -> Reply[Word]:
         """Write a word, every digit verified by an echo.
@@ -146,12 +134,7 @@ class MemoryBank:
         Raises:
             ValueError: The word is out of range.
         """
-        digits = self.digits(word)
-        replies = [
-            element.write(digit, timeout)
-            for element, digit in zip(self.elements, digits, strict=True)
-        ]
-        return self._gather(f'write {word}', replies, timeout, self._word)
+        return self._changing(f'write {word}', self.digits(word), timeout)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Word]:
         """Read the word.
@@ -160,8 +143,13 @@ class MemoryBank:
             timeout: Longest wait for the answer in seconds.
             end: The end to probe for this once, as in `MemoryClient.read`.
         """
-        replies = [element.read(timeout, end=end) for element in self.elements]
-        return self._gather('read', replies, timeout, self._word)
+
+        def steps() -> Steps[Word]:
+            replies = {p: each.read(timeout, end=end) for p, each in enumerate(self.elements)}
+            answers, errors = yield from self._together(replies, needed=not self.code.check)
+            return word_of(self.code, self._names, answers, errors)
+
+        return Reply(self._line, 'read', steps(), timeout + 5.0)
 
     def erase(self, timeout: float = 60.0) -> Reply[Word]:
         """Make all elements blank.
@@ -169,47 +157,68 @@ class MemoryBank:
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        replies = [element.erase(timeout) for element in self.elements]
-        return self._gather('erase', replies, timeout, self._word)
+        return self._changing('erase', (BLANK,) * len(self.elements), timeout)
 
-    def _word(self, answers: Sequence[Decoded]) -> Word:
-        """Return what the elements said as one word.
+    def _changing(self, what: str, digits: Sequence[int], timeout: float) -> Reply[Word]:
+        """Write digits, stroke by stroke: each begins when the one before is known to be done."""
+        until = time.monotonic() + timeout
+
+        def stroke(levels: Stroke) -> Mapping[int, Reply[Any]]:
+            left = max(SHORTEST, until - time.monotonic())
+            return {
+                place: self.elements[place].erase(left)
+                if level == BLANK
+                else self.elements[place].write(level, left)
+                for place, level in levels.items()
+            }
+
+        def steps() -> Steps[Word]:
+            if under_way:
+                raise RequestRefused({'error': 'busy: the bank is being written'})
+            if self.code.check:  # who is not there shall be missed before the seal is broken
+                ready = {
+                    place: each.ready(min(timeout, each.patience))
+                    for place, each in enumerate(self.elements)
+                }
+                yield from self._together(ready, needed=True)
+            said: dict[int, Decoded] = {}
+            for levels in self.code.strokes(digits):
+                answers, _ = yield from self._together(stroke(levels), needed=True)
+                said |= answers
+            return word_of(self.code, self._names, said, {})
+
+        before = self._change
+        under_way = self.code.check and before and not (before.done() or before.cancelled())
+        reply = Reply(self._line, what, steps(), timeout + 5.0)
+        if not under_way:
+            self._change = reply
+        return reply
+
+    def _together(
+        self, replies: Mapping[int, Reply[Any]], needed: bool
+    ) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
+        """Return what elements answered and what went wrong, by place, when all have ended.
 
         Raises:
-            BankFailed: One holds a level that is no digit.
+            BankFailed: All answers were needed, and something went wrong.
         """
-        errors = {
-            element.name: RequestError(f'level {said.level} is no digit of base {self.base}')
-            for element, said in zip(self.elements, answers, strict=True)
-            if said.level >= self.base
-        }
-        if errors:
-            raise BankFailed(errors, len(self.elements))
-        return Word(tuple(said.level for said in answers), self.base, tuple(answers))
-
-    def _gather(
-        self,
-        what: str,
-        replies: Sequence[Reply[Any]],
-        timeout: float,
-        result: Callable[[Sequence[Any]], Word | None],
-    ) -> Reply[Any]:
-        """Return the reply that is there when all are, whatever becomes of them."""
-
-        def steps() -> Steps[Word | None]:
+        try:
+            yield list(replies.values())
+        finally:  # given up: the parts are, too
+            for reply in replies.values():
+                reply.cancel()
+        answers: dict[int, Any] = {}
+        errors: dict[int, RequestError] = {}
+        for place, reply in replies.items():
             try:
-                yield replies
-            finally:  # given up: the parts are, too
-                for reply in replies:
-                    reply.cancel()
-            answers, errors = [], {}
-            for element, reply in zip(self.elements, replies, strict=True):
-                try:
-                    answers.append(reply.result())
-                except RequestError as error:
-                    errors[element.name] = error
-            if errors:
-                raise BankFailed(errors, len(self.elements))
-            return result(answers)
+                answers[place] = reply.result()
+            except RequestError as error:
+                errors[place] = error
+        if needed and errors:
+            raise self._failed(errors)
+        return answers, errors
 
-        return Reply(self._line, what, steps(), timeout + 5.0)
+    def _failed(self, errors: Mapping[int, RequestError]) -> BankFailed:
+        return BankFailed(
+            {self._names[place]: errors[place] for place in errors}, len(self._names)
+        )

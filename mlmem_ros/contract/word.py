@@ -1,0 +1,113 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a bank of elements answers: one word, and what had to be set right in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..words import BLANK
+from .answers import Decoded
+from .errors import BankFailed, RequestError
+from .word_code import WordCode, WordError
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """A digit that the code has set right.
+
+    Attributes:
+        element: Full name of the element.
+        read: What it says it holds; -1 where it is blank, None where it could not be read.
+        digit: What it should hold.
+        why: Why it could not be read; empty where it could.
+    """
+
+    element: str
+    read: int | None
+    digit: int
+    why: str = ''
+
+
+@dataclass(frozen=True)
+class Word:
+    """What a bank holds.
+
+    Attributes:
+        digits: Level of every element, the least significant first, check digits last; -1 where
+            it is blank.
+        base: How many levels an element has.
+        answers: What every element said, in the same order; None of one that could not be read.
+        check: How many of the digits are check digits.
+        corrected: The digits that are not what their elements hold. They hold them once the word
+            is written again.
+    """
+
+    digits: tuple[int, ...]
+    base: int
+    answers: tuple[Decoded | None, ...]
+    check: int = 0
+    corrected: tuple[Corrected, ...] = ()
+
+    @property
+    def blank(self) -> bool:
+        """Whether no element holds a level."""
+        return all(digit == BLANK for digit in self.digits)
+
+    @property
+    def value(self) -> int | None:
+        """The word as a number, or None where an element is blank."""
+        if BLANK in self.digits:
+            return None
+        value = 0
+        for digit in reversed(self._data):
+            value = value * self.base + digit
+        return value
+
+    def __str__(self) -> str:
+        """Return the digits as a person writes them: the most significant first, none to check."""
+        return ' '.join('-' if digit == BLANK else str(digit) for digit in reversed(self._data))
+
+    @property
+    def _data(self) -> tuple[int, ...]:
+        return self.digits[: len(self.digits) - self.check]
+
+
+def word_of(
+    code: WordCode,
+    names: Sequence[str],
+    answers: Mapping[int, Decoded],
+    errors: Mapping[int, RequestError],
+) -> Word:
+    """Return what elements said as one word.
+
+    Args:
+        code: Over the digits.
+        names: Of all elements.
+        answers: What was answered, by the place of the element.
+        errors: Why no answer came, by the place of the element.
+
+    Raises:
+        BankFailed: An element could not be read or holds no digit, and there is no code.
+        WordError: They hold no word.
+    """
+    errors = {**errors}
+    for place, said in answers.items():
+        if said.level >= code.base:
+            errors[place] = RequestError(f'level {said.level} is no digit of base {code.base}')
+    failed = BankFailed({names[place]: error for place, error in errors.items()}, len(names))
+    if errors and not code.check:
+        raise failed
+    read = [answers[place].level if place in answers else None for place in range(len(names))]
+    try:
+        digits = code.decode(read)
+    except WordError as error:
+        raise error from failed if errors else None
+    corrected = tuple(
+        Corrected(names[place], level, digit, f'{errors.get(place, "")}')
+        for place, (level, digit) in enumerate(zip(read, digits, strict=True))
+        if level != digit
+    )
+    heard = tuple(answers.get(place) for place in range(len(names)))
+    return Word(digits, code.base, heard, code.check, corrected)
