@@ -32,7 +32,9 @@ class PublishSettings(Checked):
     markers_every: int = described(
         50, 'ticks between two ~/markers', unit='ticks', low=0, high=10**6
     )
-    frame_id: str = described('mlmem', 'frame of stamped messages')
+    frame_id: str = described(
+        'mlmem', "frame of stamped messages; by default the node's full name without its first /"
+    )
 
     @property
     def column_every(self) -> int:

@@ -29,9 +29,9 @@ def declared(context):
     """Declare the parameters of a node that is given some: declared({'design.preset': 'fast'})."""
     nodes = []
 
-    def declare(given=()):
+    def declare(given=(), namespace=''):
         overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
-        node = Node('memory', context=context, parameter_overrides=overrides)
+        node = Node('memory', namespace=namespace, context=context, parameter_overrides=overrides)
         nodes.append(node)
         return node, ParameterSet(node, SimpleNamespace(loop=None))
 
@@ -77,6 +77,14 @@ def test_a_preset_that_is_set_ends_what_was_set_of_the_element_and_not_of_the_ro
     assert given.values().settings.write == preset('bits_4').settings.write
     assert given.values().settings.scale.time == 1e-5
     assert given.values().publish.frame_id == 'leg'
+
+
+@pytest.mark.parametrize(
+    ('namespace', 'frame'), [('', 'memory'), ('/bank/element_1', 'bank/element_1/memory')]
+)
+def test_elements_side_by_side_have_frames_apart(declared, namespace, frame):
+    _, given = declared(namespace=namespace)
+    assert given.values().publish.frame_id == frame
 
 
 @pytest.mark.parametrize('order', [1, -1])

@@ -74,6 +74,9 @@ class ParameterSet:
             overrides['design.check'] = self._modern(check)
         _declare(node, 'design.check', *CHECK)
         self._defaults = groups(chosen)
+        self._defaults['publish'] = dataclasses.replace(
+            self._defaults['publish'], frame_id=node.get_fully_qualified_name()[1:]
+        )
         for prefix, defaults in self._defaults.items():
             for field, description in descriptions(defaults):
                 _declare(
