@@ -23,7 +23,7 @@ html_title = f'mlmem_ros {__version__}'
 html_favicon = html_logo = None
 
 myst_heading_anchors = 4
-myst_enable_extensions = ['deflist', 'dollarmath']
+myst_enable_extensions = ['deflist']
 
 default_role = 'code'
 autodoc_member_order = 'bysource'
