@@ -113,7 +113,10 @@ def _disagreements(found: Mapping[str, Judged]) -> str:
 
 def _figure(figure: Figure) -> str:
     picture = f'![{figure.title}]({FOLDER}/{figure.stem}.{figure.ending})'
-    return f'### {figure.title}\n\n{picture}\n\n{figure.caption}\n'
+    return (
+        f'### {figure.title}\n\n{picture}\n\n{figure.caption} '
+        f'Drawn by `mlmem figures {figure.name}`.\n'
+    )
 
 
 def _check(data: Data) -> str:
