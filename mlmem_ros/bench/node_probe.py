@@ -18,12 +18,11 @@ from array import array
 from pathlib import Path
 
 import numpy as np
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
 
 from ..device.loop_statistics import LoopStatistics
+from ..ros.node.executor import GuardedExecutor
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import POLL
+from ..ros.node.run import begin, end
 
 
 class Watched(LoopStatistics):
@@ -45,30 +44,25 @@ def main(begun: float) -> None:
     Args:
         begun: When the process was started, in seconds since the epoch.
     """
-    rclpy.init()
-    node = MemoryNode()
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    node.start()
+    node, executor = begin([])
     gc.freeze()
     _tell({'ready': time.time() - begun})
     while True:
-        executor.spin_once(timeout_sec=0.1)
+        executor.turn(0.1)
         if select.select([sys.stdin], [], [], 0.0)[0]:
             if not (line := sys.stdin.readline()):
                 break
             _tell(_watch(node, executor, float(line)))
-    node.close()
-    rclpy.shutdown()
+    end(node, executor)
 
 
-def _watch(node: MemoryNode, executor: SingleThreadedExecutor, seconds: float) -> dict[str, float]:
+def _watch(node: MemoryNode, executor: GuardedExecutor, seconds: float) -> dict[str, float]:
     """Return what is seen of a node, turned as `memory_node` turns it."""
     loop = node.host.open_loop()
     statistics = loop.statistics = Watched()
     used, begun = time.process_time(), time.monotonic()
     while (now := time.monotonic()) - begun < seconds:
-        executor.spin_once(timeout_sec=min(POLL, begun + seconds - now))
+        executor.turn(begun + seconds - now)
     used = time.process_time() - used
     late = 1e3 * np.array(statistics.all)
     p50, p99 = np.percentile(late, (50.0, 99.0))

@@ -48,7 +48,7 @@ class NodeHere(RunningNode):
         self._thread.start()
 
     def _run(self) -> None:
-        turn(self.node, self._executor, self._stop)
+        turn(self._executor, self._stop)
         self._status = end(self.node, self._executor)
 
     @property
@@ -65,7 +65,7 @@ class NodeHere(RunningNode):
         """Ask it to end, if it still runs."""
         if not self._stop:
             self._stop.append(None)
-            self._executor.wake()
+            self._executor.interrupt()
 
     def exit_status(self, within: float = 20.0) -> int:
         """Wait for its end.

@@ -6,7 +6,6 @@ One node takes all of it; every test ends with a read that it has to answer, and
 it to end.
 """
 
-import asyncio
 import json
 import logging
 import signal
@@ -49,11 +48,17 @@ def test_a_defect_is_answered_as_every_refusal_is(own):
         raise RuntimeError('broken')
 
     broken.__module__ = 'mlmem_ros.ros.node.services' if own else 'rclpy.parameter_service'
-    service = SimpleNamespace(srv_name='/mlmem/request', callback=broken)
+    sent = []
+    service = SimpleNamespace(
+        srv_name='/mlmem/request',
+        callback=broken,
+        send_response=lambda response, header: sent.append(response.result),
+    )
     journal = Journal(logging.getLogger())
     Boundary(SimpleNamespace(services=[service]), journal).guard_services()
     asked, response = SetParametersAtomically.Request(), SetParametersAtomically.Response()
-    told = asyncio.run(service.callback(asked, response)).result
+    service.send_response(service.callback(asked, response), None)
+    (told,) = sent
     assert not told.successful
     assert (json.loads(told.reason) if own else told.reason) == (
         {'error': 'broken'} if own else 'broken'

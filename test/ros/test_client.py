@@ -24,6 +24,7 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
+from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0
 
@@ -200,7 +201,7 @@ def test_waiting_ends_with_its_node(node):
 # Awaiting
 
 
-@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
 def test_a_callback_awaits(node, context, kind):
     client = MemoryClient(node, '/mlmem')
 
@@ -297,6 +298,7 @@ def test_replies_leave_nothing_behind(node, context):
 
     in_a_callback(node, executor, some)
     assert len(list(node.timers)) == 1  # that of the test
+    client.abort().wait()  # of the read that was given up
 
 
 # No, and why

@@ -12,16 +12,19 @@ from contextlib import contextmanager
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from ...contract.errors import NoAnswer
+from ..events import events_executor
 from .client import MemoryClient
 
 POLL = 0.02
 """Seconds between two looks at a condition."""
+
+TURN = 10.0
+"""Seconds of a turn: to wait without a time-out is not safe with this executor."""
 
 
 @contextmanager
@@ -47,12 +50,15 @@ def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
         use_global_arguments=False,
         start_parameter_services=False,
     )
-    executor = SingleThreadedExecutor(context=context)
+    executor = events_executor(context)
     executor.add_node(node)
     over = Future()
-    thread = threading.Thread(
-        target=executor.spin_until_future_complete, args=(over,), name='mlmem-client', daemon=True
-    )
+
+    def turn() -> None:
+        while not over.done():
+            executor.spin_until_future_complete(over, TURN)
+
+    thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
     thread.start()
     try:
         yield MemoryClient(node, name)

@@ -2,34 +2,69 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one way in from ROS: whatever comes, no exception leaves a callback, and who asked is told.
 
-An exception that leaves a callback ends rclpy's executor, and the process with it. One that is
-raised while a message is taken (a text that is no UTF-8) leaves the callback's group blocked for
-good.
+Services may be coroutines, which await futures of the loop's thread. None is a task of rclpy's:
+how those are resumed depends on the executor and its version. They go on in the thread that
+settles the future, and the response is sent from there.
 """
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Coroutine, Generator
+from concurrent.futures import Future
+from typing import Any, NamedTuple, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from ...contract import answers
 from ...host import REFUSALS, Journal
 
+T = TypeVar('T')
+
 EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
 """What a bad request may raise in rclpy's own services: a transition that is not open now, a
 parameter of no known type."""
 
 
+async def settled(future: Future[T]) -> T:
+    """Wait for a future of any thread; for the coroutines of services."""
+    return await _Settled(future)
+
+
+class _Settled(NamedTuple):
+    future: Future[Any]
+
+    def __await__(self) -> Generator[Future[Any], None, Any]:
+        if not self.future.done():
+            yield self.future
+        return self.future.result()
+
+
+class _Answer(NamedTuple):
+    """What a service's callback returns to the executor, which hands it to `send_response`."""
+
+    steps: Coroutine[Future[Any], None, Any]
+
+    def tell(self, send: Callable[[Any], None]) -> None:
+        """Go on until a future is awaited, and again once it is settled; send the response."""
+        try:
+            awaited = self.steps.send(None)
+        except StopIteration as end:
+            send(end.value)
+        else:
+            awaited.add_done_callback(lambda _: self.tell(send))
+
+
 class Boundary:
-    """Guards the callbacks of a node."""
+    """Guards the callbacks of a node.
+
+    Attributes:
+        waiting: The requests that have not been answered yet.
+    """
 
     def __init__(self, node: Node, journal: Journal) -> None:
         """Guard nothing yet.
@@ -38,8 +73,10 @@ class Boundary:
             node: Whose callbacks.
             journal: Where it is told what was caught.
         """
+        self.waiting: set[int] = set()
         self._node = node
         self._journal = journal
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
     def guarded(self, where: str, callback: Callable[..., None]) -> Callable[..., None]:
         """Return a callback that lets no exception out."""
@@ -52,15 +89,15 @@ class Boundary:
 
     def every(self, seconds: float, where: str, callback: Callable[[], None]) -> None:
         """Call back again and again by the machine's clock, also where simulated time stands."""
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._node.create_timer(seconds, self.guarded(where, callback), clock=steady)
+        self._node.create_timer(seconds, self.guarded(where, callback), clock=self._steady)
 
     def guard_services(self) -> None:
         """Let no exception out of any service of the node, rclpy's own too; it is answered."""
         for service in self._node.services:
             service.callback = self._answering(service.srv_name, service.callback)
+            service.send_response = self._sending(service.srv_name, service.send_response)
 
-    def _answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., Any]:
+    def _answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., _Answer]:
         own = callback.__module__.startswith('mlmem_ros')
 
         async def serve(request: Any, response: Any) -> Any:
@@ -74,7 +111,19 @@ class Boundary:
                     self._journal.exception(name, error)
                 return _excuse(request, response, f'{error}' or type(error).__name__, own)
 
-        return serve
+        return lambda request, response: _Answer(serve(request, response))
+
+    def _sending(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
+        def tell(answer: _Answer, header: Any) -> None:
+            def answered(response: Any) -> None:
+                with self._journal.guarded(name):
+                    send(response, header)
+                self.waiting.discard(id(answer))
+
+            self.waiting.add(id(answer))
+            answer.tell(answered)
+
+        return tell
 
 
 def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
@@ -102,29 +151,3 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
             DiagnosticStatus(level=DiagnosticStatus.ERROR, name='self_test', message=why)
         ]
     return response
-
-
-class GuardedExecutor(SingleThreadedExecutor):
-    """Goes on whatever a message holds and whatever a callback raises."""
-
-    def __init__(self, journal: Journal, **options: Any) -> None:
-        super().__init__(**options)
-        self._journal = journal
-
-    def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Do what is to be done next, if anything is within a time."""
-        with self._journal.guarded('the executor'):
-            super().spin_once(timeout_sec)
-
-    def _take_subscription(self, sub: Any) -> Any:
-        return self._taken(sub.topic_name, super()._take_subscription, sub)
-
-    def _take_service(self, srv: Any) -> Any:
-        return self._taken(srv.srv_name, super()._take_service, srv)
-
-    def _taken(self, name: str, take: Callable[[Any], Any], entity: Any) -> Any:
-        try:
-            return take(entity)
-        except Exception as error:  # it cannot be decoded: who sent it cannot be told
-            self._journal.refused(name, f'the message cannot be decoded: {error}')
-            return None

@@ -61,16 +61,16 @@ class MemoryNode(LifecycleNode):
             self.get_logger(),
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
-            failed=self._wake,
+            failed=lambda: self.executor.create_task(self._mind_failure),
         )
-        boundary = Boundary(self, self.host.journal)
+        self._boundary = boundary = Boundary(self, self.host.journal)
         try:
             self._given = ParameterSet(self, self.host)
         except BaseException:
             self.destroy_node()
             raise
         self._inlets = Inlets(self, self.host)
-        self._requests = Services(self, self.host)
+        Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
         self._faults = FaultParameters(self, self.host, boundary)
         self._speedometer = Speedometer(self, self.host, boundary)
@@ -98,13 +98,7 @@ class MemoryNode(LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        return self._requests.waiting
-
-    def mind_failure(self) -> None:
-        """Take a node whose device has failed out of its active state; by its executor."""
-        if self.host.failure is not None:
-            with self.host.journal.guarded('minding a failure'):
-                self.trigger_deactivate()  # by way of its error handling: unconfigured
+        return len(self._boundary.waiting)
 
     def close(self) -> None:
         """Stop time where it runs, save the content, close the session file."""
@@ -216,6 +210,11 @@ class MemoryNode(LifecycleNode):
         if self._outlets is not None:
             self._outlets.tick(events)
 
+    def _mind_failure(self) -> None:
+        """Leave the active state, by way of the error handling: unconfigured."""
+        with self.host.journal.guarded('minding a failure'):
+            self.trigger_deactivate()
+
     def _tend(self) -> None:
         self.host.tend()
         simulated = self.get_parameter('use_sim_time').value
@@ -225,11 +224,6 @@ class MemoryNode(LifecycleNode):
                 self.host.journal.warning(
                     'use_sim_time is set and no /clock has come yet: time stands still'
                 )
-
-    def _wake(self) -> None:
-        """Have the executor look at a failure, from the loop's thread."""
-        if self.executor is not None:
-            self.executor.wake()
 
     def _set_speed(self, changed: list[Parameter]) -> None:
         for parameter in changed:

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
-from rclpy.executors import Executor
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from ...host import REFUSALS
-from .boundary import GuardedExecutor
+from .executor import GuardedExecutor
 from .node import MemoryNode
 from .page import page
 from .parameters import ParameterError
@@ -27,8 +26,8 @@ ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: it ended because it was asked to; it could not be started; it ended because it was
 asked to, and content or recording could not be saved. (2 is a wrong command line.)"""
 
-POLL = 1.0
-"""Seconds between two looks whether the device has failed."""
+POLL = 10.0
+"""Seconds of a turn: to wait without a time-out is not safe."""
 
 LAST_ANSWERS = 1.0
 """Longest time in seconds for telling those who wait that the node ends."""
@@ -64,7 +63,7 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
     with page(node):
         with woken_by_signals(executor):
-            turn(node, executor, stop)
+            turn(executor, stop)
         for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
             signal.signal(number, signal.SIG_IGN)
         return end(node, executor)
@@ -74,7 +73,7 @@ def begin(
     arguments: Sequence[str],
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
-) -> tuple[MemoryNode, Executor]:
+) -> tuple[MemoryNode, GuardedExecutor]:
     """Return a node with its executor, active if it starts itself.
 
     Args:
@@ -89,8 +88,8 @@ def begin(
         args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO
     )
     node = kind(context=context)
-    executor = GuardedExecutor(node.host.journal, context=context)
-    executor.add_node(node)
+    executor = GuardedExecutor(context)
+    executor.add_node(node, node.host.journal)
     try:
         if node.get_parameter('autostart').value:
             node.start()
@@ -102,20 +101,19 @@ def begin(
     return node, executor
 
 
-def turn(node: MemoryNode, executor: Executor, stop: Sequence[object]) -> None:
-    """Let a node work until there is anything in `stop`."""
+def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
+    """Let nodes work until there is anything in `stop`, and the executor is interrupted."""
     while not stop:
-        executor.spin_once(timeout_sec=POLL)
-        node.mind_failure()
+        executor.turn(POLL)
 
 
-def end(node: MemoryNode, executor: Executor) -> int:
+def end(node: MemoryNode, executor: GuardedExecutor) -> int:
     """Save, answer who waits, and leave the ROS graph; return the exit status."""
+    told = not node.waiting
     node.close()
     deadline = time.monotonic() + LAST_ANSWERS
-    told = not node.waiting
     while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
-        executor.spin_once(timeout_sec=0.0)
+        executor.turn(0.01)
     if not told:
         time.sleep(DELIVERY)
     status = NOT_SAVED if node.host.lost else ENDED

@@ -6,14 +6,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
 from rcl_interfaces.srv import SetParametersAtomically
-from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from rclpy.task import Future as RosFuture
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import answers, messages
@@ -21,18 +18,14 @@ from ...contract.commands import Record, requested
 from ...device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, SelfTest, Write
 from ...host import REFUSALS, Host
 from ..qos import EVERY_ONE
+from .boundary import settled
 from .recorded import session_plan
 
 
 class Services:
-    """Answers requests while the loop runs: a waiting request is a suspended coroutine.
-
-    Attributes:
-        waiting: How many requests have not been answered yet.
-    """
+    """Answers requests while the loop runs: a waiting request is a suspended coroutine."""
 
     def __init__(self, node: Node, host: Host) -> None:
-        self.waiting = 0
         self._node = node
         self._host = host
         procedures: dict[str, Callable[[], Command]] = {
@@ -42,10 +35,9 @@ class Services:
             '~/calibrate': Calibrate,
             '~/abort': Abort,
         }
-        group = ReentrantCallbackGroup()  # the node's own admits nothing while a request waits
 
         def serve(kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
-            node.create_service(kind, name, callback, qos_profile=EVERY_ONE, callback_group=group)
+            node.create_service(kind, name, callback, qos_profile=EVERY_ONE)
 
         for name, command in procedures.items():
             serve(Trigger, name, self._procedure(command))
@@ -80,7 +72,7 @@ class Services:
         """Have the device do something; return whether it succeeded, and the answer."""
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome: Outcome | None = await self.result(self._host.submit(command))
+            outcome: Outcome | None = await settled(self._host.submit(command))
         except REFUSALS as failure:
             return False, answers.refusal(failure, **asked)
         if outcome is None:  # taken, and there is nothing to wait for
@@ -92,7 +84,7 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome: Outcome = await self.result(self._host.submit(SelfTest()))
+            outcome: Outcome = await settled(self._host.submit(SelfTest()))
         except REFUSALS as failure:
             response.status = [messages.refused_test(name, str(failure))]
         else:
@@ -104,7 +96,7 @@ class Services:
         self, request: SetBool.Request, response: SetBool.Response
     ) -> SetBool.Response:
         try:
-            tick = await self.result(self._host.pause(request.data))
+            tick = await settled(self._host.pause(request.data))
         except REFUSALS as refusal:
             response.message = answers.refusal(refusal)
         else:
@@ -122,36 +114,17 @@ class Services:
         """Begin or end a session; return whether it succeeded, and the answer."""
         try:
             plan = session_plan(self._node, path=asked.path) if asked.on else None
-            path = await self.result(self._host.record(plan))
+            path = await settled(self._host.record(plan))
         except REFUSALS as refusal:
             return False, answers.refusal(refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
     async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
-            tick = await self.result(self._host.step())
+            tick = await settled(self._host.step())
         except REFUSALS as refusal:
             response.message = answers.refusal(refusal)
         else:
             response.success = True
             response.message = json.dumps({'tick': tick})
         return response
-
-    async def result(self, answer: Future[Any]) -> Any:
-        """Wait without blocking; the coroutine is resumed when the loop's thread has answered."""
-        executor = self._node.executor
-        future = RosFuture(executor=executor)
-
-        def done(answer: Future[Any]) -> None:
-            if (refusal := answer.exception()) is not None:
-                future.set_exception(refusal)
-            else:
-                future.set_result(answer.result())
-            executor.wake()
-
-        answer.add_done_callback(done)
-        self.waiting += 1
-        try:
-            return await future
-        finally:
-            self.waiting -= 1

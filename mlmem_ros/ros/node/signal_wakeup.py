@@ -10,11 +10,11 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rclpy.executors import Executor
+from .executor import GuardedExecutor
 
 
 @contextmanager
-def woken_by_signals(executor: Executor) -> Iterator[None]:
+def woken_by_signals(executor: GuardedExecutor) -> Iterator[None]:
     """Let every signal that Python handles wake an executor.
 
     Python runs a handler in the main thread, once that is out of the middleware's wait: which no
@@ -30,7 +30,7 @@ def woken_by_signals(executor: Executor) -> Iterator[None]:
 
     def wake() -> None:
         while ours.recv(1):
-            executor.wake()
+            executor.interrupt()
 
     thread = threading.Thread(target=wake, name='mlmem-signals', daemon=True)
     thread.start()

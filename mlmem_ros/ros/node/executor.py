@@ -1,0 +1,67 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The executor of a process of nodes: it goes on whatever a message holds."""
+
+from __future__ import annotations
+
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.task import Future
+
+from ...host import Journal
+from ..events import events_executor
+
+MOST = 1000
+"""Requests of one service that are taken at once, after one that could not be decoded."""
+
+
+class GuardedExecutor:
+    """Turns nodes whatever a message holds; their callbacks let no exception out."""
+
+    def __init__(self, context: Context | None = None) -> None:
+        self._events = events_executor(context)
+        self._journals: dict[Node, Journal] = {}
+        self._interrupted = Future()
+
+    def add_node(self, node: Node, journal: Journal) -> None:
+        """Turn a node from now on, and tell its journal what cannot be decoded."""
+        self._journals[node] = journal
+        self._events.add_node(node)
+
+    def turn(self, seconds: float) -> None:
+        """Make callbacks for a time, or until it is interrupted."""
+        try:
+            self._events.spin_until_future_complete(self._interrupted, seconds)
+        except Exception as error:  # what it came with is left behind, and nobody counts it
+            for node, journal in self._journals.items():
+                _refuse(journal, error)
+                _catch_up(node, journal)
+        if self._interrupted.done():
+            self._interrupted = Future()
+
+    def interrupt(self) -> None:
+        """End a turn, or the next one; from any thread."""
+        self._interrupted.set_result(None)
+
+    def shutdown(self) -> None:
+        """Make no callbacks any more."""
+        self._events.shutdown()
+
+
+def _refuse(journal: Journal, error: Exception) -> None:
+    journal.refused('a message', f'it cannot be decoded: {error}')
+
+
+def _catch_up(node: Node, journal: Journal) -> None:
+    """Serve the requests that wait: of messages the newest will do, and none is ever decoded."""
+    for service in node.services:
+        for _ in range(MOST):
+            try:
+                request, header = service.handle.service_take_request(service.srv_type.Request)
+            except Exception as error:
+                _refuse(journal, error)
+            else:
+                if request is None:
+                    break
+                answer = service.callback(request, service.srv_type.Response())
+                service.send_response(answer, header)
