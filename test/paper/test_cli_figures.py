@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem figures` as a user meets it: once in a process of its own, else in this one."""
+"""`mlmem figures` as a user meets it: in this process, and all of it in one of its own."""
 
 import json
 import subprocess
@@ -16,19 +16,14 @@ from mlmem_ros.paper.run import run_one
 ENDINGS = ('npz', 'png', 'svg')
 
 
-def mlmem(*arguments, folder):
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'figures', *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300)
-
-
-def test_one_figure_alone(tmp_path):
-    done = mlmem('2c', '--draft', folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_one_figure_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(['figures', '2c', '--draft']) == 0
     (output,) = tmp_path.iterdir()
     (folder,) = output.iterdir()  # and no page
     assert (output.name, folder.name) == ('reproduction', 'figures')
     assert {file.name for file in folder.iterdir()} == {f'fig_2c.{end}' for end in ENDINGS}
-    assert '1 of 1 figures' in done.stdout
+    assert '1 of 1 figures' in capsys.readouterr().out
 
 
 def test_two_figures_side_by_side_are_those_of_one_process_and_their_claims_are_told(
@@ -76,7 +71,8 @@ def test_the_list_names_every_figure(capsys):
 
 @pytest.mark.slow
 def test_all_of_them_with_the_page(tmp_path):
-    done = mlmem('--draft', folder=tmp_path)
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'figures', '--draft']
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     page = (tmp_path / 'reproduction' / 'reproduction.md').read_text(encoding='utf-8')
     assert page.startswith('# The paper, reproduced')
