@@ -42,6 +42,7 @@ from .worker import Worker
 
 if TYPE_CHECKING:
     from .recording import Recording
+    from .transcript import Transcript
 
 T = TypeVar('T')
 
@@ -102,8 +103,13 @@ class Host:
 
     @property
     def recording(self) -> Recording | None:
-        """The session that all that happens goes into, or None."""
+        """The session that is recorded, or None."""
         return self.sessions.current
+
+    @property
+    def transcript(self) -> Transcript | None:
+        """What all that happens goes into: a recording, the last seconds, or None."""
+        return self.sessions.transcript
 
     # --- its life ------------------------------------------------------------------------
 
@@ -146,6 +152,8 @@ class Host:
         element = self.element
         if given.record.path:
             self.sessions.begin(plan, element)
+        if given.record.last_seconds:
+            self.sessions.keep(plan, element)
         guard = self.journal.guarded
 
         def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
@@ -154,9 +162,9 @@ class Host:
             for event in events:
                 if isinstance(event, Outcome):
                     self.journal.info(_line(event), event.procedure)
-            if (recording := self.recording) is not None:
+            if (transcript := self.transcript) is not None:
                 with guard('recording'):
-                    recording.tick(element, commands)
+                    transcript.tick(element, commands)
 
         loop = Loop(
             element,

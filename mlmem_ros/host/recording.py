@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..bag.definitions import jazzy
 from ..bag.errors import BagError
 from ..bag.qos import LATCHED, RELIABLE, QosProfile
 from ..bag.recorder import Recorder, RecorderStatus
@@ -17,9 +16,10 @@ from ..device.loop import Stamped
 from ..session import messages
 from .journal import Journal
 from .session_plan import SessionPlan
+from .transcript import Message, Transcript
 
 
-class Recording:
+class Recording(Transcript):
     """A session file: made with all its topics, begun and ended between two ticks, closed.
 
     Attributes:
@@ -27,7 +27,12 @@ class Recording:
     """
 
     def __init__(
-        self, plan: SessionPlan, path: Path, journal: Journal, now: Callable[[], int]
+        self,
+        plan: SessionPlan,
+        path: Path,
+        journal: Journal,
+        now: Callable[[], int],
+        before: Sequence[Message] = (),
     ) -> None:
         """Make the bag; it waits for the disk.
 
@@ -36,15 +41,13 @@ class Recording:
             path: The bag; must not exist.
             journal: Where it is told how it goes.
             now: The time in nanoseconds that messages are stamped with.
+            before: A session that was kept in memory, from its header on, and goes on here.
 
         Raises:
             BagError: The path exists, or cannot be written.
         """
+        super().__init__(plan, journal, now)
         self.full = False
-        self._plan = plan
-        self._journal = journal
-        self._now = now
-        self._names = messages.SessionTopics.of(plan.node)
         settings = plan.settings
         writer = BagWriter(
             path,
@@ -52,17 +55,19 @@ class Recording:
             max_bytes=settings.max_bytes,
             max_duration=settings.max_duration,
         )
-        self._types = {topic.name: topic.type for topic in plan.topics}
         for topic in plan.topics:
             qos = QosProfile(reliability=topic.qos.reliability, durability=topic.qos.durability)
             writer.add_topic(topic.name, topic.type, (qos,))
-        writer.add_topic(self._names.header, messages.STRING, (LATCHED,), latch=True)
-        for name in (self._names.command, self._names.state_hash):
+        writer.add_topic(self.names.header, messages.STRING, (LATCHED,), latch=True)
+        for name in (self.names.command, self.names.state_hash):
             writer.add_topic(name, messages.STRING, (RELIABLE,))
+        for message in before:
+            writer.write(*message)
         self._recorder = Recorder(
             writer, dropped_topic=f'{plan.node}/{messages.DROPPED}', on_error=self._tell
         )
-        journal.info(f'recording a session into {writer.path}')
+        since = f', with the {len(before)} messages before' if before else ''
+        journal.info(f'recording a session into {writer.path}{since}')
 
     def begin(self, element: MemoryElement) -> None:
         """Record the present state, from which a replay starts; to be called between ticks.
@@ -70,48 +75,35 @@ class Recording:
         Raises:
             Refused: A procedure runs.
         """
-        given = self._plan.parameters or {}
-        self._put(self._names.header, messages.header(element, self._plan.node, given))
+        self._keep(self._header(element))
+
+    def go_on(self, since: Sequence[Message]) -> None:
+        """Record what came while that before it was written; to be called between ticks."""
+        for message in since:
+            self._keep(message)
 
     def takes(self, topic: str) -> bool:
         """Return whether the messages of a topic go into this session."""
-        return topic in self._types and not self.full
-
-    def put(self, topic: str, cdr: bytes) -> None:
-        """Take a message as it goes over the wire, if it is wanted; never waits.
-
-        One that is no message of its topic's type would spoil the bag for its readers: it is
-        left out, which is told.
-        """
-        if self.takes(topic):
-            try:
-                trimmed = jazzy().trim(cdr, self._types[topic])
-            except BagError as error:
-                self._journal.refused(f'recording {topic}', error)
-            else:
-                self._put(topic, trimmed)
+        return not self.full and super().takes(topic)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
         """Record the commands of a tick, and the state's hash where it is due."""
         if self.full:
             return
-        for tick, command in commands:
-            self._put(self._names.command, messages.command(tick, command))
-        settings = self._plan.settings
-        if element.ticks % settings.hash_every == 0:
-            self._put(self._names.state_hash, messages.state_hash(element))
-            most = settings.most_megabytes
-            if most and self.status.size >= 1e6 * most:  # the hash just recorded is the last
-                self.full = True
-                self._journal.warning(
-                    f'the session in {self.status.path} ends at {most:g} MB '
-                    '(record.most_megabytes)'
-                )
+        super().tick(element, commands)
+        settings = self.plan.settings
+        most = settings.most_megabytes
+        hashed = element.ticks % settings.hash_every == 0
+        if most and hashed and self.status.size >= 1e6 * most:
+            self.full = True  # the hash just recorded is the last
+            self._journal.warning(
+                f'the session in {self.status.path} ends at {most:g} MB (record.most_megabytes)'
+            )
 
     def end(self, element: MemoryElement) -> None:
         """Record the hash of the last state; to be called between ticks."""
         if not self.full:
-            self._put(self._names.state_hash, messages.state_hash(element))
+            self._put(self.names.state_hash, messages.state_hash(element))
 
     def close(self) -> None:
         """Write what waits and finish the bag; it waits for the disk.
@@ -132,8 +124,8 @@ class Recording:
         """How the recording stands."""
         return self._recorder.status
 
-    def _put(self, topic: str, cdr: bytes) -> None:
-        self._recorder.put(topic, cdr, self._now())
+    def _keep(self, message: Message) -> None:
+        self._recorder.put(*message)
 
     def _tell(self, error: BagError) -> None:
         self._journal.error(f'recording stopped: {error}')

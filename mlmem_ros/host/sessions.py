@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import time
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from .. import durable, threads
 from ..bag.errors import BagError
-from ..device import Loop, MemoryElement, Refused
+from ..device import Loop, MemoryElement, Refused, SettingsError
 from ..packages import missing
 from .errors import Overdue
 from .files import confined
@@ -24,7 +25,9 @@ from .settings import RecordSettings
 from .worker import Worker
 
 if TYPE_CHECKING:
+    from .last_seconds import LastSeconds
     from .recording import Recording
+    from .transcript import Transcript
 
 T = TypeVar('T')
 
@@ -47,9 +50,13 @@ class Sessions:
     opens and closes files, and may hang on them; what is recorded begins and ends in the loop's
     thread, between two ticks.
 
+    While there is none, the last seconds may be kept in memory: a recording then begins with
+    them, and one is made of them where the device fails.
+
     Attributes:
         state: How far it is.
-        current: The recording that all that happens goes into, or None.
+        current: The recording, or None.
+        last: The last seconds, or None where they are not kept; empty while there is a recording.
     """
 
     def __init__(self, root: Callable[[], str], journal: Journal, now: Callable[[], int]) -> None:
@@ -62,10 +69,26 @@ class Sessions:
         """
         self.state = State.IDLE
         self.current: Recording | None = None
+        self.last: LastSeconds | None = None
         self._root = root
         self._journal = journal
         self._now = now
         self._worker = Worker('mlmem-sessions', journal)
+
+    @property
+    def transcript(self) -> Transcript | None:
+        """What all that happens goes into, or None."""
+        return self.current or self.last
+
+    def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
+        """Keep the last seconds of a device from now on, before time runs.
+
+        Raises:
+            BagError: Packages are missing that make messages.
+        """
+        self.last = _made('last_seconds').LastSeconds(plan, self._journal, self._now, element)
+        if self.current is not None:
+            self.last.clear()
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Begin a recording before time runs, by `record.path`, else as `start`.
@@ -82,8 +105,9 @@ class Sessions:
         must not (`record.add_time`).
 
         Returns:
-            The path of the new bag, once it holds the present state; `Refused` where a
-            recording or a procedure is under way, else as `begin` raises.
+            The path of the new bag, once it holds the last seconds, or else the present state;
+            `Refused` where a recording is under way, or a procedure and no last seconds are
+            kept; else as `begin` raises.
         """
         return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
 
@@ -104,14 +128,14 @@ class Sessions:
         """End whatever is recorded, when time does not run any more; it waits, but not for long.
 
         Args:
-            element: The device; None where it has failed: the commands of the tick that failed
-                are not recorded, so no hash may follow.
+            element: The device; None where it has failed: its last seconds are saved, and the
+                commands of the tick that failed are not recorded, so no hash may follow.
 
         Returns:
             Whether all is written that was recorded.
         """
         try:
-            self._worker.done(CLOSING, lambda: self._stop(element, None))
+            self._worker.done(CLOSING, lambda: self._close(element))
         except Refused:  # nothing is being recorded
             return True
         except BagError:  # which has been told as it came
@@ -123,30 +147,50 @@ class Sessions:
 
     # --- in the worker's thread ----------------------------------------------------------
 
-    def _start(self, plan: SessionPlan, element: MemoryElement, loop: Loop | None) -> Path:
+    def _start(self, plan: SessionPlan, element: MemoryElement | None, loop: Loop | None) -> Path:
         if self.current is not None:
             raise Refused(f'busy: recording into {self.current.status.path}')
-        if element.procedure:
+        last = self.last
+        before = _between_ticks(loop, last.hold) if last is not None else []
+        if last is not None and before:
+            plan = last.continued(plan)
+        elif element is None:
+            raise Refused('there is nothing to begin with')
+        elif element.procedure:
             raise Refused(f'busy: {element.procedure} is running; a session begins idle')
         self.state = State.STARTING
         try:
             path = _new_path(plan.settings, self._root())
-            recording = _recording(plan, path, self._journal, self._now)
+            kept = len(before)
+            recording: Recording = _made('recording').Recording(
+                plan, path, self._journal, self._now, before
+            )
             try:
                 _between_ticks(
                     loop,
-                    lambda: self._worker.unless_given_up(lambda: self._begin(recording, element)),
+                    lambda: self._worker.unless_given_up(
+                        lambda: self._begin(recording, element, kept)
+                    ),
                 )
             except Refused:  # a procedure began in between, the loop has ended, or it is too late
                 recording.close()
                 raise
         finally:
             self.state = State.IDLE if self.current is None else State.ON
+            if last is not None:
+                last.release()
         return recording.status.path
 
-    def _begin(self, recording: Recording, element: MemoryElement) -> None:
-        recording.begin(element)
+    def _begin(self, recording: Recording, element: MemoryElement | None, kept: int) -> None:
+        """Let all go into a recording, which begins with so many messages of the last seconds."""
+        last = self.last
+        if last is not None and kept:
+            recording.go_on(last.since(kept))
+        elif element is not None:
+            recording.begin(element)
         self.current = recording
+        if last is not None:
+            last.clear()
 
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
         if (recording := self.current) is None:
@@ -159,19 +203,34 @@ class Sessions:
             self.state = State.IDLE
         return recording.status.path
 
+    def _close(self, element: MemoryElement | None) -> Path:
+        try:
+            if element is None and self.last is not None and self.current is None:
+                self._save(self.last)
+            return self._stop(element, None)
+        finally:
+            self.last = None
+
+    def _save(self, last: LastSeconds) -> None:
+        """Make a session of the last seconds of a device that has failed."""
+        try:
+            self._start(last.plan, None, None)
+        except (BagError, SettingsError) as error:
+            self._journal.error(f'the last seconds are lost: {error}')
+            raise BagError(str(error)) from error
+
     def _end(self, recording: Recording, element: MemoryElement | None) -> None:
         self.current = None
         if element is not None:
             recording.end(element)
 
 
-def _recording(*given: Any) -> Recording:
-    """Make a recording; only that needs the packages which write bags."""
+def _made(module: str) -> Any:
+    """Return a module of this package that makes messages; only those need the packages for it."""
     try:
-        from . import recording
+        return importlib.import_module(f'{__package__}.{module}')
     except ModuleNotFoundError as error:
         raise BagError(f'Cannot record: {missing(error)}') from error
-    return recording.Recording(*given)
 
 
 def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:

@@ -87,6 +87,14 @@ class RecordSettings(Checked):
     hash_every: int = described(
         500, 'ticks between two hashes of the state', unit='ticks', low=1, high=10**6
     )
+    last_seconds: float = described(
+        0.0,
+        "seconds of the element's time kept in memory, from its activation on, that a session "
+        'begins with, and that are saved if the device fails; 0: none',
+        unit='s',
+        low=0.0,
+        high=3600.0,
+    )
     views: bool = described(False, 'record ~/image and ~/markers too: three times the size')
 
 

@@ -9,6 +9,7 @@ every tool that opens the bag keeps it, splits and all.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import platform
 from collections.abc import Iterable, Mapping
@@ -110,13 +111,15 @@ def versions() -> dict[str, str]:
 
 
 def _found(packages: Iterable[str]) -> dict[str, str]:
-    found = {}
-    for name in packages:
-        try:
-            found[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            found[name] = 'unknown'
-    return found
+    return {name: _version(name) for name in packages}
+
+
+@functools.cache  # it is looked up on the disk, which no tick shall wait for
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return 'unknown'
 
 
 def _string(values: dict[str, Any]) -> bytes:

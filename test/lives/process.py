@@ -145,7 +145,7 @@ class Process:
         element = host.element
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.truth.ticked(element, events)
-        if (recording := host.recording) is not None and element.ticks % 4 == 0:
+        if (transcript := host.transcript) is not None and element.ticks % 4 == 0:
             level = element.reading.level if element.reading else -2
             message = jazzy().message(LEVEL[1], data=level)
-            recording.put(LEVEL[0], jazzy().serialize(message))
+            transcript.put(LEVEL[0], jazzy().serialize(message))

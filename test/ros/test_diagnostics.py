@@ -145,7 +145,7 @@ def session(**changes):
     ],
 )
 def test_the_gravest_of_a_recording_is_told(recording, level, text):
-    sessions = SimpleNamespace(state=State.IDLE)
+    sessions = SimpleNamespace(state=State.IDLE, last=None)
     health = diagnostics.recorder(SimpleNamespace(recording=recording, sessions=sessions))
     assert (health.level, health.text[: len(text)]) == (level, text)
 

@@ -8,6 +8,7 @@ subscriber received over DDS.
 
 import shutil
 import signal
+import time
 
 import pytest
 from robot import OUT, Robot
@@ -155,6 +156,22 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
     report = replay(load(bag))  # begun in mid-life, with the wall at level 1
     assert report.exact
     assert report.levels == [1]
+
+
+def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
+    bag = tmp_path / 'session'
+    start({'scale.time': 1e-5, 'record.last_seconds': 60.0})
+    with Robot() as robot:
+        assert robot.write(4).success
+        robot.set(record__path=str(bag))
+        asked = time.time_ns()
+        assert robot.record(True).success
+        assert robot.record(False).success
+    session = load(bag)
+    assert session.start < asked
+    assert session.outcomes[0][1]['procedure'] == 'write'
+    assert len(session.field_time) > 10  # its streams, too, though nobody listened
+    assert replay(session).exact
 
 
 @pytest.mark.slow

@@ -215,7 +215,8 @@ def recorder(host: Host) -> Health:
     """Warn of a session with gaps or at its greatest size; one that failed is an error."""
     recording = host.recording
     if recording is None:
-        return Health(OK, host.sessions.state.value)
+        last = host.sessions.last
+        return Health(OK, host.sessions.state.value, last.kept if last is not None else {})
     status = recording.status
     values = {
         'path': status.path,

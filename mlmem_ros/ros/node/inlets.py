@@ -38,8 +38,8 @@ class Inlets:
                 journal.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
             with journal.guarded(name):
-                if (recording := self._host.recording) is not None:
-                    recording.put(full, cdr)
+                if (transcript := self._host.transcript) is not None:
+                    transcript.put(full, cdr)
                 answer = self._host.submit_scaled(lambda units: make(message, units))
                 answer.add_done_callback(told)
 

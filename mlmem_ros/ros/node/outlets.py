@@ -20,7 +20,7 @@ from ..views.image import Contour
 from ..views.markers import ChainMarkers
 
 if TYPE_CHECKING:
-    from ...host.recording import Recording
+    from ...host.transcript import Transcript
 
 
 class Outlets:
@@ -48,12 +48,12 @@ class Outlets:
             self._node.destroy_publisher(publisher)
 
     def publish(self, topic: Topic, message: Any) -> None:
-        """Publish a message, and hand it to the recording: serialized once for both."""
+        """Publish a message, and hand it to the transcript: serialized once for both."""
         publisher = self._publishers[topic]
-        if (recording := self._recording(topic)) is not None:
+        if (transcript := self._transcript(topic)) is not None:
             cdr = serialize_message(message)
             publisher.publish(cdr)
-            recording.put(publisher.topic_name, cdr)
+            transcript.put(publisher.topic_name, cdr)
         else:
             publisher.publish(message)
 
@@ -82,14 +82,14 @@ class Outlets:
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not kept for those who come late."""
-        recorded = self._recording(topic) is not None
+        recorded = self._transcript(topic) is not None
         return recorded or self._publishers[topic].get_subscription_count() > 0
 
-    def _recording(self, topic: Topic) -> Recording | None:
-        """Return the session that takes the messages of a topic, or None."""
-        recording = self._host.recording
-        taken = recording is not None and recording.takes(self._publishers[topic].topic_name)
-        return recording if taken else None
+    def _transcript(self, topic: Topic) -> Transcript | None:
+        """Return what takes the messages of a topic, or None."""
+        transcript = self._host.transcript
+        taken = transcript is not None and transcript.takes(self._publishers[topic].topic_name)
+        return transcript if taken else None
 
     def _publish_heard(self, heard: Heard) -> None:
         if self._watched(topics.ECHO):

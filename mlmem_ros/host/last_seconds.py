@@ -1,0 +1,150 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The last seconds of an element, in memory: what a session holds of before it was asked for.
+
+A replay begins with the state of an idle device. So the messages are kept in segments, each of
+which begins with one, and the oldest goes once the others reach back far enough.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from .. import threads
+from ..device import MemoryElement, Refused
+from ..device.loop import Stamped
+from .journal import Journal
+from .session_plan import SessionPlan
+from .transcript import Message, Transcript
+
+SEGMENTS = 4
+"""Segments that the seconds asked for are cut into; one more is kept, which is being filled."""
+
+MOST_BYTES = 64 * 2**20
+"""Most that is kept, whatever is asked for."""
+
+_OVERHEAD = 200
+"""Bytes that a message takes in memory beside its CDR."""
+
+
+class _Segment:
+    def __init__(self, tick: int, header: Message) -> None:
+        self.tick = tick
+        self.messages = [header]
+        self.size = len(header[1]) + _OVERHEAD
+
+
+class LastSeconds(Transcript):
+    """A ring of segments.
+
+    Seconds are the element's own, ticks: what is kept depends on neither pace nor pauses.
+    While a procedure runs no segment can begin, so a long one is kept from its beginning on;
+    where it does not fit into `MOST_BYTES`, the ring begins anew after it.
+    """
+
+    def __init__(
+        self,
+        plan: SessionPlan,
+        journal: Journal,
+        now: Callable[[], int],
+        element: MemoryElement,
+    ) -> None:
+        """Begin with the present state of an idle device.
+
+        Args:
+            plan: What a session shall hold; `record.last_seconds` tells of how long.
+            journal: Where it is told what is left out.
+            now: The time in nanoseconds that messages are stamped with.
+            element: The device.
+        """
+        super().__init__(plan, journal, now)
+        self._tick_seconds = element.tick * element.settings.scale.time
+        self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
+        self._ticked = element.ticks
+        self._lock = threads.Lock()  # held for a few instructions
+        self._segments: deque[_Segment] = deque()
+        self._held = False
+        self._begin(element)
+
+    def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
+        """Take the commands of a tick, and the hash; begin a segment where it is due."""
+        super().tick(element, commands)
+        self._ticked = element.ticks
+        newest = self._segments[-1].tick if self._segments else -self._ticks
+        if element.ticks - newest >= self._ticks / SEGMENTS and not element.procedure:
+            self._begin(element)
+
+    def continued(self, plan: SessionPlan) -> SessionPlan:
+        """Return the plan of a session that begins here: only where to and how is up to `plan`."""
+        every = self.plan.settings.hash_every
+        return replace(self.plan, settings=replace(plan.settings, hash_every=every))
+
+    @property
+    def kept(self) -> dict[str, float]:
+        """How much there is: for diagnostics."""
+        with self._lock:
+            ticks = self._ticked - self._segments[0].tick if self._segments else 0
+            size = sum(each.size for each in self._segments)
+        return {'last_seconds': round(ticks * self._tick_seconds, 3), 'last_bytes': size}
+
+    def clear(self) -> None:
+        """Forget all; it begins anew with the next idle tick."""
+        with self._lock:
+            self._segments.clear()
+
+    def hold(self) -> list[Message]:
+        """Let nothing go until `release`; return what there is, as one session.
+
+        Returns:
+            The messages from the header on; empty where there is none yet.
+        """
+        with self._lock:
+            self._held = bool(self._segments)
+            return self._session()
+
+    def since(self, count: int) -> list[Message]:
+        """Return what has come since `hold` returned so many messages.
+
+        Raises:
+            Refused: They were too many to keep.
+        """
+        with self._lock:
+            if not self._held:
+                raise Refused(f'the disk was slow, and {MOST_BYTES / 1e6:.0f} MB were not enough')
+            return self._session()[count:]
+
+    def release(self) -> None:
+        """Let the oldest go again."""
+        with self._lock:
+            self._held = False
+
+    def _session(self) -> list[Message]:
+        """Return all messages, but of the headers only the first."""
+        messages = itertools.chain.from_iterable(each.messages[1:] for each in self._segments)
+        return [*(each.messages[0] for each in [*self._segments][:1]), *messages]
+
+    def _begin(self, element: MemoryElement) -> None:
+        """Begin a segment, and let go of those that are older than is asked for."""
+        segments = self._segments
+        begun = _Segment(element.ticks, self._header(element))
+        with self._lock:
+            segments.append(begun)
+            while not self._held and len(segments) > 1 and self._reaches_back(segments[1]):
+                segments.popleft()
+
+    def _reaches_back(self, segment: _Segment) -> bool:
+        return self._segments[-1].tick - segment.tick >= self._ticks
+
+    def _keep(self, message: Message) -> None:
+        with self._lock:
+            segments = self._segments
+            if not segments:
+                return
+            segments[-1].messages.append(message)
+            segments[-1].size += len(message[1]) + _OVERHEAD
+            while segments and sum(each.size for each in segments) > MOST_BYTES:
+                segments.popleft()
+                self._held = False

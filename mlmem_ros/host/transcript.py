@@ -1,0 +1,79 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What of an element goes into a session, wherever that is kept."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+
+from ..bag.definitions import jazzy
+from ..bag.errors import BagError
+from ..device import MemoryElement
+from ..device.loop import Stamped
+from ..session import messages
+from .journal import Journal
+from .session_plan import SessionPlan
+
+Message = tuple[str, bytes, int]
+"""Topic, CDR, and log time in nanoseconds."""
+
+
+class Transcript(ABC):
+    """Takes the topics of an element, and what a replay needs beside them."""
+
+    def __init__(self, plan: SessionPlan, journal: Journal, now: Callable[[], int]) -> None:
+        """Take nothing yet.
+
+        Args:
+            plan: What it shall hold.
+            journal: Where it is told what is left out.
+            now: The time in nanoseconds that messages are stamped with.
+        """
+        self.plan = plan
+        self.names = messages.SessionTopics.of(plan.node)
+        self._journal = journal
+        self._now = now
+        self._types = {topic.name: topic.type for topic in plan.topics}
+
+    def takes(self, topic: str) -> bool:
+        """Return whether the messages of a topic go into this session."""
+        return topic in self._types
+
+    def put(self, topic: str, cdr: bytes) -> None:
+        """Take a message as it goes over the wire, if it is wanted; never waits.
+
+        One that is no message of its topic's type would spoil the bag for its readers: it is
+        left out, which is told.
+        """
+        if self.takes(topic):
+            try:
+                trimmed = jazzy().trim(cdr, self._types[topic])
+            except BagError as error:
+                self._journal.refused(f'recording {topic}', error)
+            else:
+                self._put(topic, trimmed)
+
+    def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
+        """Take the commands of a tick, and the state's hash where it is due."""
+        for tick, command in commands:
+            self._put(self.names.command, messages.command(tick, command))
+        if element.ticks % self.plan.settings.hash_every == 0:
+            self._put(self.names.state_hash, messages.state_hash(element))
+
+    def _header(self, element: MemoryElement) -> Message:
+        """Return the present state, from which a replay starts.
+
+        Raises:
+            Refused: A procedure runs.
+        """
+        given = self.plan.parameters or {}
+        header = messages.header(element, self.plan.node, given)
+        return self.names.header, header, self._now()
+
+    def _put(self, topic: str, cdr: bytes) -> None:
+        self._keep((topic, cdr, self._now()))
+
+    @abstractmethod
+    def _keep(self, message: Message) -> None:
+        """Take a message; any thread may call, and none waits."""
