@@ -35,16 +35,19 @@ def device(level=None, *, design=CASE_II, calibration=None, **settings):
 
 
 def ticks(element, n):
-    """Advance by n ticks and return what happened."""
-    return [event for _ in range(n) for event in element.advance()]
+    """Advance by n ticks, in runs, and return what happened."""
+    seen, end = [], element.ticks + n
+    while element.ticks < end:
+        seen += element.advance(end - element.ticks)
+    return seen
 
 
 def events(element, command):
-    """Give a command and return what happens until its procedure has ended."""
+    """Give a command and return what happens until its procedure has ended, in runs of ticks."""
     element.apply(command)
-    seen = []
-    for _ in range(LONGEST):
-        seen += element.advance()
+    seen, end = [], element.ticks + LONGEST
+    while element.ticks < end:
+        seen += element.advance(LONGEST)
         if not element.procedure:
             return seen
     raise AssertionError(f'{command} does not end')

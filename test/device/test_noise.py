@@ -140,8 +140,9 @@ def test_a_hum_within_the_band_is_no_noise_and_is_told():
     advance = element.chain.advance
 
     def advance_and_hum(*arguments):
-        t = element.ticks * 20.0 + np.arange(1, 81) * 0.25
-        return advance(*arguments) + 1e-3 * np.sin(0.9 * t)
+        ends = advance(*arguments)
+        t = element.ticks * 20.0 + np.arange(1, ends.shape[1] + 1) * 0.25
+        return ends + 1e-3 * np.sin(0.9 * t)
 
     element.chain.advance = advance_and_hum
     rig.ticks(element, 5)

@@ -96,7 +96,7 @@ def test_several_steps_are_several_cycles_and_one_look(written):
     element.apply(Write(5))
     heard = []
     while element.procedure:
-        heard += [told for told in element.advance() if isinstance(told, Heard)]
+        heard += [told for told in element.advance(100) if isinstance(told, Heard)]
     assert [told.reading.level for told in heard] == [5]
     assert rig.holds(element, 5)
 
@@ -130,7 +130,7 @@ def test_an_unknown_content_is_read_before_anything_moves(before):
         assert not element.actuator.moving
     assert heard[0].reading.level == (BLANK if before is None else before)
     while element.procedure:
-        *_, outcome = element.advance() or [None]
+        *_, outcome = element.advance(100) or [None]
     assert outcome.success
     assert rig.holds(element, 4)
 
