@@ -33,6 +33,7 @@ from .events import Event, Outcome
 from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
+from .progress import Feedback, Progress
 from .settings import Settings
 
 
@@ -57,6 +58,17 @@ class MemoryElement(Memory):
         """Name of the running procedure, empty when there is none."""
         return self._running.name if self._running else ''
 
+    def runs(self, command: object) -> bool:
+        """Return whether the running procedure is that of this very command."""
+        run = self._running  # which another thread may end meanwhile
+        return run is not None and run.command is command
+
+    def feedback(self) -> Feedback:
+        """Return how far the running procedure is; it may be asked for from any thread."""
+        progress = self.progress
+        share = progress.share(self.ticks)
+        return Feedback(progress.phase, share, self.linkage.encoder, progress.attempts)
+
     @property
     def resting(self) -> bool:
         """Whether nothing is under way: no procedure runs, strain and base stand still."""
@@ -76,7 +88,7 @@ class MemoryElement(Memory):
         """
         match command:  # what may come at any time
             case Abort(why):
-                self._abort(why)
+                self._abort(command, why)
                 return
             case Disturb(acceleration):
                 self.base.disturb(acceleration)
@@ -95,17 +107,17 @@ class MemoryElement(Memory):
                 self.forget()
             case Write(level):
                 self._check_level(level)
-                self._run('write', procedures.write(self, level))
+                self._run(command, 'write', procedures.write(self, level))
             case Read(end):
                 if end not in ('', *End, BOTH):
                     raise Refused(f'end must be left, right or both; got {clipped(end)}')
-                self._run('read', procedures.read(self, end))
+                self._run(command, 'read', procedures.read(self, end))
             case Erase():
-                self._run('erase', procedures.erase(self))
+                self._run(command, 'erase', procedures.erase(self))
             case Calibrate():
-                self._run('calibrate', procedures.calibrate(self))
+                self._run(command, 'calibrate', procedures.calibrate(self))
             case SelfTest():
-                self._run('self_test', procedures.self_test(self))
+                self._run(command, 'self_test', procedures.self_test(self))
             case _:
                 raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(command)}')
 
@@ -114,15 +126,16 @@ class MemoryElement(Memory):
         if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
             raise Refused(f'level must be a whole number from 0 to {last}; got {clipped(level)}')
 
-    def _abort(self, why: str) -> None:
+    def _abort(self, command: Command, why: str) -> None:
         if self._running:
             self._running.steps.close()
             self._end(False, f'aborted: {why}' if why else 'aborted', Result(None))
             self.statistics.aborted += 1
-        self._run('abort', procedures.abort(self))
+        self._run(command, 'abort', procedures.abort(self))
 
-    def _run(self, name: str, steps: Procedure[Result]) -> None:
-        self._running = _Run(name, steps, self.ticks)
+    def _run(self, command: Command, name: str, steps: Procedure[Result]) -> None:
+        self._running = _Run(command, name, steps, self.ticks)
+        self.progress = Progress(name, self.ticks)
 
     # --- time ----------------------------------------------------------------------------
 
@@ -224,7 +237,10 @@ class MemoryElement(Memory):
 class _Run:
     """A procedure under way."""
 
-    def __init__(self, name: str, steps: Procedure[Any], start_tick: int) -> None:
+    def __init__(
+        self, command: Command, name: str, steps: Procedure[Any], start_tick: int
+    ) -> None:
+        self.command = command
         self.name = name
         self.steps = steps
         self.start_tick = start_tick

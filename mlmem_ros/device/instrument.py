@@ -20,6 +20,7 @@ from .end import End
 from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, worn
 from .linkage import Linkage
+from .progress import Progress
 from .reading import phase_of
 from .sensor_faults import sensed
 from .settings import Settings
@@ -50,6 +51,7 @@ class Instrument:
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
         substrate_speed: Mean speed of the substrate's end in the last tick.
+        progress: How far the procedure is that plays on it.
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver | None = None) -> None:
@@ -77,6 +79,7 @@ class Instrument:
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
         self.substrate_speed = 0.0
+        self.progress = Progress()
         self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
         self._substeps = np.diff(self._times, prepend=0.0)
         self._progress = self._times / self.tick

@@ -25,7 +25,7 @@ from .element import MemoryElement
 from .errors import Refused
 from .events import Event, Outcome
 from .loop_statistics import LoopStatistics
-from .mailbox import Ending, Mailbox
+from .mailbox import Cancel, Ending, Mailbox
 from .pacing import Pacer, SteadyPacer
 
 T = TypeVar('T')
@@ -43,6 +43,8 @@ LONGEST_REST = 0.04
 """Seconds for which the ticks of a resting device are put off at most."""
 
 SHUT_DOWN = 'the device is shut down'
+
+CANCELED = 'canceled by its client'
 
 
 class _Turn(NamedTuple):
@@ -131,6 +133,14 @@ class Loop:
     def tick_seconds(self) -> float:
         """Real time that a tick stands for: times the ticks in a second, the factor."""
         return self.element.tick * self.element.settings.scale.time
+
+    def cancel(self, command: Command) -> Future[Outcome | None]:
+        """Have the procedure of this very command aborted, and no other, in the next tick.
+
+        Returns:
+            The outcome of that abort once the strain is down; None where the procedure has ended.
+        """
+        return self._box.submit(Cancel(command))
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Have a function called between two ticks, in the loop's thread, paused or not."""
@@ -312,8 +322,13 @@ class Loop:
             taken += self._apply(*asked)
         return taken
 
-    def _apply(self, command: Command, answer: Future[Outcome | None]) -> list[Stamped]:
+    def _apply(self, command: Command | Cancel, answer: Future[Outcome | None]) -> list[Stamped]:
         """Give the device a command; return it with its tick where it is taken."""
+        if isinstance(command, Cancel):
+            if not self.element.runs(command.of):
+                answer.set_result(None)
+                return []
+            command = Abort(CANCELED)
         try:
             self.element.apply(command)
         except Refused as refusal:

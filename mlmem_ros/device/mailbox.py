@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence, Sized
 from concurrent.futures import Future
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeVar
 
@@ -17,7 +18,15 @@ from .events import Outcome
 
 T = TypeVar('T')
 
-Asked = tuple[Command, 'Future[Outcome | None]']
+
+@dataclass(frozen=True)
+class Cancel:
+    """Asks for an end of the procedure that a command began; of that very one, not an equal."""
+
+    of: Command
+
+
+Asked = tuple[Command | Cancel, 'Future[Outcome | None]']
 """A command and what becomes of it."""
 
 Call = tuple[Callable[[], Any], 'Future[Any]']
@@ -58,7 +67,7 @@ class Mailbox:
 
     # --- from any thread -----------------------------------------------------------------
 
-    def submit(self, command: Command) -> Future[Outcome | None]:
+    def submit(self, command: Command | Cancel) -> Future[Outcome | None]:
         """Leave a command for the next tick.
 
         An acceleration of the base replaces one that still waits as the last: the base of a

@@ -140,8 +140,12 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
         yield replace(out, time=cycle_of(design, settings, out).duration)
     else:
         cycle = Cycle.planned(settings.erase, settings.erase.compression, rate)
-        listening = RINGING / design.eta
-        yield Move(How.ERASE, start, BLANK, (start + 2) * cycle.duration + listening)
+        yield Move(How.ERASE, start, BLANK, (start + 2) * cycle.duration + ringing(design))
+
+
+def ringing(design: Design) -> float:
+    """Return how long a strain in haste is heard; 0 where it never dies away."""
+    return RINGING / design.eta if design.eta > 0.0 else 0.0
 
 
 def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:

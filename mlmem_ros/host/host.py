@@ -29,6 +29,7 @@ from ..device import (
 from ..device.commands import Procedures
 from ..device.loop import Stamped
 from ..device.pacing import Pacer
+from ..device.progress import Feedback
 from ..device.units import Units
 from ..physics import StateError
 from .design_check import check_design
@@ -250,6 +251,19 @@ class Host:
         """Hand in a command made of SI values, which the device's units turn into its own."""
         return self._counted(lambda loop: self._kept(loop, make(loop.element.units)))
 
+    def cancel(self, command: Command) -> Future[Outcome | None]:
+        """Abort the procedure of a command that was handed in; see `Loop.cancel`."""
+        if (loop := self.loop) is None:
+            answer: Future[Outcome | None] = threads.Future()
+            answer.set_result(None)
+            return answer
+        return self._saved(loop, loop.cancel(command))
+
+    def feedback(self, command: Command) -> Feedback | None:
+        """Return how far the procedure of a command is, if it runs."""
+        element = self.element
+        return element.feedback() if element is not None and element.runs(command) else None
+
     def step(self) -> Future[int]:
         """Run one tick while paused; see `Loop.single_tick`."""
         return self._counted(lambda loop: loop.single_tick())
@@ -290,7 +304,10 @@ class Host:
     def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:
         told = loop.submit(command)
         changing = isinstance(command, Procedures) and not isinstance(command, Read)
-        return self._store.once_saved(told, loop.element) if changing and self._store else told
+        return self._saved(loop, told) if changing else told
+
+    def _saved(self, loop: Loop, told: Future[Outcome | None]) -> Future[Outcome | None]:
+        return self._store.once_saved(told, loop.element) if self._store else told
 
     # --- ends ----------------------------------------------------------------------------
 

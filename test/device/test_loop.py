@@ -522,6 +522,39 @@ def test_every_answer_goes_to_its_own_question(start):
     assert told == [('write', 'aborted'), ('abort', 'aborted'), ('abort', '')]
 
 
+def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
+    stamped = []
+    loop = start(rig.device(1), lambda commands, _: stamped.extend(commands), speed=1.0)
+    hold(loop)
+    mine = Write(5)
+    answer = loop.submit(mine)
+    for _ in range(3):
+        result(loop.single_tick())
+    canceled = loop.cancel(mine)
+    began = result(loop.single_tick())
+    assert result(answer).error == 'aborted: canceled by its client'
+    assert loop.element.procedure == 'abort'
+    loop.pause(False)
+    loop.set_speed(0.0)
+    assert result(canceled).procedure == 'abort'
+    assert loop.element.actuator.strain == 0.0
+    assert stamped[1:] == [(began - 1, Abort('canceled by its client'))]  # as any abort is told
+
+
+def test_a_cancel_leaves_what_another_client_asked_for(start):
+    loop = start(rig.device(1))
+    hold(loop)
+    mine, equal = Read(), Read()
+    read, other = loop.submit(mine), loop.submit(equal)
+    result(loop.single_tick())
+    assert 'busy' in refusal(other)
+    late = loop.cancel(equal)
+    loop.pause(False)
+    assert result(late) is None
+    assert result(read).success
+    assert result(loop.cancel(mine)) is None  # it has ended
+
+
 def test_a_question_that_was_withdrawn_is_not_put(start):
     stamped = []
     loop = start(rig.device(), lambda commands, _: stamped.extend(commands))

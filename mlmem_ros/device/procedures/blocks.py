@@ -15,6 +15,7 @@ from ..events import Check
 from ..instrument import LONGEST_RUN, Instrument
 from ..memory import Memory
 from ..motion import Cycle
+from ..progress import LAUNCHING, SETTLING, STRAINING
 from ..reading import Reading
 from ..settings import EraseSettings, WriteSettings
 
@@ -68,6 +69,8 @@ def run(
 
 def wait(element: Instrument, duration: float) -> Procedure[None]:
     """Let whole ticks pass, at least `duration` time units."""
+    if duration > 0.0:
+        element.progress.phase = SETTLING
     end = element.ticks + math.ceil(duration / element.tick)
     while element.ticks < end:
         yield end - element.ticks
@@ -84,6 +87,7 @@ def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]
     Raises:
         ProcedureFailed: The actuator does not follow, though it was waited for as long again.
     """
+    element.progress.phase = STRAINING
     element.actuator.ramp_to(strain, duration)
     while element.actuator.moving:
         yield element.next_look(element.actuator.left)
@@ -115,6 +119,7 @@ def launch(
     rise, *rest = Cycle.planned(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
     yield from catch_up(element)  # to know where the end is
+    element.progress.phase = LAUNCHING
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
         yield element.next_look(element.transducer.left)
@@ -129,6 +134,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     within some 90 cells.
     """
     element.forget()
+    element.progress.phase = LAUNCHING
     element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
     while element.transducer.driving:
         yield element.next_look(element.transducer.left)

@@ -11,6 +11,7 @@ from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
 from ..reading import BLANK, describe_level
+from . import foreseen
 from .blocks import Procedure, Result, slacken
 from .erasing import erase
 from .listening import look, probe
@@ -27,6 +28,7 @@ def calibrate(element: Memory) -> Procedure[Result]:
         ProcedureFailed: The wall did not follow or the delays do not tell the levels apart
             (the old calibration is kept), or the content could not be restored.
     """
+    foreseen.expect(element, foreseen.everything(element))
     yield from slacken(element)
     content = yield from look(element)
     try:

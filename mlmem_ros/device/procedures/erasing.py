@@ -11,6 +11,7 @@ from ..motion import Cycle
 from ..moves import throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
+from . import foreseen
 from .blocks import Procedure, Result, bring_back, catch_up, launch, play, slacken
 from .listening import probe
 
@@ -31,6 +32,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
             level.
     """
     yield from slacken(element)
+    foreseen.expect(element, foreseen.writing(element, foreseen.known(element), BLANK))
     if not plainly and throws(element.settings):
         thrown = yield from _throw(element)
         if thrown is not None:
@@ -44,6 +46,7 @@ def _throw(element: Memory) -> Procedure[Result | None]:
     Whether it is gone is heard after every pulse. A pulse leaves a blank element blank.
     """
     for pulse in range(element.settings.throw.pulses):
+        element.progress.tried('erase', pulse + 1)
         element.begin_cycle()
         yield from play(element, throw_cycle(element.settings, pulse))
         reading = yield from probe(element, End.RIGHT)

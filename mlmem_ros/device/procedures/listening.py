@@ -9,11 +9,13 @@ import math
 import numpy as np
 
 from ..echo import TAIL, Echo, listening_time, threshold
-from ..end import End, ends
+from ..end import BOTH, End, ends
 from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
+from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
+from . import foreseen
 from .blocks import Procedure, Result, catch_up, wait
 
 NOISE_SHARE = 1.25
@@ -45,6 +47,7 @@ def quiet(element: Instrument) -> Procedure[None]:
     while element.actuator.moving:  # a strain set by hand: the wall may be under way
         yield element.next_look(element.actuator.left)
     yield from catch_up(element)
+    element.progress.phase = QUIETING
     transducer, share = element.transducer, element.settings.read.quiet
     limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
     patience = math.ceil(element.settings.read.patience / element.tick)
@@ -78,6 +81,7 @@ def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
     As long as the longest echo takes, so that waves that are under way come by; and on while it
     falls silent, for those die away.
     """
+    element.progress.phase = LISTENING
     factor = element.settings.read.noise_factor
     faint = FAINT * float(threshold(element.transducer.probes[end], np.array(longest)))
     detector, span = element.transducer.listen(end, shaken=True), max(LIFE, longest)
@@ -128,6 +132,7 @@ def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     yield from wait(element, element.settings.read.rest)
     shaken, spoiled = not element.base.still, False
     floor = (yield from hum(element, end, longest)) if shaken else noise_floor(element, end)
+    element.progress.phase = LISTENING
     detector = element.transducer.fire(end, floor, shaken)
     bound = listening_time(element.design, element.transducer.probes[end], end)
     last = bound
@@ -195,6 +200,8 @@ def read(element: Memory, end: str = '') -> Procedure[Result]:
     Raises:
         ProcedureFailed: The echo cannot be decoded, or the element does not come to rest.
     """
+    pulses = 2 if (end or element.settings.read.end) == BOTH else 1
+    foreseen.expect(element, foreseen.reading(element, pulses))
     if end in tuple(End):
         reading = yield from probe(element, End(end))
     else:

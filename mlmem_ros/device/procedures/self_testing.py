@@ -14,6 +14,7 @@ from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
 from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
+from . import foreseen
 from .blocks import Procedure, Result, catch_up, ramp, slacken, wait
 from .erasing import erase
 from .listening import look, noise_floor, probe_from, quiet
@@ -36,6 +37,7 @@ def self_test(element: Memory) -> Procedure[Result]:
         ProcedureFailed: The content cannot be read, so that it could not be restored; nothing
             is written then.
     """
+    foreseen.expect(element, foreseen.everything(element))
     yield from slacken(element)
     content = yield from look(element)
     if content.level == UNDECODABLE:

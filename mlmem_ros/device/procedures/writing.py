@@ -8,6 +8,7 @@ from ..errors import ProcedureFailed
 from ..memory import Memory
 from ..moves import How, cycle_of, gentle, paper_way, route
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from . import foreseen
 from .blocks import Procedure, Result, launch, play, slacken, wait
 from .erasing import erase
 from .listening import look
@@ -29,9 +30,14 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     yield from slacken(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
+        foreseen.expect(
+            element, foreseen.reading(element, 2) + foreseen.driving(element, BLANK, level)
+        )
         reading = yield from look(element)
     present, seen = reading.level, []
     for attempt in range(1, attempts + 1):
+        element.progress.tried('write', attempt)
+        foreseen.expect(element, foreseen.writing(element, present, level))
         try:
             plainly = 1 < attempt == attempts
             force = _force(element, attempt)

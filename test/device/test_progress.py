@@ -1,0 +1,103 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a procedure tells of itself while it runs: its phase, the share of its time, its tries."""
+
+import itertools
+
+import pytest
+
+from mlmem_ros.device import Abort, Read, SelfTest, Write, snapshot
+from mlmem_ros.device.progress import (
+    LAUNCHING,
+    LISTENING,
+    SETTLING,
+    STRAINING,
+    Progress,
+)
+from mlmem_ros.device.settings import WriteSettings
+
+from . import rig
+
+
+def watched(element, command):
+    """Do what a command says; return the feedback after every tick of it, and the outcome."""
+    told = []
+    outcome = element.perform(command, lambda: told.append(element.feedback()))
+    return told, outcome
+
+
+def phases(told):
+    return [phase for phase, _ in itertools.groupby(each.phase for each in told)]
+
+
+def test_a_write_goes_through_its_phases(written):
+    told, _ = watched(written(0), Write(1))
+    assert phases(told)[:2] == [STRAINING, SETTLING]
+    assert phases(told)[-1] == LISTENING
+    strained = [each.strain for each in told if each.phase == STRAINING]
+    assert max(map(abs, strained)) > 0.02
+    assert told[-1].strain == 0.0
+
+
+def test_from_a_blank_element_it_launches():
+    told, _ = watched(rig.device(), Write(0))
+    assert LAUNCHING in phases(told)
+
+
+@pytest.mark.parametrize('command', [Write(2), Write(1), Write(7), Read('both')])
+def test_the_share_rises_to_about_one(written, command):
+    told, outcome = watched(written(1), command)
+    shares = [each.share for each in told]
+    assert outcome.success
+    assert shares == sorted(shares)
+    assert 0.75 <= shares[-1] <= 1.0
+    assert shares[len(shares) // 2] < 0.7
+
+
+def test_the_parts_of_a_self_test_prolong_nothing_that_was_foreseen(written):
+    told, _ = watched(written(1), SelfTest())
+    assert told[len(told) // 2].share == pytest.approx(0.5, abs=0.15)
+    assert {each.attempts for each in told} == {1}
+
+
+def test_a_try_in_vain_is_counted_and_prolongs_the_write(written):
+    element = written(3, write=WriteSettings(tension=0.001))  # a pull that no wall follows
+    told, outcome = watched(element, Write(4))
+    assert not outcome.success
+    assert [count for count, _ in itertools.groupby(each.attempts for each in told)] == list(
+        range(1, outcome.attempts + 1)
+    )
+    begun = next(index for index, each in enumerate(told) if each.attempts == 2)
+    assert told[begun].share < told[begun - 1].share
+
+
+def test_what_is_late_is_expected_at_any_time():
+    progress = Progress('read', 100)
+    progress.expect(110)
+    assert progress.share(105) == 0.5
+    assert progress.share(110) == progress.share(200) == 1.0
+    progress.expect(300)
+    assert progress.share(200) == 0.5
+
+
+def test_the_tries_of_another_procedure_are_not_its_own():
+    progress = Progress('write', 0)
+    progress.tried('erase', 3)
+    assert progress.attempts == 1
+
+
+def test_a_procedure_is_known_by_its_very_command(written):
+    element = written(0)
+    mine, equal = Read(), Read()
+    element.apply(mine)
+    assert element.runs(mine)
+    assert not element.runs(equal)
+    element.apply(Abort())
+    assert not element.runs(mine)
+
+
+def test_to_be_watched_changes_no_bit(written):
+    plain, looked_at = written(1), written(1)
+    plain.perform(Write(2))
+    watched(looked_at, Write(2))
+    assert snapshot.take(plain) == snapshot.take(looked_at)
