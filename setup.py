@@ -67,6 +67,7 @@ setup(
     entry_points={
         'console_scripts': [
             'memory_node = mlmem_ros.ros.main:main',
+            'memory_bank = mlmem_ros.ros.main:bank',
             'mlmem = mlmem_ros.cli.main:main',
         ]
     },

@@ -4,7 +4,8 @@
 
 `config` is a preset, or the path of a parameter file. Every parameter of the node is an argument,
 as `--show-args` tells; an empty one leaves it to the configuration. With `managed:=true` the
-launch takes the node through its life cycle, instead of the node itself.
+launch takes the node through its life cycle, instead of the node itself. With `elements:=4` it is
+a bank, as bank.launch.py tells.
 """
 
 from typing import Any
@@ -18,7 +19,7 @@ from launch.actions import (
 )
 from launch.events import matches_action
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import LifecycleNode
+from launch_ros.actions import LifecycleNode, Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.events.lifecycle import ChangeState
 from lifecycle_msgs.msg import Transition
@@ -51,6 +52,12 @@ def generate_launch_description() -> LaunchDescription:
                 choices=list(TRUTH),
                 description='whether the launch configures and activates the node',
             ),
+            DeclareLaunchArgument(
+                'elements',
+                default_value='',
+                description='a bank of so many in one process, record.path and state.path folders '
+                'of a session and a state file each; empty: one element',
+            ),
             DeclareLaunchArgument('record', default_value='', description='short for record.path'),
             *(argument(*declaration) for declaration in declarations()),
             OpaqueFunction(function=element),
@@ -78,18 +85,40 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
         if (text := LaunchConfiguration(name).perform(context))
     }
     managed = TRUTH[LaunchConfiguration('managed').perform(context)]
+    config = node_parameters(LaunchConfiguration('config').perform(context))
+    if number := LaunchConfiguration('elements').perform(context):
+        if managed:
+            raise ValueError('managed is for one element; got elements, too')
+        return [bank(number, config, given)]
     if managed:
         given['autostart'] = False
-    config = LaunchConfiguration('config').perform(context)
     node = LifecycleNode(
         package='mlmem_ros',
         executable='memory_node',
         name=LaunchConfiguration('name').perform(context),
         namespace=LaunchConfiguration('namespace').perform(context),
-        parameters=[node_parameters(config), given],
+        parameters=[config, given],
         output='screen',
     )
     return life_cycle(node) if managed else [node]
+
+
+def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> Node:
+    """Return the process of several elements."""
+    folders = [
+        word
+        for option in ('record', 'state')
+        if (folder := given.pop(f'{option}.path', ''))
+        for word in (f'--{option}', folder)
+    ]
+    return Node(
+        package='mlmem_ros',
+        executable='memory_bank',
+        namespace=LaunchConfiguration('namespace'),
+        arguments=['--elements', number, *folders],
+        parameters=[config, given],
+        output='screen',
+    )
 
 
 def value(name: str, text: str, default: Any) -> bool | int | float | str:

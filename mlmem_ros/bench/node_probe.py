@@ -44,7 +44,7 @@ def main(begun: float) -> None:
     Args:
         begun: When the process was started, in seconds since the epoch.
     """
-    node, executor = begin([])
+    (node,), executor = begin([])
     gc.freeze()
     _tell({'ready': time.time() - begun})
     while True:
@@ -53,7 +53,7 @@ def main(begun: float) -> None:
             if not (line := sys.stdin.readline()):
                 break
             _tell(_watch(node, executor, float(line)))
-    end(node, executor)
+    end([node], executor)
 
 
 def _watch(node: MemoryNode, executor: GuardedExecutor, seconds: float) -> dict[str, float]:

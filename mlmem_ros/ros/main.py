@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executable `memory_node`: minds signals from its first moment, then loads all else."""
+"""The executables `memory_node` and `memory_bank`: they mind signals from their first moment, then
+load all else.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +16,29 @@ from typing import Any
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one memory node until SIGINT or SIGTERM.
 
-    Signals are ours: rclpy's own handler would shut the context down before the session file is
-    closed and before those who wait are answered.
-
     Args:
         arguments: Command line, the program first; by default that of the process.
 
     Returns:
-        Exit status: 0, or 1 when the node could not be started.
+        Exit status, of `node.run`.
+    """
+    return _serve(arguments, several=False)
+
+
+def bank(arguments: Sequence[str] | None = None) -> int:
+    """Run several of them in one process, as `main` runs one."""
+    return _serve(arguments, several=True)
+
+
+def _serve(arguments: Sequence[str] | None, several: bool) -> int:
+    """Run what a command line asks for.
+
+    Signals are ours: rclpy's own handler would shut the context down before the session file is
+    closed and before those who wait are answered.
+
+    Args:
+        arguments: The command line.
+        several: Whether it is that of `memory_bank`.
     """
     received: list[int] = []
 
@@ -31,13 +48,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
     from .announcing import announce_often
-    from .node.command_line import ros_arguments
+    from .node.command_line import bank_arguments, ros_arguments
 
     announce_often(os.environ)
-    given = ros_arguments(sys.argv if arguments is None else arguments)
+    given = sys.argv if arguments is None else arguments
+    given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))
     from .node.run import run  # a second or two, in which a signal must not raise
 
-    return 0 if received else run(given, received)
+    return 0 if received else run(given, received, elements)
 
 
 if __name__ == '__main__':

@@ -13,15 +13,26 @@ from rclpy.context import Context
 
 from ..ros.node.command_line import ros_arguments
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import begin, end, turn
+from ..ros.node.run import ONE, Element, begin, end, turn
 from .running import RunningNode
 
 
 class NodeHere(RunningNode):
-    """A node, its executor and its thread."""
+    """A node, or several, their executor and its thread.
 
-    def __init__(self, element: str, arguments: Sequence[str]) -> None:
-        """Start it.
+    Attributes:
+        nodes: All of them.
+    """
+
+    def __init__(
+        self, element: str, arguments: Sequence[str], elements: Sequence[Element] = ONE
+    ) -> None:
+        """Start them.
+
+        Args:
+            element: Full name of the first.
+            arguments: Command line.
+            elements: What sets several apart.
 
         Raises:
             Whatever it cannot start for.
@@ -40,7 +51,9 @@ class NodeHere(RunningNode):
 
         context = Context()
         try:
-            self.node, self._executor = begin(ros_arguments(arguments), context, Overheard)
+            self.nodes, self._executor = begin(
+                ros_arguments(arguments), context, Overheard, elements
+            )
         except BaseException:
             rclpy.try_shutdown(context=context)
             raise
@@ -49,7 +62,12 @@ class NodeHere(RunningNode):
 
     def _run(self) -> None:
         turn(self._executor, self._stop)
-        self._status = end(self.node, self._executor)
+        self._status = end(self.nodes, self._executor)
+
+    @property
+    def node(self) -> MemoryNode:
+        """The first node."""
+        return self.nodes[0]
 
     @property
     def output(self) -> str:

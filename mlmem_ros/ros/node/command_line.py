@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain options of the executable `memory_node`, for what is asked of it most, beside ROS's."""
+"""Plain options of `memory_node` and `memory_bank`, for what is asked most, beside ROS's."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import argparse
 from collections.abc import Sequence
 
 from ... import __version__
+
+NAMESPACE = '/bank'
+"""Of a bank, unless a remapping gives another."""
+
+MOST = 64
+"""More elements than that are more likely a mistake than a bank."""
 
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
@@ -19,9 +25,54 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
     Raises:
         SystemExit: An option is not known or has a bad value, or help was asked for.
     """
+    parser = _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
+    return _read(parser, arguments)[1]
+
+
+def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
+    """Return what ROS is told of a bank, and what sets its nodes apart.
+
+    Args:
+        arguments: The command line, the program first.
+
+    Raises:
+        SystemExit: As `ros_arguments`.
+    """
+    parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
+    parser.add_argument(
+        '--elements',
+        type=_number,
+        default=4,
+        metavar='NUMBER',
+        help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
+        f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
+    )
+    parser.add_argument('--record', default='', metavar='FOLDER', help='of a session each')
+    parser.add_argument('--state', default='', metavar='FOLDER', help='of a state file each')
+    given, of_ros = _read(parser, arguments)
+    namespace, rest = NAMESPACE, of_ros[:1]
+    for word in of_ros[1:]:
+        if word.startswith('__ns:='):
+            namespace = word.removeprefix('__ns:=').rstrip('/')
+            rest.pop()  # its -r
+        else:
+            rest.append(word)
+    elements = []
+    for place in range(given.elements):
+        element = {'namespace': f'{namespace}/element_{place}'}
+        if given.record:
+            element['record.path'] = f'{given.record}/element_{place}'
+        if given.state:
+            element['state.path'] = f'{given.state}/element_{place}.json'
+        elements.append(element)
+    return rest, elements
+
+
+def _parser(program: str, description: str) -> argparse.ArgumentParser:
+    """Return the parser of the options that both have."""
     parser = argparse.ArgumentParser(
-        'memory_node',
-        description='One mechanical memory element as a ROS 2 node.',
+        program,
+        description=description,
         epilog='Everything else is a parameter (-p NAME:=VALUE), see docs/reference/parameters.md',
         allow_abbrev=False,
     )
@@ -37,13 +88,20 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
         help='serve its page and print the address, as "mlmem view" does: the parameter view',
     )
     parser.add_argument('--version', action='version', version=f'mlmem_ros {__version__}')
+    return parser
+
+
+def _read(
+    parser: argparse.ArgumentParser, arguments: Sequence[str]
+) -> tuple[argparse.Namespace, list[str]]:
+    """Return the plain options, and the command line of ROS that says the same as all of it."""
     plain, of_ros = _parted(arguments[1:])
     given = parser.parse_args(plain)
     if given.speed is not None:
         of_ros += ['--ros-args', '-p', f'time.speed:={given.speed!r}']
     if given.view:
         of_ros += ['--ros-args', '-p', 'view:=true']
-    return [*arguments[:1], *of_ros]
+    return given, [*arguments[:1], *of_ros]
 
 
 def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -58,6 +116,12 @@ def _parted(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
         if argument == '--':
             mine = plain
     return plain, of_ros
+
+
+def _number(text: str) -> int:
+    if not (text.isdecimal() and 1 <= int(text) <= MOST):
+        raise argparse.ArgumentTypeError(f'must be a number from 1 to {MOST}; got {text!r}')
+    return int(text)
 
 
 def _speed(text: str) -> float:

@@ -1,18 +1,21 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running a memory node: from its start to its last answer."""
+"""Running memory nodes, one or several of a process: from their start to their last answer."""
 
 from __future__ import annotations
 
 import gc
 import signal
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.logging import get_logger
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from ...host import REFUSALS
@@ -30,24 +33,31 @@ POLL = 10.0
 """Seconds of a turn: to wait without a time-out is not safe."""
 
 LAST_ANSWERS = 1.0
-"""Longest time in seconds for telling those who wait that the node ends."""
+"""Longest time in seconds for telling those who wait that the nodes end."""
 
 DELIVERY = 0.2
 """Seconds left to the middleware to deliver these answers before it is shut down."""
 
 
-def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
-    """Run one memory node until a signal has been received.
+Element = Mapping[str, str]
+"""What sets a node apart from others of its process: its `namespace`, and parameters."""
+
+ONE: Sequence[Element] = ({},)
+
+
+def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = ONE) -> int:
+    """Run memory nodes until a signal has been received.
 
     Args:
         arguments: Command line with ROS arguments.
         stop: The signals received so far; whoever handles them adds to it.
+        elements: What sets the nodes apart.
 
     Returns:
         Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
-        node, executor = begin(arguments)
+        nodes, executor = begin(arguments, elements=elements)
     except (*REFUSALS, ParameterError, ParameterException) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
@@ -61,44 +71,77 @@ def run(arguments: Sequence[str], stop: Sequence[int]) -> int:
             return NOT_STARTED
         raise
     gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
-    with page(node):
+    with ExitStack() as pages:
+        for node in nodes:
+            pages.enter_context(page(node))
         with woken_by_signals(executor):
             turn(executor, stop)
         for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
             signal.signal(number, signal.SIG_IGN)
-        return end(node, executor)
+        return end(nodes, executor)
 
 
 def begin(
     arguments: Sequence[str],
     context: Context | None = None,
     kind: type[MemoryNode] = MemoryNode,
-) -> tuple[MemoryNode, GuardedExecutor]:
-    """Return a node with its executor, active if it starts itself.
+    elements: Sequence[Element] = ONE,
+) -> tuple[list[MemoryNode], GuardedExecutor]:
+    """Return nodes with their executor, active where they start themselves.
+
+    Of several nodes those that can start do; one that cannot says why, and stays unconfigured
+    where it is there at all.
 
     Args:
         arguments: Command line with ROS arguments.
         context: ROS's, by default the one of the process.
-        kind: The class of the node.
+        kind: The class of the nodes.
+        elements: What sets them apart.
 
     Raises:
-        Whatever it cannot start for.
+        Whatever the first cannot start for, where none can.
     """
     rclpy.init(
         args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO
     )
-    node = kind(context=context)
     executor = GuardedExecutor(context)
-    executor.add_node(node, node.host.journal)
+    nodes: list[MemoryNode] = []
+    refused: list[Exception] = []
     try:
-        if node.get_parameter('autostart').value:
-            node.start()
+        for element in elements:
+            try:
+                nodes.append(_added(executor, kind, context, element))
+                _start(nodes[-1])
+            except Exception as error:
+                refused.append(error)
+                if len(refused) == len(elements):
+                    raise refused[0] from None
+                where = element.get('namespace', '')
+                get_logger('mlmem').error(f'{where} cannot start, others go on: {error}')
     except BaseException:
-        node.close()
+        for node in nodes:
+            node.close()
         executor.shutdown()
-        node.destroy_node()
+        for node in nodes:
+            node.destroy_node()
         raise
-    return node, executor
+    return nodes, executor
+
+
+def _added(
+    executor: GuardedExecutor, kind: type[MemoryNode], context: Context | None, element: Element
+) -> MemoryNode:
+    parameters = [Parameter(name, value=element[name]) for name in element if name != 'namespace']
+    node = kind(
+        context=context, namespace=element.get('namespace'), parameter_overrides=parameters
+    )
+    executor.add_node(node, node.host.journal)
+    return node
+
+
+def _start(node: MemoryNode) -> None:
+    if node.get_parameter('autostart').value:
+        node.start()
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
@@ -107,18 +150,20 @@ def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
         executor.turn(POLL)
 
 
-def end(node: MemoryNode, executor: GuardedExecutor) -> int:
+def end(nodes: Sequence[MemoryNode], executor: GuardedExecutor) -> int:
     """Save, answer who waits, and leave the ROS graph; return the exit status."""
-    told = not node.waiting
-    node.close()
+    told = not any(node.waiting for node in nodes)
+    with ThreadPoolExecutor(len(nodes)) as closers:  # a disk that hangs is one element's
+        list(closers.map(MemoryNode.close, nodes))
     deadline = time.monotonic() + LAST_ANSWERS
-    while node.waiting and time.monotonic() < deadline:  # they are refused, and not told yet
-        executor.turn(0.01)
+    while any(node.waiting for node in nodes) and time.monotonic() < deadline:
+        executor.turn(0.01)  # they are refused, and not told yet
     if not told:
         time.sleep(DELIVERY)
-    status = NOT_SAVED if node.host.lost else ENDED
-    node.get_logger().info('shut down' if status == ENDED else 'shut down; not all was saved')
+    for node in nodes:
+        node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
     executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown(context=node.context)
-    return status
+    for node in nodes:
+        node.destroy_node()
+    rclpy.try_shutdown(context=nodes[0].context)
+    return NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
