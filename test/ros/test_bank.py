@@ -24,7 +24,10 @@ from mlmem_ros import (
     standalone,
 )
 from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.qos import LATCHED
+from mlmem_ros.testing.here import NodeHere
+from mlmem_ros.testing.node import ros_arguments
 
 ELEMENTS = 3
 QUICK = {
@@ -36,11 +39,15 @@ QUICK = {
 
 
 @pytest.fixture(scope='module')
-def bank(start_shared):
+def bank():
     """What bank.launch.py starts, three times faster than a robot would."""
-    for place in range(ELEMENTS):
-        start_shared(QUICK, namespace=f'/bank/element_{place}')
-    with standalone() as client:
+    arguments, elements = bank_arguments(
+        ['memory_bank', f'--elements={ELEMENTS}', *ros_arguments(QUICK, 'mlmem', '', None)]
+    )
+    with (
+        NodeHere('/bank/element_0/mlmem', arguments, elements),
+        standalone() as client,
+    ):
         bank = MemoryBank.on(client.node, ELEMENTS)
         bank.ready(60).wait()
         yield bank

@@ -110,14 +110,17 @@ def begin(
     try:
         for element in elements:
             try:
-                nodes.append(_added(executor, kind, context, element))
-                _start(nodes[-1])
+                node = _made(kind, context, element)
+                executor.add_node(node, node.host.journal)
+                nodes.append(node)
+                if node.get_parameter('autostart').value:
+                    node.start()
             except Exception as error:
                 refused.append(error)
                 if len(refused) == len(elements):
                     raise refused[0] from None
                 where = element.get('namespace', '')
-                get_logger('mlmem').error(f'{where} cannot start, others go on: {error}')
+                get_logger('mlmem').error(f'{where} cannot start: {error}')
     except BaseException:
         for node in nodes:
             node.close()
@@ -128,20 +131,12 @@ def begin(
     return nodes, executor
 
 
-def _added(
-    executor: GuardedExecutor, kind: type[MemoryNode], context: Context | None, element: Element
-) -> MemoryNode:
-    parameters = [Parameter(name, value=element[name]) for name in element if name != 'namespace']
-    node = kind(
-        context=context, namespace=element.get('namespace'), parameter_overrides=parameters
-    )
-    executor.add_node(node, node.host.journal)
-    return node
-
-
-def _start(node: MemoryNode) -> None:
-    if node.get_parameter('autostart').value:
-        node.start()
+def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
+    """Return a node that is set apart from others."""
+    given = dict(element)
+    namespace = given.pop('namespace', None)
+    parameters = [Parameter(name, value=value) for name, value in given.items()]
+    return kind(context=context, namespace=namespace, parameter_overrides=parameters)
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:

@@ -1,0 +1,99 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Several elements in one process: apart in their names and files, and in their failures."""
+
+import pytest
+
+from mlmem_ros import MemoryClient, RequestRefused, standalone
+from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.node.command_line import bank_arguments
+from mlmem_ros.ros.node.parameters import ParameterError
+from mlmem_ros.testing.here import NodeHere
+from mlmem_ros.testing.node import ros_arguments
+
+ELEMENTS = 3
+
+
+@pytest.fixture
+def bank(tmp_path, capfd):
+    """Three elements that record and keep their content; the state file of one is damaged."""
+    states, file = tmp_path / 'states', tmp_path / 'bank.yaml'
+    states.mkdir()
+    (states / 'element_1.json').write_text('what a disk had left of it')
+    file.write_text("""
+/**:
+  ros__parameters: {scale.time: 1.0e-5, write.attempts: 5}
+/robot/bank/element_2/mlmem:
+  ros__parameters: {write.attempts: 7}
+""")
+    arguments, elements = bank_arguments(
+        [
+            'memory_bank', '--elements', f'{ELEMENTS}', '--state', str(states),
+            '--record', str(tmp_path / 'bags'), *ros_arguments({}, 'mlmem', '/robot/bank', file),
+        ]
+    )  # fmt: skip
+    with NodeHere('/robot/bank/element_0/mlmem', arguments, elements) as bank:
+        yield bank
+
+
+@pytest.fixture
+def elements(bank):
+    with standalone() as client:
+        yield [MemoryClient(client.node, node.get_fully_qualified_name()) for node in bank.nodes]
+
+
+def test_what_happens_to_one_does_not_happen_to_the_others(bank, elements, tmp_path, capfd):
+    first, damaged, other = elements
+    assert '/robot/bank/element_1 cannot start: ' in capfd.readouterr().err
+    with pytest.raises(RequestRefused, match='inactive: configure and activate the node first'):
+        damaged.read().wait()
+    attempts = [each.parameters('write.attempts').wait() for each in (first, other)]
+    assert [given['write.attempts'] for given in attempts] == [5, 7]
+
+    writing = first.write(2), other.write(5)
+    assert [reply.wait().level for reply in writing] == [2, 5]
+    node = bank.nodes[0]
+    node.host.open_loop().call(lambda: setattr(node.host.element, 'advance', None))
+    wait_until(lambda: node.host.element is None, 'the end of the first device', 20.0)
+    assert 'the device has stopped' in bank.output
+    assert other.read().wait().level == 5
+    assert bank.running
+
+    bank.terminate()
+    assert bank.exit_status() == 0
+    assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'element_0', 'element_2'}
+    assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
+
+
+def test_a_bank_of_which_nothing_can_start_does_not():
+    arguments, elements = bank_arguments(
+        [
+            'memory_bank',
+            '--elements=2',
+            *ros_arguments({'design.preset': 'none'}, 'mlmem', '', None),
+        ]
+    )
+    with pytest.raises(ParameterError, match='preset must be one of'):
+        NodeHere('/bank/element_0/mlmem', arguments, elements)
+
+
+def test_the_command_line_of_a_bank():
+    given = ['memory_bank', '--elements=2', '--state', '/var/bank', '--ros-args']
+    rest, elements = bank_arguments(
+        [*given, '-p', 'view:=true', '-r', '__ns:=/leg/', '-r', 'a:=b']
+    )
+    assert rest == ['memory_bank', '--ros-args', '-p', 'view:=true', '-r', 'a:=b']
+    assert elements == [
+        {'namespace': f'/leg/element_{place}', 'state.path': f'/var/bank/element_{place}.json'}
+        for place in range(2)
+    ]
+    assert [each['namespace'] for each in bank_arguments(['memory_bank'])[1]] == [
+        f'/bank/element_{place}' for place in range(4)
+    ]
+
+
+@pytest.mark.parametrize('number', ['0', '65', '-1', '2.5', 'four'])
+def test_a_bank_has_some_elements(number, capsys):
+    with pytest.raises(SystemExit):
+        bank_arguments(['memory_bank', f'--elements={number}'])
+    assert f"must be a number from 1 to 64; got '{number}'" in capsys.readouterr().err
