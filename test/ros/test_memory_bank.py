@@ -8,6 +8,7 @@ from mlmem_ros import MemoryClient, RequestRefused, standalone
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.parameters import ParameterError
+from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.testing.here import NodeHere
 from mlmem_ros.testing.node import ros_arguments
 
@@ -60,7 +61,8 @@ def test_what_happens_to_one_does_not_happen_to_the_others(bank, elements, tmp_p
     assert bank.running
 
     bank.terminate()
-    assert bank.exit_status() == 0
+    assert bank.exit_status() == NOT_SAVED
+    assert bank.output.count('shut down; not all was saved') == 1
     assert {path.name for path in (tmp_path / 'bags').iterdir()} == {'element_0', 'element_2'}
     assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
 
