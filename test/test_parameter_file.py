@@ -4,8 +4,6 @@
 
 import dataclasses
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -139,12 +137,11 @@ def test_a_value_out_of_range_is_refused_as_by_the_node(text, error, words):
 # --- mlmem design check ----------------------------------------------------------------------
 
 
-def test_a_preset_is_checked_in_a_process_of_its_own():
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'design', 'check', 'case_2']
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert 'peierls_nabarro' in done.stdout
-    assert '0 failed, 0 with a warning' in done.stdout
+def test_a_preset_passes_its_check(capsys):
+    assert main(['design', 'check', 'case_2']) == 0
+    shown = capsys.readouterr().out
+    assert 'peierls_nabarro' in shown
+    assert ' 0 failed, 0 with a warning' in shown
 
 
 def test_a_failing_file_has_the_status_1_and_json_has_everything(tmp_path, capsys):

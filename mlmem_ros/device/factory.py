@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,6 +51,7 @@ def new_element(
     return MemoryElement(design, settings, calibration, driver)
 
 
+@lru_cache(maxsize=64)  # equal instruments share it
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an ideal element, probed with its wall resting at every level.
 

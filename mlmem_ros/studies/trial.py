@@ -6,12 +6,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from ..device import (
-    Calibration,
     MemoryElement,
     Outcome,
     Settings,
@@ -151,9 +149,4 @@ def blank_element(design: Design, settings: Settings) -> MemoryElement:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
     heard = settings if design.substrate == 'elastic' else replace(settings, write=WriteSettings())
-    return MemoryElement(design, settings, _calibration(design, heard))
-
-
-@lru_cache(maxsize=64)
-def _calibration(design: Design, settings: Settings) -> Calibration:
-    return factory_calibration(design, settings)
+    return MemoryElement(design, settings, factory_calibration(design, heard))

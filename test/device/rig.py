@@ -3,15 +3,12 @@
 """Devices to experiment on, and the true wall, which only the experimenter may look at."""
 
 import dataclasses
-from functools import cache
 
 import hypothesis
 
 from mlmem_ros.device import MemoryElement, Outcome, Settings, factory_calibration, snapshot
 from mlmem_ros.physics import CASE_II, Specimen, walls
 from mlmem_ros.physics.equilibrium import resting_wall
-
-factory_calibration = cache(factory_calibration)
 
 unhurried = hypothesis.settings(deadline=None, derandomize=True, max_examples=60)
 """For Hypothesis: a loaded machine is no finding, and a run on it is repeated exactly."""

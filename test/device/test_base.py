@@ -18,6 +18,7 @@ from mlmem_ros.device import (
     Refused,
     Settings,
     Write,
+    factory_calibration,
     snapshot,
 )
 from mlmem_ros.device.base import Base, BaseState
@@ -85,7 +86,7 @@ def test_a_constant_acceleration_bends_a_blank_element_by_a_over_its_stiffness()
     small, 1e-3. Waves of the start lose exp(-eta t / 2): 1e-4 is left after 4600 time units.
     """
     design = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
-    calibration = rig.factory_calibration(CASE_II, Settings())  # this one has no levels to learn
+    calibration = factory_calibration(CASE_II, Settings())  # this one has no levels to learn
     patient = rig.with_group('disturbance', timeout=1e5)
     element = rig.device(design=design, calibration=calibration, **patient)
     a = 2e-4
@@ -172,7 +173,7 @@ def test_a_shaken_device_restored_goes_on_to_the_bit(written):
 def test_what_would_set_all_cells_sliding_is_refused():
     """However much is to be taken: beyond the force that holds the cells nothing stops them."""
     design = dataclasses.replace(CASE_II, d=0.002)
-    element = MemoryElement(design, Settings(), rig.factory_calibration(CASE_II, Settings()))
+    element = MemoryElement(design, Settings(), factory_calibration(CASE_II, Settings()))
     hold = design.holding_force
     assert hold == pytest.approx(CASE_II.holding_force * 0.002 / 0.038)
     assert hold < Settings().disturbance.max_acceleration < CASE_II.holding_force

@@ -21,6 +21,7 @@ from mlmem_ros.device import (
     Settings,
     SettingsError,
     Write,
+    factory_calibration,
     snapshot,
 )
 from mlmem_ros.device.end import End
@@ -100,7 +101,7 @@ def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message)
 
 def test_a_specimen_that_the_step_is_too_long_for_is_refused():
     design = dataclasses.replace(CASE_II, N=75, substrate='elastic')
-    element = rig.device(design=design, calibration=rig.factory_calibration(design, Settings()))
+    element = rig.device(design=design, calibration=factory_calibration(design, Settings()))
     with pytest.raises(Refused, match='faults: the specimen needs a step of at most'):
         suffering(element, disorder_s=0.3)
 
