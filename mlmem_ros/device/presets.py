@@ -20,10 +20,10 @@ from .settings import (
     ReadSettings,
     Settings,
     StrokeSettings,
-    ThrowSettings,
     TimeSettings,
     WriteSettings,
 )
+from .strokes import BY_25, actuator, by_9, throw
 
 
 class Preset(NamedTuple):
@@ -42,63 +42,7 @@ DEFAULT = 'case_2'
 """The preset that is meant where none is named."""
 
 
-def _actuator(hand_rate: float) -> ActuatorSettings:
-    """Return an actuator that throws walls, and is as slow by hand as one that does not."""
-    return ActuatorSettings(max_strain=0.15, max_rate=5e-3, hand_rate=hand_rate)
-
-
-def _throw(peak: float, ramp: float, ease: float, ease_to: float, settle: float) -> ThrowSettings:
-    """Return a throw, and a rest after it in which a thrown wall flies out."""
-    return ThrowSettings(
-        ramp=ramp,
-        hold=20.0,
-        ease=ease,
-        ease_to=ease_to,
-        release=240.0,
-        settle=600.0,
-        peak=peak,
-    )
-
-
-def _strokes_by_9(site: float, even_from: int) -> dict[str, Any]:
-    """Return the strokes of nine cells to a level: one law of the site for all such elements.
-
-    Args:
-        site: Of the last level.
-        even_from: Lowest even level from which a stroke holds; beyond the last for none.
-    """
-    level = round(site / 9.0) - 1
-    found = {}
-    if level >= 3:
-        found['down_odd'] = StrokeSettings(
-            ramp=200.0, hold=40.0, ease=80.0, ease_to=-0.84, release=660.0, settle=0.0,
-            peak=-round(0.0082 * (288.0 / site) ** 0.77, 4), growth=0.77, lowest=3,
-        )  # fmt: skip
-    if level > even_from:
-        found['down_even'] = StrokeSettings(
-            ramp=980.0, hold=20.0, ease=70.0, ease_to=-0.9, release=960.0, settle=0.0,
-            peak=-round(0.0188 * (288.0 / site) ** 0.97, 4), growth=0.97, levels=2,
-            lowest=even_from,
-        )  # fmt: skip
-    return found
-
-
-_BY_25: dict[str, Any] = {
-    'erase': EraseSettings(method='pulse'),
-    'down_even': StrokeSettings(
-        ramp=1180.0, hold=20.0, ease=420.0, ease_to=-0.021, release=1540.0, settle=0.0,
-        peak=0.0665, growth=0.096,
-    ),
-    'down_odd': StrokeSettings(
-        ramp=320.0, hold=20.0, ease=60.0, ease_to=-0.5, release=940.0, settle=0.0,
-        peak=-0.025, growth=0.35,
-    ),
-    'throw': _throw(0.135, 300.0, 66.0, -0.02, 600.0),
-}  # fmt: skip
-"""What takes a wall back where a level has the paper's 25 cells."""
-
-
-_CASE_2 = Preset(CASE_II, Settings(actuator=_actuator(1e-4), **_BY_25))
+_CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
 """The paper's second element, eight levels. Of its settings
 
 - `write.compression` works from -0.021 to beyond -0.054, `write.tension` from 0.0363 to the
@@ -128,7 +72,7 @@ def _case_1() -> Preset:
 def _fast() -> Preset:
     """Return the paper's second element written faster, with less strain: 1800 per level."""
     settings = Settings(
-        actuator=_actuator(1e-3),
+        actuator=actuator(1e-3),
         # Quick ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
@@ -137,7 +81,7 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-        **_BY_25,
+        **BY_25,
     )  # fmt: skip
     return Preset(CASE_II, settings)
 
@@ -154,9 +98,7 @@ def _nine_cells(
     eta: float = 1 / 250,
     max_rate: float = 2e-4,
     tick: float = 20.0,
-    throw_ease: float = 0.0,
-    strokes: bool = True,
-    even_from: int = 8,
+    **back: Any,
 ) -> Preset:
     """Return an element as `analysis.designer` finds it: Case II's cells, nine to a level.
 
@@ -171,23 +113,18 @@ def _nine_cells(
         eta: Damping; the gain of both probes makes up for it.
         max_rate: By hand: what the steepest ramp of a write needs, and a little.
         tick: Every ramp of a write is a whole number of them.
-        throw_ease: In which a throw lets go; 0: it is erased by a kink.
-        strokes: Whether it goes down by strokes.
-        even_from: Lowest even level from which a stroke holds.
+        **back: Strokes other than those of `by_9`, and a throw; without, a kink erases it.
     """
     omega_c, sigma, v_th = right
     design = Design(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
     )
-    back = _strokes_by_9(design.defect(design.levels - 1), even_from) if strokes else {}
-    actuator = ActuatorSettings(max_strain=0.05, max_rate=max_rate)
-    if throw_ease:
-        back['throw'] = _throw(0.115, 400.0, throw_ease, -0.1, 400.0)
+    back = by_9(design.levels, N) | back
+    still = ActuatorSettings(max_strain=0.05, max_rate=max_rate)
+    if 'throw' in back:
         erase = replace(erase, method='pulse')
-    if back:
-        actuator = _actuator(max_rate)
     settings = Settings(
-        actuator=actuator,
+        actuator=actuator(max_rate) if back else still,
         write=write,
         erase=erase,
         **back,
@@ -236,7 +173,7 @@ PRESETS = {
         patience=6200.0,
         rest=100.0,
         max_rate=3e-4,
-        throw_ease=46.0,
+        throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_2': _nine_cells(
         N=99,
@@ -246,7 +183,7 @@ PRESETS = {
         patience=6200.0,
         rest=200.0,
         max_rate=3e-4,
-        throw_ease=46.0,
+        throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_3': _CASE_2,
     'bits_4': _nine_cells(
@@ -256,7 +193,7 @@ PRESETS = {
         right=(0.691, 16.0, 7.6e-4),
         patience=6500.0,
         rest=300.0,
-        throw_ease=64.0,
+        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0),
     ),
     'bits_5': _nine_cells(
         N=369,
@@ -266,7 +203,7 @@ PRESETS = {
         right=(0.701, 20.0, 7.2e-4),
         patience=6800.0,
         rest=500.0,
-        even_from=10,
+        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, second=0.85, levels=20),
     ),
     'bits_6': _nine_cells(
         N=666,
@@ -276,7 +213,18 @@ PRESETS = {
         right=(0.705, 24.0, 7.6e-4),
         patience=7400.0,
         rest=800.0,
-        strokes=False,
+        down_even=StrokeSettings(
+            ramp=980.0,
+            hold=20.0,
+            ease=71.0,
+            ease_to=-0.948,
+            release=960.0,
+            settle=0.0,
+            peak=-0.009,
+            growth=1.0,
+            levels=2,
+            lowest=16,
+        ),
     ),
     'bits_8': _nine_cells(
         N=2475,
@@ -287,7 +235,29 @@ PRESETS = {
         right=(0.705, 50.0, 9.3e-4),
         patience=17000.0,
         rest=3000.0,
-        strokes=False,
+        down_odd=StrokeSettings(
+            ramp=400.0,
+            hold=40.0,
+            ease=100.0,
+            ease_to=-0.84,
+            release=1300.0,
+            settle=0.0,
+            peak=-0.0011,
+            growth=0.77,
+            lowest=31,
+        ),
+        down_even=StrokeSettings(
+            ramp=1200.0,
+            hold=20.0,
+            ease=140.0,
+            ease_to=-0.95,
+            release=1600.0,
+            settle=0.0,
+            peak=-0.0016,
+            growth=1.0,
+            levels=2,
+            lowest=60,
+        ),
     ),
     'damped_bits_3': _nine_cells(
         N=135,
@@ -299,6 +269,7 @@ PRESETS = {
         rest=200.0,
         max_rate=3e-4,
         tick=10.0,
+        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, second=0.8, levels=4),
     ),
     'damped_bits_4': _nine_cells(
         N=207,
@@ -310,6 +281,7 @@ PRESETS = {
         rest=300.0,
         max_rate=3e-4,
         tick=10.0,
+        throw=throw(0.14, 400.0, 58.0, -0.1, 400.0, second=0.8, levels=5),
     ),
     'fast': _fast(),
 }

@@ -45,7 +45,7 @@ def test_the_designer_finds_what_is_shipped(bits):
 
 def test_three_bits_are_the_papers():
     design, settings = preset('bits_3')
-    back = ('actuator', 'erase', 'down_even', 'down_odd', 'throw')
+    back = ('actuator', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
     plain = {group: getattr(Settings(), group) for group in back}
     assert (design, dataclasses.replace(settings, **plain)) == (CASE_II, Settings())
 

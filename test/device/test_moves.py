@@ -57,9 +57,15 @@ def test_no_way_is_longer_than_one_move_and_the_way_from_there():
 
 
 def test_upward_is_one_step_a_level_and_nowhere_is_nothing():
-    design, settings = preset('case_2')
+    design, settings = preset('bits_4')
     assert ways(design, settings, 2, 5) == [How.STEP] * 3
     assert ways(design, settings, 4, 4) == []
+
+
+def test_strokes_up_skip_levels_and_a_level_too_many_is_one_stroke_back():
+    design, settings = preset('case_2')
+    assert [move.target for move in route(design, settings, 0, 7)] == [1, 3, 5, 7]
+    assert [move.target for move in route(design, settings, 0, 6)] == [1, 3, 5, 7, 6]
 
 
 def test_a_level_down_is_a_stroke_and_many_are_a_throw():

@@ -15,8 +15,8 @@ from mlmem_ros.physics import CASE_I, CASE_II, DesignError
 BEFORE = json.loads((Path(__file__).parents[1] / 'data' / 'presets_0_1.json').read_text())
 """What each of config/*.yaml came to in 0.1: what differs from Case II and its settings."""
 
-SINCE = ('actuator', 'down_even', 'down_odd', 'throw')
-"""Groups by which walls go back, which they did not in 0.1."""
+SINCE = ('actuator', 'down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
+"""Groups of strokes and throws, which there were none of in 0.1."""
 
 EVERY = pytest.mark.parametrize('name', PRESETS)
 
@@ -43,7 +43,7 @@ def without(groups):
 
 
 @EVERY
-def test_a_preset_is_what_its_file_was_but_that_walls_go_back(name):
+def test_a_preset_is_what_its_file_was_but_for_strokes_and_throws(name):
     assert without(different(name)) == without(BEFORE[name])
 
 
