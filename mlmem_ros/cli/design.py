@@ -4,7 +4,8 @@
 
 `mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
 and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
-`--prove` it simulates them. No ROS is needed.
+`--prove` it simulates them. Its strokes and its throw, which take a wall down, are by rule, too;
+`--search TRIALS` looks for better ones (the extra `search`; minutes). No ROS is needed.
 
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
 lives on, and says what goes wrong where one fails. `prove` simulates such designs: every level is
@@ -18,6 +19,7 @@ file that cannot be read.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,6 +101,13 @@ TASKS = {'check': check, 'prove': prove}
     'find a design for a number of levels, judge one, prove one',
     option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
     option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
+    option(
+        '--search',
+        type=int,
+        default=0,
+        metavar='TRIALS',
+        help='try so many strokes down of either kind, and throws (CMA-ES)',
+    ),
     option('--prove', action='store_true', help='simulate what was found'),
     *PROOF,
     JSON,
@@ -124,7 +133,7 @@ def design(arguments: argparse.Namespace) -> int:
 
 
 def _find(arguments: argparse.Namespace) -> int:
-    from ..analysis.designer import DesignNotFound, propose
+    from ..analysis.designer import DesignNotFound, propose, searched
     from ..parameter_file import text_of
     from .console import plain_console
 
@@ -132,7 +141,15 @@ def _find(arguments: argparse.Namespace) -> int:
         raise DesignNotFound('give --levels P to find a design, or one of check and prove')
     console = plain_console(aside=arguments.json)
     found = propose(arguments.levels)
-    made_by = f'# {arguments.levels} levels, by `mlmem design --levels {arguments.levels}`.\n'
+    how = f'mlmem design --levels {arguments.levels}'
+    if arguments.search > 0:
+        how = f'{how} --search {arguments.search}'
+        try:
+            settings = searched(found.design, found.settings, arguments.search)
+        except ImportError as error:
+            raise DesignNotFound(f'--search needs the extra `search`: {error}') from error
+        found = dataclasses.replace(found, settings=settings)
+    made_by = f'# {arguments.levels} levels, by `{how}`.\n'
     text = made_by + text_of(found.design, found.settings)
     if arguments.json and not arguments.prove:
         print_json(

@@ -81,7 +81,7 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-        **BY_25,
+        **BY_25 | {'throw': replace(BY_25['throw'], settle=900.0)},  # a launch follows at once
     )  # fmt: skip
     return Preset(CASE_II, settings)
 

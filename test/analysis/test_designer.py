@@ -33,7 +33,7 @@ def test_the_designer_finds_what_is_shipped(bits):
     found = propose(2**bits)
     design, settings = preset(f'bits_{bits}')
     assert found.design == design
-    groups = ('write', 'actuator', 'down_even', 'down_odd', 'throw')
+    groups = ('write', 'actuator', 'throw', *(('down_even', 'down_odd') if bits > 5 else ()))
     searched = {group: getattr(settings, group) for group in groups}
     erase = dataclasses.replace(found.settings.erase, method=settings.erase.method)
     assert dataclasses.replace(found.settings, erase=erase, **searched) == settings

@@ -12,7 +12,8 @@ What is chosen, and why:
   is let go has a third of the way left, which the next defect pulls it along; the gradient has
   only to keep it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
 - eta is 1/250, or as much less as the farthest echo needs.
-- Peaks and times follow from what frees walls and kinks: see `schedules`.
+- Peaks and times follow from what frees walls and kinks: see `schedules`. What takes walls back
+  is in `going_back`.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from ...device.settings import ActuatorSettings, ProbeSettings, ReadSettings
 from ...physics import CASE_II, Design
 from ..checks import Report, Verdict, check
 from ..checks.subject import Subject
+from .going_back import going_back
 from .right_pulse import RightPulse, damping_for, listen
 from .schedules import Freeing, erase_schedule, freeing, up_to, write_schedule
 
@@ -103,7 +105,7 @@ def _with(levels: int, J: int) -> Proposal | str:
     if pulse is None:
         return 'no pulse tells the farthest level from the clutter of the defects'
     design = _element(levels, J, eta, pulse.tail)
-    settings = _settings(design, frees, pulse.probe)
+    settings = going_back(design, _settings(design, frees, pulse.probe))
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
         return '; '.join(f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL))

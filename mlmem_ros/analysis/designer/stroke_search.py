@@ -21,6 +21,7 @@ import numpy as np
 from ...device.motion import Cycle
 from ...device.moves import stroke_peak
 from ...device.settings import StrokeSettings, ThrowSettings
+from ...device.strokes import actuator
 from ...physics import Design, Scatter, scattered, walls
 from ...physics.potential import Array
 from ..moves_down import left_by
@@ -36,6 +37,10 @@ PRICE = 0.01
 
 STEP_SIZE = 0.2
 """Standard deviation of the first trials, in logarithms of times and peaks."""
+
+
+LARGEST = actuator(0.0).max_strain
+"""Greatest peak that is tried."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +178,6 @@ def point(begin: Swing, x: Array, tick: float) -> Swing:
         ease=float(max(1, round(begin.ease * ease))),
         ease_to=round(float(np.clip(begin.ease_to + 0.5 * x[5], -1.0, 1.0)), 3),
         release=max(1, round(begin.release * release / tick)) * tick,
-        peak=round(float(np.clip(begin.peak * peak, -0.5, 0.5)), 4),
+        peak=round(float(np.clip(begin.peak * peak, -LARGEST, LARGEST)), 4),
         **growth,
     )

@@ -1,0 +1,79 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Strokes and a throw for a design: by a law of the site and closed forms, or by search."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...device import Settings
+from ...device.strokes import actuator, by_9, throw
+from ...physics import Design
+from ..moves_down import reach, shortest_ease
+from .stroke_search import Task, search
+
+PEAK = 0.135
+"""Of a throw: nine tenths of what the actuators of the presets give."""
+
+FAR = 2.5
+"""`reach` from which a throw takes the wall out."""
+
+WIDE = 1.5
+"""Least factor between letting go too fast, so that cells slip, and too slowly for that reach."""
+
+SAMPLE = 5
+"""Levels that a search begins from, at most."""
+
+
+def going_back(design: Design, settings: Settings) -> Settings:
+    """Return settings with strokes and a throw, as far as a law or a window is known.
+
+    Peaks of strokes fall with the site by the law of nine cells to a level. A throw lets go in
+    the geometric mean of what is too fast for the far end and too slow for the wall.
+    """
+    usual = design.J == 9 and design.eta == 1 / 250
+    back: dict[str, Any] = by_9(design.levels, design.N) if usual else {}
+    fast, slow = shortest_ease(design, PEAK), reach(design, PEAK, 1.0) / FAR
+    if slow >= WIDE * fast:
+        back['throw'] = throw(PEAK, 400.0, float(round(math.sqrt(fast * slow))), -0.1, 600.0)
+        back['erase'] = replace(settings.erase, method='pulse')
+    if back:
+        back['actuator'] = actuator(settings.actuator.by_hand)
+    return replace(settings, **back)
+
+
+def searched(design: Design, settings: Settings, trials: int) -> Settings:
+    """Return settings whose strokes down and throw are the best that were found from theirs.
+
+    Args:
+        design: The element.
+        settings: With strokes, a throw, or none, which stays none.
+        trials: How many of each are tried.
+
+    Raises:
+        ImportError: The package cmaes is missing.
+    """
+    last = design.levels - 1
+    found: dict[str, Any] = {}
+    starts = {
+        'down_even': range(0, last + 1, 2), 'down_odd': range(1, last + 1, 2),
+        'throw': range(last + 1),
+    }  # fmt: skip
+    for name, levels in starts.items():
+        begin = getattr(settings, name)
+        if begin.peak:
+            lowest = 0 if name == 'throw' else max(begin.lowest, begin.levels)
+            task = Task(design, _some([each for each in levels if each >= lowest]))
+            found[name] = search(task, begin, trials=trials, tick=settings.time.tick)
+    return replace(settings, **found)
+
+
+def _some(levels: Sequence[int]) -> list[int]:
+    """Return as many of the levels as are tried, first and last among them."""
+    places = np.linspace(0, len(levels) - 1, min(SAMPLE, len(levels)))
+    return [levels[round(place)] for place in places]
