@@ -39,14 +39,14 @@ def make(tmp_path):
 def hold(recorder, monkeypatch):
     """Let the disk stall: the first write waits until the returned event is set."""
     released, stalled = threading.Event(), threading.Event()
-    write = recorder._writer.write
+    write = BagWriter.write
 
     def slow(*args):
         stalled.set()
         released.wait(5)
         write(*args)
 
-    monkeypatch.setattr(recorder._writer, 'write', slow)
+    monkeypatch.setattr(BagWriter, 'write', slow)
     recorder.put('/level', level(0), 0)
     assert stalled.wait(5)
     return released
@@ -121,8 +121,8 @@ def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, mo
     for number in range(200):
         assert recorder.put('/level', level(1), number)
     clock.now = 100.0
-    sync = recorder._writer.sync
-    monkeypatch.setattr(recorder._writer, 'sync', lambda: syncs.append(clock.now) or sync())
+    sync = BagWriter.sync
+    monkeypatch.setattr(BagWriter, 'sync', lambda self: syncs.append(clock.now) or sync(self))
     released.set()
     wait_for(lambda: recorder.status.messages >= 200)
     clock.now = 101.0
@@ -221,7 +221,7 @@ def test_a_defect_of_ours_ends_the_recording_and_nothing_else(make, monkeypatch)
     recorder = make()
     recorder.put('/level', level(1), 1)
     wait_for(lambda: recorder.status.messages == 1)
-    monkeypatch.setattr(recorder._writer, 'write', lambda *_: 1 / 0)
+    monkeypatch.setattr(BagWriter, 'write', lambda *_: 1 / 0)
     recorder.put('/level', level(2), 2)
     wait_for(lambda: recorder.status.state == 'failed')
     assert "bag: ZeroDivisionError('division by zero')." in str(recorder.status.error)

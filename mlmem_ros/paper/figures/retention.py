@@ -71,7 +71,7 @@ def compute(quality: Quality) -> Data:
         'amplitude': amplitude,
         'levels': np.array(levels),
         'kept': kept,
-        'threshold': _thresholds(amplitude, kept),
+        'threshold': thresholds(amplitude, kept),
         'static': np.array([_static_limits(level) for level in levels]),
         'wall': np.array([_wall_frequency(v) for v in rest.values()]),
         'bands': np.sort([*band(CASE_II.k_s1), *band(CASE_II.k_s2)]),
@@ -117,7 +117,7 @@ def _placed(v: Array) -> Chain:
     return chain
 
 
-def _thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
+def thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
     """Return the least amplitude at which a level is lost, shape (f, n)."""
     lost = ~kept
     first = amplitude[np.argmax(lost, axis=1)]
