@@ -25,13 +25,13 @@ from mlmem_ros.ros.qos import LATCHED, RELIABLE
 HERE = Path(__file__).resolve().parent
 SPARSE = {'field_every': 200, 'wall_every': 200, 'joint_states_every': 50}
 MEMORY = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
-GAIT_NODE = [sys.executable, str(HERE / 'gait_node.py')]
+GAIT_NODE = [sys.executable, '-m', 'gait_store.gait_node']
 
 
 @contextmanager
 def running(command: list[str]) -> Iterator[None]:
     """Run a process, and end it as Ctrl-C would."""
-    process = subprocess.Popen(command)
+    process = subprocess.Popen(command, cwd=HERE)
     try:
         yield
     finally:

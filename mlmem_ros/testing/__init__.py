@@ -1,16 +1,35 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""For a robot's own tests: a memory node beside them, and recorded sessions that run again.
+"""For a robot's own tests: a memory node beside them, its clock and faults, recorded sessions.
 
-pytest_plugins = ['mlmem_ros.testing']
-
-def test_the_gait_is_remembered(replay_session):
-    session = replay_session('examples/gait_store/bag')
-    session.assert_levels([-1, 1, 1, 3, 3])
+def test_the_gait_is_remembered():
+    with memory_node({'scale.time': 1e-5}) as node, frozen_clock(node) as clock:
+        assert clock.finish(node.memory.write(5)).level == 5
 """
 
+from .faults import faults
+from .frozen_clock import FrozenClock, frozen_clock
+from .isolation import isolate
 from .node import memory_node
 from .running import RunningNode
-from .sessions import ReplayedSession, replay_session
+from .sessions import (
+    ReplayedSession,
+    assert_replays,
+    assert_written,
+    replay_session,
+    replayed,
+)
 
-__all__ = ['ReplayedSession', 'RunningNode', 'memory_node', 'replay_session']
+__all__ = [
+    'FrozenClock',
+    'ReplayedSession',
+    'RunningNode',
+    'assert_replays',
+    'assert_written',
+    'faults',
+    'frozen_clock',
+    'isolate',
+    'memory_node',
+    'replay_session',
+    'replayed',
+]

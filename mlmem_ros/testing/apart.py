@@ -41,6 +41,10 @@ class NodeApart(RunningNode):
                 preexec_fn=_end_with_parent,
             )
 
+    def step(self, ticks: int) -> int:
+        """Run ticks while time is held; return the ticks it has made in its life."""
+        return [self.memory.step().wait().tick for _ in range(ticks)][-1]
+
     @property
     def output(self) -> str:
         """All it has said, on both of its streams."""

@@ -11,10 +11,15 @@ from typing import Any
 import rclpy
 from rclpy.context import Context
 
+from ..contract.errors import RequestRefused
+from ..host import REFUSALS
 from ..ros.node.command_line import ros_arguments
 from ..ros.node.node import MemoryNode
 from ..ros.node.run import ONE, Element, begin, end, turn
 from .running import RunningNode
+
+STEPPED = 60.0
+"""Seconds in which a machine must have made the ticks that are asked for at a time."""
 
 
 class NodeHere(RunningNode):
@@ -68,6 +73,14 @@ class NodeHere(RunningNode):
     def node(self) -> MemoryNode:
         """The first node."""
         return self.nodes[0]
+
+    def step(self, ticks: int) -> int:
+        """Run ticks while time is held; return the ticks it has made in its life."""
+        done = [self.node.host.step() for _ in range(ticks)]
+        try:
+            return done[-1].result(STEPPED)
+        except REFUSALS as refusal:
+            raise RequestRefused({'error': str(refusal)}) from refusal
 
     @property
     def output(self) -> str:

@@ -33,6 +33,14 @@ class RunningNode(ABC):
 
         return self.ends.enter_context(standalone(self.element))
 
+    @abstractmethod
+    def step(self, ticks: int) -> int:
+        """Run ticks while time is held; return the ticks it has made in its life.
+
+        Raises:
+            RequestRefused: Its time is not held, or it has failed.
+        """
+
     @property
     @abstractmethod
     def output(self) -> str:

@@ -38,7 +38,8 @@ class ReplayedSession:
 
     def assert_levels(self, expected: Sequence[int]) -> None:
         """Fail unless writes and reads ended with these levels, as they did when recorded."""
-        assert self.levels == list(expected)
+        wanted = list(expected)
+        assert self.levels == wanted, f'levels are {self.levels}; expected {wanted}'
         self.assert_agrees()
 
     def assert_agrees(self) -> None:
@@ -55,12 +56,39 @@ class ReplayedSession:
         assert report.whole, f'{report.verdict}: {"; ".join(report.lost)}'
 
 
+def replayed(bag: str | PathLike[str]) -> ReplayedSession:
+    """Run a session again.
+
+    Raises:
+        BagError: It cannot be read, or not be replayed.
+    """
+    session = load(bag)
+    return ReplayedSession(session, replay(session))
+
+
 @pytest.fixture
 def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
-    """A function that replays a session bag and returns a `ReplayedSession`."""
+    """`replayed`, as a fixture."""
+    return replayed
 
-    def run(bag: str | PathLike[str]) -> ReplayedSession:
-        session = load(bag)
-        return ReplayedSession(session, replay(session))
 
-    return run
+def assert_replays(bag: str | PathLike[str]) -> ReplayedSession:
+    """Fail unless a session gives again what was recorded; see `ReplayedSession.assert_agrees`.
+
+    Returns:
+        The session, for more to be asked.
+    """
+    session = replayed(bag)
+    session.assert_agrees()
+    return session
+
+
+def assert_written(bag: str | PathLike[str], level: int) -> None:
+    """Fail unless the last write of a session succeeded with a level, and does so again."""
+    outcomes = assert_replays(bag).report.outcomes
+    writes = [outcome for outcome in outcomes if outcome.procedure == 'write']
+    assert writes, f'{bag} holds no write'
+    last = writes[-1]
+    assert last.success, f'the last write of {bag} failed: {last.error}'
+    found = last.reading.level if last.reading is not None else None
+    assert found == level, f'the last write of {bag} found level {found}; expected {level}'

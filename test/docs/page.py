@@ -51,19 +51,26 @@ class Page:
         Raises:
             AssertionError: A command fails, or prints something else than the page says.
         """
+        tests: list[str] = []  # in a row, for one run of pytest
         with self.nodes:
             for language, text, line in blocks(self.path):
                 if language == 'python' and re.search(r'^def test_', text, re.MULTILINE):
-                    self._tests(text)
-                elif language == 'python':
+                    tests.append(text)
+                    continue
+                self._tests(tests)
+                if language == 'python':
                     code = compile('\n' * (line - 1) + text, str(self.path), 'exec')
                     exec(code, self.names)
                 elif language == 'console':
                     for command, expected in commands(text):
                         self._command(command, expected)
+            self._tests(tests)
 
-    def _tests(self, text: str) -> None:
-        Path('test_of_the_page.py').write_text(text)
+    def _tests(self, tests: list[str]) -> None:
+        if not tests:
+            return
+        Path('test_of_the_page.py').write_text('\n\n'.join(tests))
+        tests.clear()
         status = subprocess.run(
             [
                 sys.executable,

@@ -8,7 +8,11 @@ import pytest
 from page import Page, commands, matches
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs' / 'tutorials').glob('*.md'))]
+PAGES = [
+    ROOT / 'README.md',
+    ROOT / 'docs' / 'testing.md',
+    *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
+]
 
 
 @pytest.mark.parametrize('path', PAGES, ids=lambda path: path.stem)

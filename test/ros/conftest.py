@@ -4,88 +4,25 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
-import fcntl
 import importlib.util
-import os
-import shutil
 import signal
 import sys
-import tempfile
 from pathlib import Path
 
 import pytest
 
+pytest.register_assert_rewrite('mlmem_ros.testing')  # a plugin of some tests, too
+
+from mlmem_ros.testing import isolate  # noqa: E402
+
 sys.path.append(str(Path(__file__).parent))  # robot.py
 HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 
-# The defaults take up to 3 s to discover a peer and leave segments in /dev/shm after a SIGKILL.
-FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
-<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
-  <profiles>
-    <transport_descriptors>
-      <transport_descriptor>
-        <transport_id>loopback</transport_id>
-        <type>UDPv4</type>
-        <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
-        <maxInitialPeersRange>32</maxInitialPeersRange>
-      </transport_descriptor>
-    </transport_descriptors>
-    <participant profile_name="loopback" is_default_profile="true">
-      <rtps>
-        <useBuiltinTransports>false</useBuiltinTransports>
-        <userTransports><transport_id>loopback</transport_id></userTransports>
-        <builtin>
-          <discovery_config>
-            <leaseAnnouncement><sec>0</sec><nanosec>200000000</nanosec></leaseAnnouncement>
-            <initialAnnouncements>
-              <count>10</count><period><sec>0</sec><nanosec>50000000</nanosec></period>
-            </initialAnnouncements>
-          </discovery_config>
-        </builtin>
-      </rtps>
-    </participant>
-  </profiles>
-</dds>
-"""
-
-
-def claim_domain():
-    """Return a ROS domain that no other run of these tests has on this machine."""
-    for offset in range(100):
-        domain = 1 + (os.getpid() + offset) % 100
-        path = Path(tempfile.gettempdir(), f'mlmem-ros-domain-{domain}.lock')
-        lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)  # held until this process ends
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(lock)
-        else:
-            return domain
-    raise RuntimeError('all ROS domains from 1 to 100 are in use by runs of these tests')
-
-
-def isolate():
-    """Set the environment of this process and all it starts, before rclpy is imported."""
-    home = Path(tempfile.mkdtemp(prefix='mlmem-ros-'))
-    atexit.register(shutil.rmtree, home, ignore_errors=True)
-    profile = home / 'fast_discovery.xml'
-    profile.write_text(FAST_DISCOVERY)
-    os.environ.update(
-        ROS_DOMAIN_ID=str(claim_domain()),
-        ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST',
-        ROS_LOG_DIR=str(home / 'log'),
-        ROS_PYTHON_CHECK_FIELDS='1',
-        RMW_IMPLEMENTATION='rmw_fastrtps_cpp',
-        FASTRTPS_DEFAULT_PROFILES_FILE=str(profile),
-    )
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
-
-
 if HAVE_ROS:
     isolate()
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
 
 
 class NeedsRos(pytest.Module):

@@ -2,12 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A memory node for the length of a test: here and apart."""
 
+from pathlib import Path
+
 import pytest
 from robot import Robot
+from sensor_msgs.msg import JointState
 
+from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.ros.node.parameters import ParameterError
-from mlmem_ros.testing import memory_node
+from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 
+DATA = Path(__file__).parents[1] / 'data'
 QUICK = {'scale.time': 1e-5}
 
 
@@ -22,7 +27,10 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
             'write.hold': 250.0,
             'scale.time': 1e-5,
         }
-        assert node.memory.write(2).wait().level == 2
+        with frozen_clock(node) as clock:
+            assert clock.finish(node.memory.write(2)).level == 2
+            assert clock.ticks == 700
+        assert node.memory.read().wait().level == 2  # time runs again
         assert 'ready: 8 levels' in node.output
         assert node.running
         node.terminate()
@@ -30,6 +38,12 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
         assert not node.running
     with Robot() as robot:
         assert 'lent' not in robot.node.get_node_names()
+
+
+@pytest.fixture(scope='module')
+def node():
+    with memory_node(QUICK, name='lasting') as node:
+        yield node
 
 
 def test_two_nodes_here_are_two_elements():
@@ -47,3 +61,56 @@ def test_what_cannot_start_raises_and_leaves_nothing_behind():
         pass
     with Robot() as robot:
         assert 'never' not in robot.node.get_node_names()
+
+
+def test_a_frozen_clock_is_the_time_of_all(start):
+    node = start({**QUICK, 'use_sim_time': True}, name='held')
+    with frozen_clock(node) as clock:
+        writing = node.memory.write(5)
+        clock.advance(0.1)
+        assert not writing.done()
+        assert clock.ticks == 500
+        assert clock.finish(writing).level == 5
+        stamped = []
+        node.memory.node.create_subscription(JointState, '/held/joint_states', stamped.append, 10)
+        clock.advance_until(lambda: stamped)
+        stamp = stamped[0].header.stamp
+        assert clock.now - 0.1 < stamp.sec + 1e-9 * stamp.nanosec <= clock.now
+
+
+def test_what_is_waited_for_in_vain_is_given_up_in_time(node):
+    with frozen_clock(node) as clock, pytest.raises(TimeoutError, match=r'0\.1 s of ROS time'):
+        clock.advance_until(lambda: False, within=0.1)
+    assert node.memory.pause(False).wait()
+
+
+def test_faults_are_healed_whatever_happens(node):
+    memory = node.memory
+    memory.set_parameters({'faults.sensor_noise': 1e-9}).wait()
+    stuck = faults(node, sensor_noise=1e-8, actuator_stuck=True)
+    with pytest.raises(RequestError, match='does not follow'), stuck:
+        memory.write(3).wait()
+    given = memory.parameters('faults.sensor_noise', 'faults.actuator_stuck').wait()
+    assert given == {'faults.sensor_noise': 1e-9, 'faults.actuator_stuck': False}
+    memory.set_parameters({'faults.sensor_noise': 0.0}).wait()
+    with pytest.raises(RequestRefused, match=r'faults\.gain'), faults(node, gain=0.5):
+        pass
+    with (
+        pytest.raises(RequestRefused, match='stuck_cell'),
+        faults(node, actuator_stuck=True, stuck_cell=99_999),
+    ):
+        pass
+    assert not memory.parameters('faults.actuator_stuck').wait()['faults.actuator_stuck']
+
+
+def test_a_session_is_held_to_its_last_write(tmp_path, node):
+    assert_written(DATA / 'aborted_write', 1)  # the first was aborted
+    with pytest.raises(AssertionError, match='found level 1; expected 3'):
+        assert_written(DATA / 'aborted_write', 3)
+    bag = tmp_path / 'session'
+    node.memory.record(path=str(bag)).wait()
+    with faults(node, actuator_stuck=True), pytest.raises(RequestError):
+        node.memory.write(4).wait()
+    node.memory.record(False).wait()
+    with pytest.raises(AssertionError, match='failed: the actuator does not follow'):
+        assert_written(bag, 4)

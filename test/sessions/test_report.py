@@ -233,16 +233,3 @@ def test_rounding_is_what_the_bound_says(replay_session):
             differences.append(np.abs(element.chain.v - state[element.ticks]).max())
     assert len(differences) == len(state)
     assert 0.0 < max(differences) < 1e-6 * ROUNDING
-
-
-def test_the_replay_test_of_the_readme_runs_as_printed(tmp_path, monkeypatch):
-    (text,) = re.findall(
-        r"```python\n(pytest_plugins = \['mlmem_ros.testing'\].*?)```",
-        (ROOT / 'README.md').read_text(encoding='utf-8'),
-        re.DOTALL,
-    )
-    assert len([line for line in text.splitlines() if line]) <= 5
-    (tmp_path / 'test_gait.py').write_text(text)
-    monkeypatch.chdir(ROOT)
-    quiet = ['-q', '-p', 'no:cacheprovider', '-c', '/dev/null', '--rootdir', str(tmp_path)]
-    assert pytest.main([*quiet, str(tmp_path / 'test_gait.py')]) == 0

@@ -1,40 +1,35 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory in a larger stack: ros2 launch examples/gait_store/robot.launch.py.
+"""The memory in a larger stack: ros2 launch gait_store robot.launch.py.
 
 A leg has a memory among its nodes, below the namespace of the robot, and the behaviour that needs
 it starts when it is active. The arguments of memory.launch.py are arguments here, too.
 """
 
-import sys
-from pathlib import Path
-
 from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
-    ExecuteProcess,
     IncludeLaunchDescription,
     RegisterEventHandler,
 )
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
 from launch_ros.event_handlers import OnStateTransition
 from launch_ros.substitutions import FindPackageShare
-
-GAIT_NODE = Path(__file__).parent / 'gait_node.py'
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the description: a memory that the launch activates, then the behaviour."""
     memory = PathJoinSubstitution([FindPackageShare('mlmem_ros'), 'launch', 'memory.launch.py'])
     namespace = LaunchConfiguration('robot')
-    behaviour = ExecuteProcess(
-        cmd=[
-            sys.executable, str(GAIT_NODE),
-            '--ros-args', '-r', ['__ns:=', namespace], '-p', 'memory:=mlmem',
-        ],
+    behaviour = Node(
+        package='gait_store',
+        executable='gait_node',
+        namespace=namespace,
+        parameters=[{'memory': 'mlmem'}],
         output='screen',
-    )  # fmt: skip
+    )
     return LaunchDescription(
         [
             DeclareLaunchArgument('robot', default_value='/robot', description='its namespace'),

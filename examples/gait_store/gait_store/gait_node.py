@@ -7,7 +7,7 @@
     ~/pressures  std_msgs/Float32MultiArray  pressure of every leg, from 0 to 1
 
 At its start it reads the element and walks on as before. Run it beside a memory node:
-python3 gait_node.py --ros-args -p memory:=/mlmem
+ros2 run gait_store gait_node --ros-args -p memory:=/mlmem
 """
 
 from __future__ import annotations
@@ -15,15 +15,17 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import rclpy
-from gaits import GAITS
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros import MemoryClient, NoAnswer, RequestError, RequestRefused
 from mlmem_ros.ros.qos import LATCHED, RELIABLE, SENSOR_DATA
+
+from .gaits import GAITS
 
 PERIOD = 0.02
 """Seconds between two sets of pressures."""
@@ -38,13 +40,16 @@ REST = 0
 class GaitNode(Node):
     """Walks, and remembers how."""
 
-    def __init__(self) -> None:
+    def __init__(self, **options: Any) -> None:
         """Remember the gait, and begin to walk.
+
+        Args:
+            options: For `rclpy.node.Node`.
 
         Raises:
             RequestError: The memory does not answer, or cannot be read.
         """
-        super().__init__('gait')
+        super().__init__('gait', **options)
         memory = self.declare_parameter('memory', 'mlmem').value
         self._memory = MemoryClient(self, memory, patience=30.0)
         self._gait = REST

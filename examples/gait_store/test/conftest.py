@@ -1,0 +1,15 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""These tests have a ROS graph of their own."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+from mlmem_ros.testing import isolate
+
+if importlib.util.find_spec('rclpy') is None:
+    collect_ignore = ['test_gait_store.py']
+else:
+    isolate()
+sys.path.append(str(Path(__file__).parents[1]))  # where it is not built

@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Time that stands still, but for the steps of a test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, TypeVar
+
+from .running import RunningNode
+
+if TYPE_CHECKING:
+    from ..ros.client.reply import Reply
+
+T = TypeVar('T')
+
+START = 1.0
+"""ROS time in seconds at which a clock begins: at 0 rclpy takes it for not set."""
+
+PULSE = 0.01
+"""Seconds between two messages on /clock."""
+
+LOOK = 0.02
+"""Seconds of ROS time between two looks at what is waited for."""
+
+MOST = 500
+"""Ticks that are asked for at a time."""
+
+
+class FrozenClock:
+    """Steps an element tick by tick, and tells all nodes with `use_sim_time` the time.
+
+    The element is paused and stepped, so it has made exactly the ticks of the time that has
+    passed, however slow the machine is. Other nodes follow /clock.
+
+    Attributes:
+        now: ROS time in seconds.
+        ticks: Ticks that the element has made under this clock.
+    """
+
+    def __init__(self, node: RunningNode) -> None:
+        """Hold the time of an element and of all who follow /clock."""
+        from rosgraph_msgs.msg import Clock
+
+        self._node = node
+        memory = node.memory
+        memory.ready(60.0).wait()
+        scale = memory.parameters('time.tick', 'scale.time').wait()
+        self._tick = scale['time.tick'] * scale['scale.time']
+        memory.pause().wait()
+        self._kind = Clock
+        self._publisher = memory.node.create_publisher(Clock, '/clock', 10)
+        self.ticks = 0
+        self.now = START
+        self._tell()
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass; who had sent a request before has it answered in its course.
+
+        Args:
+            seconds: ROS time; what is less than a tick is kept for the next time.
+
+        Raises:
+            RequestError: The element has failed, or somebody has let its time run.
+        """
+        end = self.now + seconds
+        self._arrive()
+        while self.now < end:
+            self.now = min(end, self.now + PULSE)
+            due = round((self.now - START) / self._tick) - self.ticks
+            self.ticks += due
+            while due > 0:
+                self._node.step(min(due, MOST))
+                due -= MOST
+            self._tell()
+
+    def advance_until(self, condition: Callable[[], object], within: float = 60.0) -> None:
+        """Let time pass until a condition holds.
+
+        Args:
+            condition: Looked at every 20 ms of ROS time.
+            within: Longest ROS time in seconds.
+
+        Raises:
+            TimeoutError: It does not hold by then.
+        """
+        end = self.now + within
+        while not condition():
+            if self.now >= end:
+                raise TimeoutError(f'it did not come about within {within:g} s of ROS time')
+            self.advance(LOOK)
+            self._arrive()
+
+    def finish(self, reply: Reply[T], within: float = 60.0) -> T:
+        """Let time pass until a request has been answered; return the answer.
+
+        Args:
+            reply: What `RunningNode.memory` returned, or any other client.
+            within: Longest ROS time in seconds.
+
+        Raises:
+            TimeoutError: It is not answered by then.
+            RequestError: As `Reply.wait`.
+        """
+        self.advance_until(reply.done, within)
+        return reply.wait()
+
+    def close(self) -> None:
+        """Let time run again."""
+        self._node.memory.node.destroy_publisher(self._publisher)
+        if self._node.running:
+            self._node.memory.pause(False).wait()
+
+    def _arrive(self) -> None:
+        """Let arrive what is on its way, to the element or from it: it comes before an answer."""
+        self._node.memory.pause().wait()
+
+    def _tell(self) -> None:
+        message = self._kind()
+        message.clock.sec, message.clock.nanosec = divmod(round(self.now * 1e9), 10**9)
+        self._publisher.publish(message)
+
+
+@contextmanager
+def frozen_clock(node: RunningNode) -> Iterator[FrozenClock]:
+    """Hold time until the end of the block; see `FrozenClock`.
+
+    ::
+
+        with frozen_clock(node) as clock:
+            writing = node.memory.write(5)
+            clock.advance(0.5)
+            assert not writing.done()
+            assert clock.finish(writing).level == 5
+
+    Args:
+        node: Whose element is stepped.
+
+    Yields:
+        The clock.
+    """
+    clock = FrozenClock(node)
+    try:
+        yield clock
+    finally:
+        clock.close()
