@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent / 'mlmem_ros'
 
 LAYERS = (
-    'physics', 'device', 'analysis', 'bag', 'contract', 'session', 'host', 'ros', 'view',
+    'physics', 'device', 'analysis', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'view',
     'testing', 'studies', 'paper', 'bench', 'cli',
 )  # fmt: skip
 """A room imports from itself and from those before it; files beside them are everybody's."""

@@ -24,6 +24,7 @@ SUBCOMMANDS = {
     'record': 'request',
     'watch': 'watch',
     'view': 'view',
+    'rig': 'rig',
     'design': 'design',
     'figures': 'figures',
     'margins': 'margins',

@@ -23,7 +23,6 @@ from std_msgs.msg import (
 from ..device import UNDECODABLE, MemoryElement, Outcome, Reading
 from ..device.echo import Echo
 from ..physics import walls
-from ..physics.energy import actuator_force
 from ..physics.potential import Array
 from ..words import JOINT
 from .answers import ended
@@ -121,15 +120,19 @@ def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: st
 
 
 def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
-    """Return the substrate's end and the transducer cell v_1: m, m/s and N."""
-    units, chain = element.units, element.chain
+    """Return the substrate's end and the transducer cell v_1: m, m/s and N.
+
+    There are no forces where none is measured.
+    """
+    units, driver = element.units, element.driver
+    force = driver.force()
     message = JointState(
         name=[JOINT, 'transducer'],
-        position=array.array('d', (chain.V_N * units.length, float(chain.v[0]) * units.length)),
+        position=array.array('d', (driver.V_N * units.length, driver.end(1) * units.length)),
         velocity=array.array(
-            'd', (element.substrate_speed * units.speed, chain.velocity[0] * units.speed)
+            'd', (element.substrate_speed * units.speed, element.transducer.speed * units.speed)
         ),
-        effort=array.array('d', (actuator_force(chain) * units.force, 0.0)),
+        effort=array.array('d', () if force is None else (force * units.force, 0.0)),
     )
     message.header.stamp = stamp
     message.header.frame_id = frame_id

@@ -150,6 +150,9 @@ MARKERS = Topic(
 VIEWS = (IMAGE, MARKERS)
 """What is made for people alone, and only while somebody looks."""
 
+OF_A_SIMULATION = (FIELD, WALL, *VIEWS)
+"""What nobody can tell of a real element: it is not offered then."""
+
 DIAGNOSTICS = Topic(
     '/diagnostics',
     'diagnostic_msgs/msg/DiagnosticArray',

@@ -31,6 +31,9 @@ from .units import Units
 LONGEST_RUN = 50
 """Ticks that are worth to be made in one run: their strain fits a cache."""
 
+FARTHEST = 1e6
+"""Cells by which no end is displaced: a driver that says so is broken."""
+
 EARLY = 1e-6
 """Ticks by which a look comes too early rather than too late, as clocks round."""
 
@@ -221,5 +224,7 @@ def _check(ends: Array, samples: int) -> None:
         raise DriverError(
             f'the driver must tell {samples} samples of both ends; got shape {np.shape(ends)}'
         )
-    if not np.isfinite(ends).all():
-        raise DriverError('the driver must tell finite displacements; got NaN or infinity')
+    if not (np.abs(ends) <= FARTHEST).all():  # false for NaN, too
+        raise DriverError(
+            f'the driver must tell displacements of at most {FARTHEST:g} cells; got more, or NaN'
+        )

@@ -128,6 +128,13 @@ class Transducer:
         differences = np.diff(self.recent[end.row], self._difference)
         return float(np.abs(differences).mean()) / _noise_gain(self._difference)
 
+    @property
+    def speed(self) -> float:
+        """Speed of the first cell."""
+        if (chain := self._driver.chain) is not None:
+            return float(chain.velocity[0])
+        return float(self.recent[0, -1] - self.recent[0, -2]) / self._driver.dt
+
     # --- driving -------------------------------------------------------------------------
 
     def fire(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:

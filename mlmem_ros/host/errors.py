@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from ..bag.errors import BagError
-from ..device import Refused, SettingsError
+from ..device import DriverError, Refused, SettingsError
 from ..physics import DesignError, StateError
 
 
@@ -16,5 +16,5 @@ class Overdue(Exception):
         super().__init__(f'{what} takes longer than {seconds:g} s: the disk does not answer')
 
 
-REFUSALS = (Refused, DesignError, SettingsError, StateError, BagError, Overdue)
+REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagError, Overdue)
 """What is expected and has a message for the user; every other exception is a defect."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,6 +25,7 @@ from ..device import (
     SetFaults,
     SettingsError,
     describe_level,
+    drivers,
     snapshot,
 )
 from ..device.commands import Procedures
@@ -64,6 +66,7 @@ class Host:
         element: The device, or None while unconfigured.
         loop: Runs it while active, else None.
         sessions: Its recording.
+        stopped: What stopped the device last, until it is configured again; empty: nothing.
         refused: Requests refused since the host was made.
         lost: Times that content or recording could not be saved at the end of a life.
     """
@@ -87,6 +90,7 @@ class Host:
         self.journal = Journal(log)
         self.element: MemoryElement | None = None
         self.loop: Loop | None = None
+        self.stopped = ''
         self.refused = 0
         self.lost = 0
         self._name = name
@@ -122,14 +126,18 @@ class Host:
         """
         self._root = given.files.root
         check_design(given.design, given.settings, given.check, self.journal)
-        store = Store(given.state, given.files.root, self.journal, self._disk, self._name)
-        try:
-            element = store.new_element(given.design, given.settings)
+        with ExitStack() as undo:
+            driver = drivers.opened(
+                given.device.driver, given.device.address, given.design, given.settings
+            )
+            undo.callback(driver.close)
+            store = Store(given.state, given.files.root, self.journal, self._disk, self._name)
+            undo.callback(store.close)
+            element = store.new_element(given.design, given.settings, driver)
             _check_faults(element, given.faults)
             store.restore(element)
-        except BaseException:
-            store.close()
-            raise
+            undo.pop_all()
+        self.stopped = ''
         self._restore_rescued(element)
         self.element, self._store = element, store
         return element
@@ -171,7 +179,7 @@ class Host:
             element,
             listen,
             pacer=pacer,
-            speed=speed,
+            speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
             publish_every=math.gcd(given.publish.every, given.record.hash_every),
             failed=self._failed,
@@ -201,7 +209,8 @@ class Host:
         element = self.element
         if loop is not None and element is not None:
             loop.stop()
-            self.journal.error(f'the device has stopped: {loop.failure}')
+            self.stopped = f'the device has stopped: {loop.failure}'
+            self.journal.error(self.stopped)
             self._end_recording(None)
             self.journal.error(f'{self._rescue(element)}; configure and activate to go on')
         self.release()
@@ -210,6 +219,9 @@ class Host:
         """Let the device go."""
         if self._store is not None:
             self._store.close()
+        if self.element is not None:
+            with self.journal.guarded('letting the element go'):
+                self.element.driver.close()
         self.element = self._store = None
 
     def close(self) -> None:
@@ -285,7 +297,7 @@ class Host:
 
     def set_speed(self, speed: float) -> None:
         """Run at another factor on real time; 0: as fast as it can."""
-        if self.loop is not None:
+        if self.loop is not None and not self.loop.element.driver.own_clock:
             self.loop.set_speed(speed)
 
     def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
@@ -322,6 +334,10 @@ class Host:
 
     def _rescue(self, element: MemoryElement) -> str:
         """Save what can be saved of a device that has failed; return what that is."""
+        if not element.simulated:
+            if not element.procedure:
+                self._put_away(element)
+            return 'its content is in the element'
         if not self._let_go(element):
             self.lost += 1
             return 'what was saved of its content before is what there is'

@@ -103,7 +103,7 @@ class Recording(Transcript):
     def end(self, element: MemoryElement) -> None:
         """Record the hash of the last state; to be called between ticks."""
         if not self.full:
-            self._put(self.names.state_hash, messages.state_hash(element))
+            self._put_hash(element)
 
     def close(self) -> None:
         """Write what waits and finish the bag; it waits for the disk.

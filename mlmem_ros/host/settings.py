@@ -17,6 +17,16 @@ IMAGE_COLUMNS = 400
 
 
 @dataclass(frozen=True)
+class DeviceSettings(Checked):
+    """What element it is."""
+
+    driver: str = described(
+        'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
+    )
+    address: str = described('', 'where the element is, as its driver understands it')
+
+
+@dataclass(frozen=True)
 class PublishSettings(Checked):
     """How often streams are published, in ticks; 0 turns a stream off."""
 
@@ -134,6 +144,7 @@ class Parameters:
         state: Where the content is kept.
         faults: What is wrong with the device.
         files: Where may be written.
+        device: What drives the element.
     """
 
     design: Design
@@ -144,3 +155,4 @@ class Parameters:
     state: StateSettings
     faults: Faults
     files: FileSettings
+    device: DeviceSettings = DeviceSettings()

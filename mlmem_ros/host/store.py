@@ -12,6 +12,7 @@ from typing import Any
 from .. import durable, threads
 from ..device import (
     Calibration,
+    Driver,
     Loop,
     MemoryElement,
     Outcome,
@@ -71,8 +72,10 @@ class Store:
         self._owner = f'{owner} (process {os.getpid()})'
         self._claim: durable.Claim | None = None
 
-    def new_element(self, design: Design, settings: Settings) -> MemoryElement:
-        """Return a blank device, calibrated as it was when it had this design and settings last.
+    def new_element(
+        self, design: Design, settings: Settings, driver: Driver | None = None
+    ) -> MemoryElement:
+        """Return a device, calibrated as it was when it had this design and settings last.
 
         A new combination of them is calibrated on an ideal element, which takes its time, and
         is known from then on.
@@ -85,13 +88,13 @@ class Store:
             DesignError: The step is beyond the stability limit.
         """
         if self._calibrations is None:
-            return new_element(design, settings)
+            return new_element(design, settings, driver=driver)
         self._worker.done(f'claiming {self.path}', self._take_claim)
         path, key = self._calibrations, calibration_key(design, settings)
         known = self._worker.done(
             f'reading {path}', lambda: calibration_file.load(path, key, design.levels)
         )
-        element = new_element(design, settings, known)
+        element = new_element(design, settings, known, driver)
         if known is None:
             self._worker.done(
                 f'writing {path}', lambda: calibration_file.save(path, key, element.calibration)
@@ -110,13 +113,15 @@ class Store:
             return
         saved = self._worker.done(f'reading {path}', lambda: state_file.load(path))
         if saved is None:
-            self._journal.info(f'no state in {self.path} yet: the element is blank')
+            blank = ': the element is blank' if element.simulated else ''
+            self._journal.info(f'no state in {self.path} yet{blank}')
             return
         try:
             snapshot.restore(element, saved)
         except StateError as error:
             raise StateError(f'{self.path} does not belong to this design: {error}') from error
-        self._journal.info(f'state restored from {self.path}')
+        what = 'state' if element.simulated else 'calibration and statistics'
+        self._journal.info(f'{what} restored from {self.path}')
 
     def keep(self, element: MemoryElement) -> Future[None]:
         """Save the present state of an idle device; to be called where no tick is under way.

@@ -59,7 +59,7 @@ class Transcript(ABC):
         for tick, command in commands:
             self._put(self.names.command, messages.command(tick, command))
         if element.ticks % self.plan.settings.hash_every == 0:
-            self._put(self.names.state_hash, messages.state_hash(element))
+            self._put_hash(element)
 
     def _header(self, element: MemoryElement) -> Message:
         """Return the present state, from which a replay starts.
@@ -70,6 +70,10 @@ class Transcript(ABC):
         given = self.plan.parameters or {}
         header = messages.header(element, self.plan.node, given)
         return self.names.header, header, self._now()
+
+    def _put_hash(self, element: MemoryElement) -> None:
+        if element.simulated:  # the state of a real element is not known
+            self._put(self.names.state_hash, messages.state_hash(element))
 
     def _put(self, topic: str, cdr: bytes) -> None:
         self._keep((topic, cdr, self._now()))

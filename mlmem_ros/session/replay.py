@@ -42,10 +42,15 @@ def element_of(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state in which the session began.
 
     Raises:
-        BagError: The header is missing or describes no device.
+        BagError: The header is missing, describes no device, or one that is real.
     """
     design, settings = session.design, session.settings
     assert session.header is not None
+    if 'state' not in session.header.initial:
+        raise BagError(
+            'the session is that of a real element, whose state is not known: its commands cannot '
+            'be run again, but its echoes can be decoded again (mlmem inspect)'
+        )
     unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
     with naming('the initial state in the session header'):
         element = MemoryElement(design, settings, Calibration(unknown, unknown))

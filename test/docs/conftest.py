@@ -12,6 +12,6 @@ _ros = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_ros)
 
 pytest_pycollect_makemodule = _ros.pytest_pycollect_makemodule
-start, start_shared = _ros.start, _ros.start_shared
+driver, start, start_shared = _ros.driver, _ros.start, _ros.start_shared
 
 sys.path.append(str(Path(__file__).parent))  # page.py

@@ -7,6 +7,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -37,25 +38,58 @@ def pytest_pycollect_makemodule(module_path, parent):
 
 
 @contextlib.contextmanager
-def starting():
-    """Start nodes, as many as are asked for, and end all of them."""
+def emulated_rig(*options):
+    """Run an emulated rig in a process of its own; return its address."""
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'rig', *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
+
+
+LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
+"""Of a rig that is up to 5 ms away: frames get lost, and its clock is not ours."""
+
+
+@contextlib.contextmanager
+def starting(driver='sim'):
+    """Start nodes, as many as are asked for, and end all of them; each has a rig of its own."""
     from mlmem_ros.testing import memory_node
 
     with contextlib.ExitStack() as nodes:
-        yield lambda *given, **options: nodes.enter_context(memory_node(*given, **options))
 
+        def start(parameters=None, **options):
+            given = dict(parameters or {})
+            if driver == 'rig':
+                scale = str(given.get('scale.time', 1e-4))
+                address = nodes.enter_context(emulated_rig('--scale-time', scale, *LINE))
+                given |= {
+                    'device.driver': 'rig',
+                    'device.address': f'{address}?lead=0.1&patience=5',
+                }
+            return nodes.enter_context(memory_node(given, **options))
 
-@pytest.fixture
-def start():
-    """Start a node: start(parameters, ...), as `memory_node`."""
-    with starting() as start:
         yield start
 
 
 @pytest.fixture(scope='module')
-def start_shared():
+def driver():
+    """What drives the elements of a module's nodes."""
+    return 'sim'
+
+
+@pytest.fixture
+def start(driver):
+    """Start a node: start(parameters, ...), as `memory_node`."""
+    with starting(driver) as start:
+        yield start
+
+
+@pytest.fixture(scope='module')
+def start_shared(driver):
     """Start a node for all tests of a module."""
-    with starting() as start:
+    with starting(driver) as start:
         yield start
 
 

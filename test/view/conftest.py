@@ -18,7 +18,7 @@ _ros = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(_ros)
 
 pytest_pycollect_makemodule = _ros.pytest_pycollect_makemodule
-start_shared = _ros.start_shared
+driver, start_shared = _ros.driver, _ros.start_shared
 
 
 @pytest.fixture(scope='module')

@@ -12,7 +12,13 @@ from ...device import PRESETS, Preset, preset
 from ...device.faults import Faults
 from ...device.presets import DEFAULT
 from ...host.design_check import CHOICES
-from ...host.settings import FileSettings, PublishSettings, RecordSettings, StateSettings
+from ...host.settings import (
+    DeviceSettings,
+    FileSettings,
+    PublishSettings,
+    RecordSettings,
+    StateSettings,
+)
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
@@ -58,6 +64,7 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
     """
     chosen = chosen or preset(DEFAULT)
     return {
+        'device': DeviceSettings(),
         'design': chosen.design,
         **chosen.settings.groups(),
         'publish': PublishSettings(),

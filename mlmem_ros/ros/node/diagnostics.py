@@ -23,7 +23,7 @@ from ...device import UNDECODABLE, Loop, MemoryElement, describe_level
 from ...device.end import End
 from ...host import Host
 from ...physics import stable_step, walls
-from ...physics.energy import actuator_force, energy
+from ...physics.energy import energy
 from ..qos import profile
 from .boundary import Boundary
 
@@ -88,8 +88,12 @@ class Hysteresis:
 
 
 def material(element: MemoryElement) -> Health:
-    """Tell energies, in k_r (lattice constant)^2; warn of more than one wall at rest."""
-    chain = element.chain
+    """Tell energies, in k_r (lattice constant)^2; warn of more than one wall at rest.
+
+    Of a real element tell how its driver is.
+    """
+    if (chain := element.driver.chain) is None:
+        return Health(OK, 'a real element', dict(element.driver.health()))
     parts, found = energy(chain), len(walls(element.design, chain.configuration))
     values = {
         'stability_margin': 1.0 - chain.dt / stable_step(chain.specimen, chain.integrator),
@@ -110,8 +114,9 @@ def actuator(element: MemoryElement) -> Health:
         'strain': part.strain,
         'target': part.motion.target,
         'max_strain': part.settings.max_strain,
-        'force': actuator_force(element.chain),
     }
+    if (force := element.driver.force()) is not None:
+        values['force'] = force
     text = 'moving' if part.moving else 'holding' if part.strain else 'at rest'
     return Health(OK, text, values)
 
@@ -183,6 +188,8 @@ class Pace:
         """Return how the loop has kept time since the last report; all times in seconds."""
         if loop is None:  # and counts on: an inactive node refuses all that is asked of it
             self._told = 0
+            if self._host.stopped:
+                return Health(ERROR, self._host.stopped, {'refused': self._host.refused})
             return Health(OK, 'inactive', {'refused': self._host.refused})
         statistics, last = loop.statistics, self._last
         self._last = (time.monotonic(), statistics.ticks, statistics.overruns)

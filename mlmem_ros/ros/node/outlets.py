@@ -36,8 +36,9 @@ class Outlets:
         self._publishers = {
             topic: node.create_publisher(topic.kind, f'~/{topic.name}', profile(topic.qos))
             for topic in topics.STREAMS + topics.VIEWS
+            if element.simulated or topic not in topics.OF_A_SIMULATION
         }
-        self._contour = Contour(element, settings)
+        self._contour = Contour(element, settings) if element.simulated else None
         self._markers = ChainMarkers(element, settings)
         if element.reading is not None:  # it was restored
             self.publish(topics.LEVEL, messages.level(element.reading))
@@ -69,9 +70,10 @@ class Outlets:
                 topics.JOINT_STATES,
                 messages.joint_states(element, self._stamp(), settings.frame_id),
             )
-        self._contour.take()
-        if _due(ticks, settings.image_every) and self._watched(topics.IMAGE):
-            self.publish(topics.IMAGE, self._contour.message(self._stamp()))
+        if self._contour is not None:
+            self._contour.take()
+            if _due(ticks, settings.image_every) and self._watched(topics.IMAGE):
+                self.publish(topics.IMAGE, self._contour.message(self._stamp()))
         if _due(ticks, settings.markers_every) and self._watched(topics.MARKERS):
             self.publish(topics.MARKERS, self._markers.message(self._stamp()))
         for event in events:
@@ -82,6 +84,8 @@ class Outlets:
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not kept for those who come late."""
+        if topic not in self._publishers:
+            return False
         recorded = self._transcript(topic) is not None
         return recorded or self._publishers[topic].get_subscription_count() > 0
 

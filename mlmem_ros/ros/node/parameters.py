@@ -105,7 +105,7 @@ class ParameterSet:
                 f'got {check!r}'
             )
         given = {prefix: self._group(prefix) for prefix in self._defaults}
-        own = ('design', 'publish', 'record', 'state', 'files', 'faults')
+        own = ('device', 'design', 'publish', 'record', 'state', 'files', 'faults')
         parts = {name: given.pop(name) for name in own}
         return Parameters(check=check, settings=Settings(**given), **parts)
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from rclpy.node import Node
 
 from ...contract import topics
+from ...device import drivers
 from ...host import SessionPlan
 from ...host.settings import RecordSettings
 
@@ -31,14 +32,16 @@ def session_plan(
         settings = RecordSettings(**{name: item.value for name, item in values.items()})
     if path:
         settings = replace(settings, path=path)
-    views = topics.VIEWS if settings.views else ()
+    told = topics.STREAMS + (topics.VIEWS if settings.views else ())
+    if node.get_parameter('device.driver').value != drivers.SIMULATION:
+        told = tuple(topic for topic in told if topic not in topics.OF_A_SIMULATION)
     given = node.get_parameters_by_prefix('')
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
         [
             topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
-            for topic in (*topics.COMMANDS, *topics.STREAMS, *views)
+            for topic in (*topics.COMMANDS, *told)
         ],
         {name: parameter.value for name, parameter in given.items()},
     )

@@ -1,0 +1,74 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers by their names: the simulation, the one that is shipped, and any that is installed."""
+
+from __future__ import annotations
+
+import importlib
+
+from ..clipped import clipped, printable
+from ..physics import Design, DesignError
+from .driver import Driver
+from .errors import DriverError, SettingsError
+from .settings import Settings
+from .simulation import Simulation
+
+SIMULATION = 'sim'
+
+SHIPPED = {'rig': 'mlmem_ros.rig:Rig'}
+
+
+def opened(name: str, address: str, design: Design, settings: Settings) -> Driver:
+    """Return the driver of an element, open.
+
+    Args:
+        name: 'sim', a name of `SHIPPED`, or 'package.module:Class'.
+        address: Where the element is, as its driver understands it.
+        design: The element.
+        settings: The instrument's settings.
+
+    Raises:
+        SettingsError: There is no such driver, or it is not for these settings.
+        DriverError: The element cannot be reached.
+        DesignError: The step of a simulation is beyond the stability limit.
+    """
+    if name == SIMULATION:
+        if address:
+            raise SettingsError(
+                f'device.address must be empty for a simulated element; got {clipped(address)}'
+            )
+        return Simulation.of(design, settings.time)
+    make = loaded(name)
+    try:
+        return make(design, settings, address)  # type: ignore[call-arg]
+    except (SettingsError, DriverError, DesignError):
+        raise
+    except Exception as error:
+        raise DriverError(f'device.driver {name} fails: {printable(repr(error), 300)}') from error
+
+
+def loaded(name: str) -> type[Driver]:
+    """Return the class of a driver.
+
+    Raises:
+        SettingsError: There is none of that name; the message says what was found instead.
+    """
+    module, colon, kind = SHIPPED.get(name, name).partition(':')
+    if not (colon and module and kind):
+        known = ', '.join((SIMULATION, *SHIPPED))
+        raise SettingsError(
+            f'device.driver must be {known} or package.module:Class; got {clipped(name)}'
+        )
+    try:
+        found = getattr(importlib.import_module(module), kind)
+    except AttributeError:
+        raise SettingsError(f'device.driver {name}: {module} has no {kind}') from None
+    except Exception as error:  # whatever the module does
+        why = printable(repr(error), 300)
+        raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
+    if not (isinstance(found, type) and issubclass(found, Driver)):
+        raise SettingsError(
+            f'device.driver {name}: {kind} must be a class made of mlmem_ros.device.Driver; '
+            f'got {clipped(repr(found), 100)}'
+        )
+    return found

@@ -1,0 +1,178 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A rig that is emulated: a chain that plays what comes in frames, by a clock of its own."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ..device import Settings
+from ..device.simulation import Simulation
+from ..physics import Design, Drive
+from ..physics.potential import Array
+from .frames import PLAY, SAMPLES, VERSION, Frame, Kind
+from .hello import Hello
+from .link import Link
+
+BUFFER = 1 << 18
+"""Samples whose set-points it can hold."""
+
+RELEASE, SETTLE = 600.0, 2000.0
+"""Time units in which it brings its strain to zero when nobody talks to it, and then rests."""
+
+FALLS_SILENT = 50_000.0
+"""Time units after which an element that is left alone moves no more, and is not computed."""
+
+
+class _Tick(NamedTuple):
+    """What is played in a tick."""
+
+    V_N: Array
+    drive: Drive | None
+
+
+class EmulatedRig:
+    """An element with a rig around it; it knows no line and no clock, and is told of both."""
+
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        *,
+        unit: float = 1.0,
+        zero: tuple[float, float] = (0.0, 0.0),
+        numbers: str = '<f8',
+        drift: float = 0.0,
+        at_once: bool = False,
+    ) -> None:
+        """Make a rig around a blank element.
+
+        Args:
+            design: The element.
+            settings: With tick, scale and integrator.
+            unit: What 1 is in its displacements, in cells.
+            zero: What it tells of ends that are at 0.
+            numbers: Kind of its numbers: '<f4' or '<f8'.
+            drift: By what share its clock is too fast.
+            at_once: Whether it has no clock: what comes is played at once, and the element
+                stands still meanwhile.
+        """
+        scale = settings.scale
+        self.chain = Simulation.of(design, settings.time).chain
+        self.chain.rest(0)  # which compiles it before anybody waits
+        self._simulation = Simulation(self.chain)
+        self._samples = round(settings.time.tick / self.chain.dt)
+        self.tick_seconds = settings.time.tick * scale.time / (1.0 + drift)
+        self._at_once, self._unit, self._zero = at_once, unit, np.array(zero)
+        self._hello = Hello(
+            VERSION, 'emulated', self.chain.dt, self._samples, self.chain.dt * scale.time,
+            unit * scale.length, BUFFER, scale.stiffness * scale.length, zero,
+            self.chain.integrator.nodes, numbers,
+        )  # fmt: skip
+        self._begin(lambda data: None)
+
+    def begin(self, send: Callable[[bytes], object]) -> None:
+        """Be talked to anew; what was under way is let go.
+
+        Args:
+            send: Puts bytes on the line.
+        """
+        self.let_go()
+        self._begin(send)
+
+    def _begin(self, send: Callable[[bytes], object]) -> None:
+        self._link = Link(send, answers=True)
+        self._restart(0.0)
+
+    def _restart(self, ahead: float) -> None:
+        self._ahead = ahead
+        self._ticks: deque[_Tick] = deque()
+        self._due = self._waited = 0.0
+        self._next = self._played = self._missed = 0
+        self._playing = False
+
+    def let_go(self) -> None:
+        """Bring the strain to zero, slowly, and rest; nobody is waited for."""
+        chain, nodes = self.chain, self.chain.integrator.substeps
+        falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / chain.dt))
+        if chain.V_N:
+            chain.advance(chain.V_N * falling)
+            chain.rest(round(SETTLE / chain.dt))
+
+    @property
+    def playing(self) -> bool:
+        """Whether there is anything to play."""
+        return bool(self._ticks)
+
+    def take(self, data: bytes) -> None:
+        """Take bytes off the line."""
+        for frame in self._link.feed(data):
+            if frame.kind is Kind.HELLO:
+                self._restart(json.loads(frame.payload)['ahead'])
+                self._link.send(Kind.HELLO, self._hello.payload())
+            elif frame.kind is Kind.PLAY:
+                self._store(frame)
+
+    def _store(self, frame: Frame) -> None:
+        first, samples, site, driven = PLAY.unpack_from(frame.payload)
+        numbers = np.frombuffer(frame.payload, self._hello.numbers, offset=PLAY.size)
+        numbers, nodes = numbers.astype(np.float64), len(self._hello.nodes)
+        ticks, rest = divmod(samples, self._samples)
+        full = len(self._ticks) * self._samples + samples > BUFFER
+        if first != self._next or rest or len(numbers) != nodes * samples + 2 * driven or full:
+            self._link.send(Kind.FAULT, b'set-points that cannot be played')
+            return
+        self._next += samples
+        V_N, motion = numbers[: nodes * samples], numbers[nodes * samples :].reshape(2, driven)
+        if site:
+            motion = motion - np.array([[self._zero[0 if site == 1 else 1]], [0.0]])
+        for number in range(ticks):
+            part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
+            held = motion[:, part] * self._unit
+            drive = Drive(site, held) if site and held.shape[1] else None
+            self._ticks.append(_Tick(V_N[part] * self._unit, drive))
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass by a clock that is right: play what is due, and tell what was heard."""
+        if self._at_once:
+            self._play(len(self._ticks))
+            return
+        self._due += seconds / self.tick_seconds
+        due = int(self._due)
+        self._due -= due
+        if self._ticks and not self._playing:
+            self._waited += seconds
+            ahead = len(self._ticks) * self.tick_seconds
+            self._playing = max(ahead, self._waited) >= self._ahead
+        played = min(due, len(self._ticks)) if self._playing else 0
+        self._play(played)
+        if not self._ticks:
+            self._waited = 0.0
+        if due > played:
+            self._playing = False
+            self._idle(due - played)
+
+    def _play(self, ticks: int) -> None:
+        if not ticks:
+            return
+        ends = np.concatenate(
+            [self.chain.advance(*self._ticks.popleft()) for _ in range(ticks)], axis=1
+        )
+        told = ends / self._unit + self._zero[:, None]
+        head = SAMPLES.pack(
+            self._played, ends.shape[1], min(self._missed, 2**32 - 1), self._simulation.force()
+        )
+        self._link.send(Kind.SAMPLES, head + told.astype(self._hello.numbers).tobytes())
+        self._played += ends.shape[1]
+        self._missed = 0
+
+    def _idle(self, ticks: int) -> None:
+        """Hold the strain while there is nothing to play; the element goes on."""
+        if self._missed * self.chain.dt < FALLS_SILENT:
+            self.chain.rest(ticks * self._samples)
+        self._missed += ticks * self._samples

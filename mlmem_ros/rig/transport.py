@@ -1,0 +1,173 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Lines to a rig: TCP, or a serial port of Linux. Both need the standard library alone."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import termios
+import tty
+from typing import Protocol
+from urllib.parse import SplitResult, parse_qs, urlsplit
+
+from ..device import DriverError, SettingsError
+
+MOST = 1 << 16
+"""Bytes that are taken at once."""
+
+
+class Transport(Protocol):
+    """Bytes to and from a rig."""
+
+    def send(self, data: bytes) -> None:
+        """Send bytes; raise `OSError` where they cannot be."""
+
+    def receive(self, seconds: float) -> bytes:
+        """Return what has come, none where nothing does within a time.
+
+        Raises:
+            OSError: The line is broken.
+            EOFError: The other side has hung up.
+        """
+
+    def close(self) -> None:
+        """Hang up."""
+
+
+class Tcp:
+    """A TCP connection."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._connection = connection
+
+    def send(self, data: bytes) -> None:
+        """Send bytes."""
+        self._connection.sendall(data)
+
+    def receive(self, seconds: float) -> bytes:
+        """Return what has come."""
+        if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
+            return b''
+        if data := self._connection.recv(MOST):
+            return data
+        raise EOFError('the rig has hung up')
+
+    def close(self) -> None:
+        """Hang up."""
+        self._connection.close()
+
+
+class Serial:
+    """A serial port, raw."""
+
+    def __init__(self, path: str, baud: int, patience: float) -> None:
+        """Open a port.
+
+        Args:
+            path: Of its device file.
+            baud: Bits per second.
+            patience: Seconds in which it has to take something.
+
+        Raises:
+            OSError: There is none, or it is not ours.
+        """
+        self._patience = patience
+        self._come = b''
+        self._port = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        try:
+            tty.setraw(self._port)
+            settings = termios.tcgetattr(self._port)
+            settings[2] |= termios.CLOCAL | termios.CREAD
+            settings[4] = settings[5] = getattr(termios, f'B{baud}')
+            termios.tcsetattr(self._port, termios.TCSANOW, settings)
+            termios.tcflush(self._port, termios.TCIOFLUSH)  # of whoever was here before
+        except BaseException:
+            os.close(self._port)
+            raise
+
+    def send(self, data: bytes) -> None:
+        """Send bytes; take what comes meanwhile, for the other side may wait for that."""
+        while data:
+            come, free, _ = select.select([self._port], [self._port], [], self._patience)
+            if not (come or free):
+                raise TimeoutError(f'the port takes nothing for {self._patience:g} s')
+            if come:
+                self._come += self._read()
+            if free:
+                data = data[os.write(self._port, data) :]
+
+    def receive(self, seconds: float) -> bytes:
+        """Return what has come."""
+        if not self._come and select.select([self._port], [], [], max(0.0, seconds))[0]:
+            self._come = self._read()
+        come, self._come = self._come, b''
+        return come
+
+    def _read(self) -> bytes:
+        if data := os.read(self._port, MOST):
+            return data
+        raise EOFError('the port has gone')
+
+    def close(self) -> None:
+        """Give the port back."""
+        os.close(self._port)
+
+
+FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
+
+
+def opened(address: str, patience: float) -> Transport:
+    """Return the line to an address.
+
+    Args:
+        address: One of `FORMS`; options of others may follow.
+        patience: Seconds that a connection may take.
+
+    Raises:
+        SettingsError: It is no address.
+        DriverError: Nobody answers there.
+    """
+    parts = _split(address)
+    try:
+        if parts.scheme == 'serial':
+            baud = option(address, 'baud', 1_000_000)
+            if not hasattr(termios, f'B{baud:.0f}'):
+                raise SettingsError(f'baud must be one that the system knows; got {baud:g}')
+            return Serial(parts.path, int(baud), patience)
+        assert parts.hostname is not None
+        assert parts.port is not None
+        return Tcp(socket.create_connection((parts.hostname, parts.port), timeout=patience))
+    except OSError as error:
+        raise DriverError(f'no rig at {address}: {error.strerror or error}') from error
+
+
+def option(address: str, name: str, default: float) -> float:
+    """Return a number from the options of an address, such as `?lead=0.1`.
+
+    Raises:
+        SettingsError: It is not a number above 0.
+    """
+    given = parse_qs(_split(address).query, keep_blank_values=True).get(name)
+    if given is None:
+        return default
+    try:
+        value = float(given[-1])
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < 1e9:  # false for NaN, too
+        raise SettingsError(f'{name} in device.address must be a number above 0; got {given[-1]}')
+    return value
+
+
+def _split(address: str) -> SplitResult:
+    try:
+        parts = urlsplit(address)
+        good = parts.path if parts.scheme == 'serial' else parts.hostname and parts.port
+    except ValueError:
+        good = None
+    if not good or parts.scheme not in ('tcp', 'serial'):
+        raise SettingsError(f'device.address of a rig must be {FORMS}; got {address!r}')
+    return parts

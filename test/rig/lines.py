@@ -1,0 +1,64 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Lines to an emulated rig without a clock or a thread: what is asked for is there at once."""
+
+from functools import cache
+
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig import Rig
+from mlmem_ros.rig.emulated import EmulatedRig
+from mlmem_ros.rig.frames import Parser, encode
+
+ADDRESS = 'tcp://nowhere:1?lead=0.01&patience=0.05'
+
+
+@cache
+def calibration():
+    """Return the factory's."""
+    return factory_calibration(CASE_II, Settings())
+
+
+class Line:
+    """Both ways of a line; either may be tampered with, frame by frame.
+
+    What tampers gets a frame and returns what comes of it: bytes.
+    """
+
+    def __init__(self, rig, inward=None, outward=None):
+        self.rig = rig
+        self.inward = inward or (lambda frame: encode(*frame))
+        self.outward = outward or (lambda frame: encode(*frame))
+        self.closed = False
+        self._parsers, self._come = (Parser(), Parser()), b''
+        rig.begin(self._take)
+
+    def _take(self, data):
+        for frame in self._parsers[1].feed(data):
+            self._come += self.outward(frame)
+
+    def send(self, data):
+        if self.closed:
+            raise OSError('the line is closed')
+        for frame in self._parsers[0].feed(data):
+            self.rig.take(self.inward(frame))
+        self.rig.pass_time(0.0)
+
+    def receive(self, seconds):
+        come, self._come = self._come, b''
+        return come
+
+    def close(self):
+        self.closed = True
+
+
+def emulated(settings=None, **options):
+    """Return an emulated rig that plays what comes at once."""
+    return EmulatedRig(CASE_II, settings or Settings(), at_once=True, **options)
+
+
+def driven(line, settings=None, address=ADDRESS):
+    """Return a device with its element at the other end of a line."""
+    settings = settings or Settings()
+    driver = Rig(CASE_II, settings, address, line)
+    return MemoryElement(CASE_II, settings, calibration(), driver)

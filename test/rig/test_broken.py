@@ -1,0 +1,230 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A rig or a driver that is broken: each way ends in an error that names it, never in a level.
+
+What is put right on the way (frames lost, damaged, repeated, out of order) is in test_rig.py.
+"""
+
+import dataclasses
+import json
+import math
+import struct
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Driver,
+    DriverError,
+    Loop,
+    MemoryElement,
+    Read,
+    Refused,
+    Settings,
+    Write,
+)
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig.frames import SAMPLES, Kind, encode
+
+from .lines import Line, calibration, driven, emulated
+
+
+def silent(frame):
+    return b''
+
+
+def damaged(frame):
+    return encode(*frame)[:-1] + b'?'
+
+
+def shorter(frame):
+    return encode(frame.kind, frame.number, frame.payload[:-8])
+
+
+def without_a_head(frame):
+    return encode(frame.kind, frame.number, frame.payload[:5])
+
+
+def sooner(frame):
+    first, *rest = SAMPLES.unpack_from(frame.payload)
+    again = SAMPLES.pack(first - 80, *rest)
+    return encode(frame.kind, frame.number, again + frame.payload[SAMPLES.size :])
+
+
+def not_played_yet(frame):
+    first, samples, *rest = SAMPLES.unpack_from(frame.payload)
+    more = np.tile(np.frombuffer(frame.payload[SAMPLES.size :]), 1000).tobytes()
+    return encode(frame.kind, frame.number, SAMPLES.pack(first, 1000 * samples, *rest) + more)
+
+
+def begins_with(number):
+    """Return what puts a number in the place of the first sample."""
+
+    def changed(frame):
+        payload = bytearray(frame.payload)
+        struct.pack_into('<d', payload, SAMPLES.size, number)
+        return encode(frame.kind, frame.number, bytes(payload))
+
+    return changed
+
+
+not_a_number, far_away = begins_with(math.nan), begins_with(1e9)
+
+
+def stopped(frame):
+    return encode(Kind.FAULT, frame.number, b'the grip is at its stop\n\x1b[2J')
+
+
+def of_another_kind(frame):
+    return encode(Kind.PLAY, frame.number, frame.payload)
+
+
+def begun_anew(frame):
+    return encode(Kind.AGAIN, 0)
+
+
+def hung_up(frame):
+    raise EOFError('the rig has hung up')
+
+
+def line_broken(frame):
+    raise OSError(5, 'Input/output error')
+
+
+BROKEN = {
+    silent: 'the rig has been silent for 0.05 s',
+    damaged: 'the rig has been silent for 0.05 s',
+    shorter: 'the rig lies in length: it sends 1272 bytes for 80 samples of both ends',
+    without_a_head: 'the rig lies in length: it sends 5 bytes',
+    sooner: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
+    not_played_yet: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
+    not_a_number: r'the rig sends NaN or infinity among samples from \d+',
+    far_away: 'the driver must tell displacements of at most 1e.06 cells; got more, or NaN',
+    stopped: r'the rig has stopped: the grip is at its stop\\n\\x1b\[2J',
+    of_another_kind: 'the rig sends PLAY where samples are due',
+    begun_anew: 'the rig asks for what it has had: it has begun anew',
+    hung_up: 'the rig has hung up',
+    line_broken: 'Input/output error',
+}
+
+
+def live(element):
+    """Let time pass, in which nothing is told."""
+    for _ in range(60):
+        assert not element.advance()
+
+
+@pytest.mark.parametrize('how', BROKEN, ids=BROKEN.get)
+@pytest.mark.parametrize('after', [3, 40], ids=['at rest', 'under a read'])
+def test_what_is_told_of_a_broken_rig(how, after):
+    """From some frame on; the read that is under way has failed, and the content is not known."""
+    line, seen = Line(emulated()), []
+    element = driven(line)
+
+    def breaks(frame):
+        seen.append(frame)
+        return how(frame) if len(seen) > after else encode(*frame)
+
+    line.outward = breaks
+    element.apply(Read())
+    with pytest.raises(DriverError, match=BROKEN[how]):
+        live(element)
+    assert not element.procedure
+    assert element.reading is None
+    (outcome,) = element._events
+    assert not outcome.success
+    if how is not far_away:  # a rig that can still be talked to
+        assert line.closed
+        with pytest.raises(DriverError, match=BROKEN[how]):  # and it stays so
+            element.advance()
+
+
+def test_all_who_wait_are_told():
+    line, failed = Line(emulated()), []
+    element = driven(line)
+    loop = Loop(element, lambda *_: None, speed=0.0, failed=lambda: failed.append(True))
+    line.outward = silent
+    answers = [loop.submit(Write(3)), loop.call(lambda: None)]
+    loop.start()
+    with pytest.raises(Refused, match=r'the device has stopped: .*the rig has been silent'):
+        answers[0].result(10.0)
+    loop.stop()
+    assert failed
+    assert isinstance(loop.failure, DriverError)
+
+
+@pytest.mark.parametrize(
+    ('said', 'why'),
+    [
+        (b'HTTP/1.1 400 Bad Request', 'the rig says no hello'),
+        ({'protocol': 2}, 'the rig speaks version 2 of the frames, and this driver 1'),
+        ({'colour': 'red'}, 'the rig says no hello'),
+        ({'dt': -1.0}, 'the hello of the rig is out of range'),
+        ({'dt': math.nan}, 'the hello of the rig is out of range'),
+        ({'nodes': [0.5]}, 'the hello of the rig is out of range'),
+        ({'nodes': []}, 'the rig says no hello'),
+        ({'numbers': '<c16'}, 'the hello of the rig is out of range'),
+        ({'zero': [0.0]}, 'the hello of the rig is out of range'),
+        ({'can': ['strain', 'left']}, "cannot do what is needed: \\['right'\\]"),
+        ({'buffer': 500}, 'lead in device.address must be at most'),
+    ],
+)
+def test_a_hello_that_will_not_do(said, why):
+    rig = emulated()
+
+    def says(frame):
+        if isinstance(said, bytes):
+            return encode(frame.kind, frame.number, said)
+        values = dataclasses.asdict(rig._hello) | said
+        return encode(frame.kind, frame.number, json.dumps(values).encode())
+
+    line = Line(rig, outward=says)
+    with pytest.raises((DriverError, ValueError), match=why):
+        driven(line)
+    assert line.closed
+
+
+def test_a_rig_does_not_play_what_cannot_be_played():
+    line = Line(emulated())
+    element = driven(line)
+    element.driver._played += 80
+    with pytest.raises(DriverError, match='has stopped: set-points that cannot be played'):
+        live(element)
+
+
+class Broken(Driver):
+    """A driver of somebody's own."""
+
+    def __init__(self, breaks):
+        self._simulation = Simulation.of(CASE_II, Settings().time)
+        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
+        self._breaks, self.end = breaks, self._simulation.end
+
+    def advance(self, *given):
+        return self._breaks(self._simulation.advance(*given))
+
+    def end(self, site):
+        """Return what a simulation does."""
+
+
+def unplugged(ends):
+    raise OSError('no such device')
+
+
+@pytest.mark.parametrize(
+    ('breaks', 'why'),
+    [
+        (lambda ends: ends[:, :-1], r'must tell 80 samples of both ends; got shape \(2, 79\)'),
+        (lambda ends: ends[0], r'must tell 80 samples of both ends; got shape \(80,\)'),
+        (lambda ends: ends * np.nan, 'displacements of at most 1e.06 cells; got more, or NaN'),
+        (lambda ends: ends * np.inf, 'displacements of at most 1e.06 cells; got more, or NaN'),
+        (unplugged, 'the driver failed: no such device'),
+    ],
+)
+def test_what_any_driver_says_is_looked_at(breaks, why):
+    element = MemoryElement(CASE_II, Settings(), calibration(), Broken(breaks))
+    element.apply(Read())
+    with pytest.raises(DriverError, match=why):
+        element.advance()
+    assert element.reading is None

@@ -1,0 +1,132 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Real lines: TCP with latency, jitter and losses to a rig with a clock, and a serial port."""
+
+import contextlib
+import dataclasses
+import os
+import select
+import threading
+import tty
+
+import pytest
+
+from mlmem_ros.device import DriverError, Erase, MemoryElement, Read, Settings, Write, drivers
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig.emulated import EmulatedRig
+from mlmem_ros.rig.frames import Kind, Parser, encode
+from mlmem_ros.rig.server import Line, Server
+
+from .lines import calibration, emulated
+
+FAST = Settings(scale=ScaleSettings(time=1e-5))
+
+
+@contextlib.contextmanager
+def serving(line, **options):
+    """Serve an emulated rig in a thread; yield it, and its server."""
+    rig = EmulatedRig(CASE_II, FAST, **options)
+    server = Server(rig, line)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        yield rig, server
+    finally:
+        server.close()
+        thread.join()
+
+
+def element_at(address, settings=FAST):
+    driver = drivers.opened('rig', address, CASE_II, settings)
+    return MemoryElement(CASE_II, settings, calibration(), driver)
+
+
+def read_on(element):
+    while True:
+        element.perform(Read())
+
+
+LATE = Line(latency=0.002, jitter=0.003, loss=0.003, seed=3)
+
+
+def test_latency_shifts_no_echo():
+    """Five milliseconds are 500 time units here; the delay is that of the calibration."""
+    with serving(LATE, drift=2e-4) as (rig, server):
+        element = element_at(f'tcp://127.0.0.1:{server.port}?lead=0.08&patience=5')
+        assert element.driver.lag == 400
+        assert element.perform(Write(2)).success
+        reading = element.perform(Read()).reading
+        assert reading.level == 2
+        assert reading.delay == pytest.approx(element.calibration.left.delays[2], abs=1.0)
+        assert rig.chain.configuration[40] > CASE_II.D_barrier > rig.chain.configuration[110]
+        element.driver.close()
+
+
+def test_a_rig_that_restarts_keeps_its_element():
+    """The line is gone, which is told; whoever calls again finds the content."""
+    line = dataclasses.replace(LATE, loss=0.0, restart=1.0)
+    with serving(line) as (_, server):
+        address = f'tcp://127.0.0.1:{server.port}?lead=0.05&patience=5'
+        element = element_at(address)
+        assert element.perform(Write(1)).success
+        with pytest.raises(DriverError, match=r'hung up|Broken pipe|reset by peer'):
+            read_on(element)
+        again = element_at(address)
+        assert again.driver.V_N == 0.0
+        assert again.perform(Read()).reading.level == 1
+        again.driver.close()
+        assert server.clients == 2
+
+
+def put(port, data):
+    while data:
+        data = data[os.write(port, data) :]
+
+
+@pytest.fixture
+def port():
+    """A pseudo-terminal with a rig at its other end: the path of a serial port."""
+    ours, theirs = os.openpty()
+    tty.setraw(ours)
+    rig, stopped = emulated(), threading.Event()
+
+    def run():
+        rig.begin(lambda data: put(ours, data))
+        while not stopped.is_set():
+            if select.select([ours], [], [], 0.02)[0]:
+                rig.take(os.read(ours, 1 << 16))
+                rig.pass_time(0.0)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    yield os.ttyname(theirs)
+    stopped.set()
+    thread.join()
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_an_element_at_a_serial_port(port):
+    element = element_at(f'serial://{port}?baud=3000000&lead=0.02&patience=5', Settings())
+    assert element.perform(Erase()).reading.level == -1
+    assert element.driver.health()['rig'] == 'emulated'
+    element.driver.close()
+
+
+def test_a_baud_rate_that_there_is_not(port):
+    with pytest.raises(ValueError, match='baud must be one that the system knows; got 12345'):
+        element_at(f'serial://{port}?baud=12345', Settings())
+
+
+def test_frames_are_found_among_anything():
+    """Whatever is between them, however they are cut."""
+    frames = [(Kind.PLAY, 7, b'mRmR'), (Kind.AGAIN, 2**40, b''), (Kind.FAULT, 9, b'm' * 300)]
+    noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode(*frames[0])[:-1])
+    stream = b''.join(each + encode(*frame) for each in noise for frame in frames)
+    for cut in (1, 7, len(stream)):
+        parser, found = Parser(), []
+        for begin in range(0, len(stream), cut):
+            found += parser.feed(stream[begin : begin + cut])
+        assert found == frames * len(noise)
+        assert parser.skipped == 3 * sum(map(len, noise))

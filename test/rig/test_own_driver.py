@@ -1,0 +1,152 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The driver printed in docs/drivers.md drives an element; names that are no driver say why."""
+
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    DriverError,
+    Erase,
+    MemoryElement,
+    Read,
+    Settings,
+    SettingsError,
+    Write,
+    drivers,
+)
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import CASE_II, Drive, substep_times
+
+from .lines import calibration
+
+PAGE = Path(__file__).parents[2] / 'docs' / 'drivers.md'
+UM = 1e4  # micrometres of a cell
+
+
+class Error(Exception):
+    pass
+
+
+class Card:
+    """An imaginary card, which plays an element between its set-points by straight lines."""
+
+    def __init__(self, address, rate):
+        if address != 'slot 2':
+            raise Error('nothing there')
+        self.rate, self.fails = rate, False
+        self._simulation = Simulation.of(CASE_II, Settings().time)
+        self._before, self._heard = np.zeros(3), np.empty((0, 2))
+
+    def now(self):
+        return UM * np.array([self._simulation.end(1), self._simulation.end(CASE_II.N)])
+
+    def write(self, out):
+        rows = np.vstack((self._before, out / UM))
+        steps, dt = len(out), self._simulation.dt
+        at, course = substep_times(steps, dt, self._simulation), np.arange(steps + 1) * dt
+        drive, self._before = None, rows[-1]
+        for column, site in ((1, 1), (2, CASE_II.N)):
+            held = rows[1:, column][np.isfinite(rows[1:, column])]
+            if len(held):
+                when = at[: 2 * len(held)]
+                position = np.interp(when, course[1 : len(held) + 1], held)
+                drive = Drive(site, np.stack((position, np.gradient(position, when))))
+        heard = self._simulation.advance(np.interp(at, course, rows[:, 0]), drive).T
+        self._heard = np.concatenate((self._heard, heard))
+
+    def read(self, samples):
+        if self.fails:
+            raise Error('cable')
+        read, self._heard = self._heard[:samples], self._heard[samples:]
+        return UM * read, False
+
+    def close(self):
+        self.closed = True
+
+
+@pytest.fixture
+def bench(monkeypatch, tmp_path):
+    """Print the page's driver into a file that can be imported."""
+    daq = ModuleType('imaginary_daq')
+    daq.Card, daq.Error = Card, Error
+    monkeypatch.setitem(sys.modules, 'imaginary_daq', daq)
+    (code,) = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)
+    assert code.count('\n') <= 150
+    (tmp_path / 'bench.py').write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield 'bench:Bench'
+    sys.modules.pop('bench', None)
+
+
+def test_the_driver_of_the_page_writes_and_reads(bench):
+    settings = Settings()
+    driver = drivers.opened(bench, 'slot 2', CASE_II, settings)
+    assert driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
+    element = MemoryElement(CASE_II, settings, calibration(), driver)
+    for command in (Write(3), Read('both'), Erase(), Write(1)):
+        outcome = element.perform(command)
+        assert outcome.success, outcome.error
+    reading = element.perform(Read()).reading
+    assert reading.delay == pytest.approx(element.calibration.left.delays[1], abs=2.0)
+    driver._card.fails = True
+    with pytest.raises(DriverError, match='the card has failed: cable'):
+        element.advance()
+    driver.close()
+    assert driver._card.closed
+
+
+@pytest.mark.parametrize(
+    ('name', 'why'),
+    [
+        ('Rig', "device.driver must be sim, rig or package.module:Class; got 'Rig'"),
+        ('bench:', "device.driver must be sim, rig or package.module:Class; got 'bench:'"),
+        ('no_such_package:Rig', "no_such_package cannot be imported: .*No module named 'no_such"),
+        ('bench:Rig', 'device.driver bench:Rig: bench has no Rig'),
+        ('bench:LEAD', 'LEAD must be a class made of mlmem_ros.device.Driver; got .0.02'),
+        ('pathlib:Path', 'Path must be a class made of mlmem_ros.device.Driver'),
+    ],
+)
+def test_what_is_no_driver_is_refused_by_name(bench, name, why):
+    with pytest.raises(SettingsError, match=why):
+        drivers.opened(name, '', CASE_II, Settings())
+
+
+def test_a_driver_that_cannot_be_opened_says_why(bench, monkeypatch):
+    with pytest.raises(DriverError, match='no card at slot 7: nothing there'):
+        drivers.opened(bench, 'slot 7', CASE_II, Settings())
+    monkeypatch.setattr(Card, 'now', lambda self: None)
+    with pytest.raises(DriverError, match=r'device.driver bench:Bench fails: TypeError'):
+        drivers.opened(bench, 'slot 2', CASE_II, Settings())
+
+
+def test_a_simulation_has_no_address():
+    with pytest.raises(SettingsError, match=r'device.address must be empty'):
+        drivers.opened('sim', 'slot 2', CASE_II, Settings())
+    assert drivers.opened('sim', '', CASE_II, Settings()).chain is not None
+
+
+@pytest.mark.parametrize(
+    'address', ['', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1']
+)
+def test_an_address_that_is_none_is_refused(address):
+    with pytest.raises(SettingsError, match=r'device.address of a rig must be tcp://HOST:PORT or'):
+        drivers.opened('rig', address, CASE_II, Settings())
+
+
+@pytest.mark.parametrize('options', ['lead=0', 'lead=nan', 'patience=soon', 'lead='])
+def test_an_option_that_is_no_number_is_refused(options):
+    with pytest.raises(SettingsError, match=r'in device.address must be a number above 0'):
+        drivers.opened('rig', f'tcp://127.0.0.1:1?{options}', CASE_II, Settings())
+
+
+def test_a_rig_that_is_not_there():
+    with pytest.raises(DriverError, match=r'no rig at tcp://127.0.0.1:1: .*refused'):
+        drivers.opened('rig', 'tcp://127.0.0.1:1', CASE_II, Settings())
+    with pytest.raises(DriverError, match='no rig at serial:///dev/no_such_port: No such file'):
+        drivers.opened('rig', 'serial:///dev/no_such_port', CASE_II, Settings())

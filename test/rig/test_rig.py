@@ -1,0 +1,217 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element behind a line is what it is beside us: to the bit, whatever the line does to frames.
+
+The rig plays by its own sample clock, and samples carry its numbers; no time of the line enters.
+"""
+
+import dataclasses
+import random
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import (
+    Calibrate,
+    Driver,
+    End,
+    Erase,
+    Faults,
+    MemoryElement,
+    ProcedureFailed,
+    Read,
+    Refused,
+    SelfTest,
+    SetFaults,
+    SetStrain,
+    Settings,
+    Write,
+    snapshot,
+)
+from mlmem_ros.device.procedures.blocks import run
+from mlmem_ros.device.procedures.listening import answer
+from mlmem_ros.device.settings import ScaleSettings, TimeSettings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig.frames import encode
+
+from .lines import Line, calibration, driven, emulated
+
+STORY = (Write(2), Read('both'), Write(4), Write(1), Erase(), Read())
+
+
+class Late(Driver):
+    """A simulation beside us that is heard some ticks late."""
+
+    def __init__(self, lag):
+        self._simulation = Simulation.of(CASE_II, Settings().time)
+        self.dt, self.nodes, self.lag = self._simulation.dt, self._simulation.nodes, lag
+        self._line = self._simulation.advance(np.zeros(lag * 80 * 2))
+        self._last = self._line[:, -1]
+
+    def advance(self, V_N, drive=None, shake=None, looks=1):
+        line = np.concatenate((self._line, self._simulation.advance(V_N, drive)), axis=1)
+        told, self._line = np.split(line, [line.shape[1] - self._line.shape[1]], axis=1)
+        self._last, self.V_N = told[:, -1], float(V_N[-1])
+        return told
+
+    def end(self, site):
+        return float(self._last[0 if site == 1 else 1])
+
+
+def told(element, story=STORY):
+    """Return how commands ended, in all that can be compared to the bit."""
+    return [dataclasses.astuple(element.perform(command)) for command in story]
+
+
+@pytest.fixture(scope='module')
+def expected():
+    """How the story ends beside us, with as much lag."""
+    driver = Late(5)
+    found = told(MemoryElement(CASE_II, Settings(), calibration(), driver))
+    assert all(outcome[1] for outcome in found)
+    return found
+
+
+def test_procedures_over_a_line_are_those_beside_us_to_the_bit(expected):
+    line = Line(emulated())
+    element = driven(line)
+    assert element.driver.lag == 5  # 10 ms ahead
+    assert told(element) == expected
+    assert line.rig.chain.configuration[0] < CASE_II.D_barrier  # blank, as was read
+
+
+def lossy(seed, share=0.1):
+    """Return what loses frames, damages, doubles or delays them by one."""
+    chance, held = random.Random(seed), []
+
+    def tamper(frame):
+        data = encode(*frame)
+        kind = chance.random() / share
+        if frame.kind == 1 or kind > 4.0:
+            return data + b''.join(held.pop() for _ in held[:])
+        if kind < 1.0:
+            return b''
+        if kind < 2.0:
+            return data[:-3] + b'\0' + data[-2:]
+        if kind < 3.0:
+            return data + data
+        held.append(data)
+        return b'mR' * 3
+
+    return tamper
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_losses_damage_repeats_and_reorder_change_no_bit(expected, seed):
+    line = Line(emulated(), lossy(seed), lossy(seed + 100))
+    element = driven(line)
+    assert told(element) == expected
+    health = element.driver.health()
+    assert health['asked_again'] > 20
+    assert health['dropped_frames'] > 20
+    assert health['skipped_bytes'] > 20
+    assert health['missed_samples'] == 0
+
+
+def test_calibration_and_self_test_work_over_a_line():
+    element = driven(Line(emulated()))
+    learnt = element.perform(Calibrate())
+    assert learnt.success, learnt.error
+    tested = element.perform(SelfTest())
+    assert tested.success, tested.error
+
+
+def test_a_rig_counts_in_its_own_units():
+    """Micrometres from a zero of its own, as single floats: the delay is the same."""
+    rig = emulated(unit=1e-4, zero=(1250.0, -77.5), numbers='<f4')
+    element = driven(Line(rig))
+    assert element.transducer.rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
+    assert element.perform(Write(3)).success
+    reading = element.perform(Read()).reading
+    assert reading.level == 3
+    assert reading.delay == pytest.approx(element.calibration.left.delays[3], abs=0.5)
+    element.apply(SetStrain(0.01))
+    while element.actuator.moving:
+        element.advance()
+    assert pytest.approx(2.25) == rig.chain.V_N
+    assert element.driver.force() is not None
+
+
+@pytest.mark.parametrize('number', [1, 3])
+def test_an_echo_is_not_heard_across_a_break(number):
+    """The rig is left alone while it is listened to: it is asked again, no delay is shifted."""
+    rig = emulated()
+    element = driven(Line(rig))
+    element.perform(Write(3))
+    reading = element.perform(Read('left')).reading
+    breaks = [number]
+
+    def leave_alone():
+        if breaks and element.transducer.detector is not None:
+            detector = element.transducer.detector
+            if detector.time > 100.0 * breaks[0] and not element.transducer.driving:
+                breaks.pop()
+                rig._idle(7)
+
+    asked = []
+    fire = element.transducer.fire
+    element.transducer.fire = lambda *given: (asked.append(given), fire(*given))[1]
+    element.apply(Read('left'))
+    while element.procedure:
+        leave_alone()
+        element.advance()
+    assert len(asked) == 2
+    assert element.reading.delay == pytest.approx(reading.delay, abs=0.5)
+
+
+def test_an_element_that_is_left_alone_all_the_time_is_not_read():
+    element = driven(Line(emulated()))
+    before = lambda: element.driver.__dict__.update(interrupted=True)  # noqa: E731
+    advance = element.driver.advance
+    element.driver.advance = lambda *given: (advance(*given), before())[0]
+    with pytest.raises(ProcedureFailed, match='left alone while it was listened to, every time'):
+        run(element, answer(element, End.LEFT, 100.0))
+
+
+def test_what_a_real_element_cannot_tell_or_suffer_is_refused():
+    element = driven(Line(emulated()))
+    for name in ('chain',):
+        with pytest.raises(Refused, match='only a simulated element can be looked into'):
+            getattr(element, name)
+    with pytest.raises(Refused, match='stuck_cell can be given to a simulated element alone'):
+        element.apply(SetFaults(Faults(stuck_cell=7)))
+    element.apply(SetFaults(Faults(sensor_noise=1e-6)))  # of our own ears
+    assert element.perform(Write(1)).reading.level == 1
+
+
+def test_a_snapshot_keeps_what_was_learnt_and_the_element_its_content():
+    rig = emulated()
+    element = driven(Line(rig))
+    assert element.perform(Calibrate()).success
+    assert element.perform(Write(2)).success
+    kept = snapshot.take(element)
+    assert 'state' not in kept
+    again = driven(Line(rig))  # which lets go of the first line
+    snapshot.restore(again, kept)
+    assert again.calibration == element.calibration
+    assert again.statistics == element.statistics
+    assert again.reading is None  # until an echo tells
+    assert again.perform(Read()).reading.level == 2
+
+
+@pytest.mark.parametrize(
+    ('settings', 'why'),
+    [
+        (Settings(time=TimeSettings(tick=30.0)), 'time.tick must be that of the rig, 20; got 30'),
+        (
+            Settings(scale=ScaleSettings(time=2e-4)),
+            'scale.time must be that of the rig, 0.0001',
+        ),
+    ],
+)
+def test_settings_that_are_not_for_the_rig_are_refused(settings, why):
+    line = Line(emulated())
+    with pytest.raises(ValueError, match=why):
+        driven(line, settings)
+    assert line.closed

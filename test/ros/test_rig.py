@@ -1,0 +1,108 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node over an emulated rig in short: what it tells, records and does when the rig disappears.
+
+All of the contract over a rig in another process is in test_contract.py, where it is slow.
+"""
+
+import threading
+
+import pytest
+from lifecycle_msgs.msg import State
+from lifecycle_msgs.srv import GetState
+from robot import Robot, values
+
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.device import Settings, factory_calibration
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig.emulated import EmulatedRig
+from mlmem_ros.rig.server import Line, Server
+from mlmem_ros.session.data import load
+from mlmem_ros.session.redecode import redecode
+from mlmem_ros.session.replay import replay
+
+FAST = Settings(scale=ScaleSettings(time=1e-5))
+
+
+@pytest.fixture
+def server():
+    """Serve a rig in a thread."""
+    server = Server(EmulatedRig(CASE_II, FAST), Line(latency=0.002, jitter=0.003, loss=0.002))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    yield server
+    server.close()
+    thread.join()
+
+
+def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
+    state = tmp_path / 'state.json'
+    given = {
+        'scale.time': 1e-5,
+        'device.driver': 'rig',
+        'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.08&patience=3',
+        'record.path': str(tmp_path / 'bag'),
+        'state.path': str(state),
+    }
+    node = start(given)
+    with Robot(node.element) as robot:
+        written = robot.write(1)
+        assert (written.success, written['level']) == (True, 1)
+        assert robot.trigger('read')['level'] == 1
+        for topic in ('field', 'wall', 'image', 'markers'):
+            assert not robot.node.get_publishers_info_by_topic(robot.name(topic))
+        refused = robot.try_set('device.driver', 'sim')
+        assert 'only while the node is unconfigured' in refused.reason
+        assert len(robot.next('joint_states').effort) == 2  # this rig measures its force
+        robot.next('/diagnostics', lambda report: 'rig' in values(told_of(report, 'material')))
+        robot.set(target_level=2)
+        answer = robot.send('write')
+        robot.wait(lambda: node.node.host.element.procedure, 'the write')
+        server.close()
+        refused = robot.answer(answer)
+        assert not refused.success
+        assert 'the device has stopped: ' in refused['error']
+
+        def unconfigured():
+            answer = robot.send('get_state', GetState.Request(), GetState)
+            return robot.response(answer).current_state.id == State.PRIMARY_STATE_UNCONFIGURED
+
+        robot.wait(unconfigured, 'the node unconfigured')
+        told = robot.next('/diagnostics', lambda report: told_of(report, 'loop').level == b'\2')
+        assert told_of(told, 'loop').message.startswith('the device has stopped: tcp://127.0.0.1')
+    assert 'its content is in the element' in node.output
+    assert state.exists()
+    check_session(tmp_path / 'bag')
+
+
+def told_of(report, component):
+    """Return the status of a component."""
+    (status,) = [each for each in report.status if each.name.endswith(f': {component}')]
+    return status
+
+
+def check_session(bag):
+    """Every echo decodes again to what was told; the commands cannot be run again."""
+    session = load(bag)
+    assert session.hashes == []
+    assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
+    with pytest.raises(BagError, match='that of a real element, whose state is not known'):
+        replay(session)
+    calibration = factory_calibration(CASE_II, FAST)
+    assert len(session.echoes) >= 3
+    for echo in session.echoes:
+        assert redecode(echo, FAST, calibration).agrees(echo.level)
+    assert {echo.level for echo in session.echoes} >= {1}
+
+
+def test_a_rig_that_is_not_there_is_told_at_the_start(refused):
+    line = refused({'device.driver': 'rig', 'device.address': 'tcp://127.0.0.1:1'})
+    assert 'cannot start: no rig at tcp://127.0.0.1:1: Connection refused' in line
+
+
+def test_what_is_no_driver_is_told_at_the_start(refused):
+    assert 'device.driver must be sim, rig or package.module:Class' in refused(
+        {'device.driver': 'bench'}
+    )
