@@ -10,8 +10,9 @@ from ..device import MemoryElement
 from ..device.simulation import Simulation
 from ..device.transducer import Transducer
 from ..physics import NOH_BATHE, Chain, Design, Drive, Integrator
-from ..physics.energy import audited, energy
+from ..physics.energy import energy
 from ..physics.potential import Array
+from .books import audited
 
 
 class MeteredChain(Chain):

@@ -18,7 +18,7 @@ import oracle
 import pytest
 
 from mlmem_ros.physics import CASE_II, Chain, Specimen
-from mlmem_ros.physics.energy import actuator_force, damping_power, energy
+from mlmem_ros.physics.energy import actuator_force, energy
 from mlmem_ros.physics.statics import energies, metamaterial_force, substrate_force
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -100,7 +100,6 @@ def test_the_parts_of_the_energy(substrate):
     parts = energy(chain)
     speeds = np.concatenate((chain.velocity, chain.substrate_velocity))
     assert parts.kinetic == pytest.approx(0.5 * np.sum(speeds**2), rel=1e-14)
-    assert damping_power(chain) == pytest.approx(np.sum(speeds**2) / 250, rel=1e-14)
     statics = parts.coupling + parts.on_site + parts.substrate
     assert statics == pytest.approx(potential_energy(design, chain.v, chain.V), rel=1e-14)
     assert parts.coupling == pytest.approx(0.5 * np.sum(np.diff(chain.v) ** 2), rel=1e-14)

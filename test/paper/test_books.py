@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The audit of the energy: it closes where energy is kept, and only there.
+"""The books of the energy: they close where energy is kept, and only there.
 
 ======================  ============================================================
 quantity                must agree with
@@ -18,8 +18,9 @@ import numpy as np
 import oracle
 import pytest
 
+from mlmem_ros.paper.books import audited
 from mlmem_ros.physics import CASE_II, Chain, Drive, Specimen, substep_times
-from mlmem_ros.physics.energy import Budget, actuator_force, audit, damping_power, energy
+from mlmem_ros.physics.energy import actuator_force, energy
 from mlmem_ros.physics.equilibrium import resting_wall
 
 SUBSTRATES = pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
@@ -32,6 +33,23 @@ def resting(substrate='rigid', kind=Chain):
     chain = kind(design, DT)
     chain.place(resting_wall(Specimen(design), 0))
     return chain
+
+
+def audit(chain, V_N, drive=None, shake=None):
+    """Advance a chain and return its budget."""
+    return audited(
+        chain, chain.advance, V_N, drive, np.zeros_like(V_N) if shake is None else shake
+    )[1]
+
+
+def imbalance(budget):
+    """Return the residual over all that was exchanged, without signs."""
+    works = budget.gained, budget.actuator, budget.held, budget.shake
+    return abs(budget.residual) / max(budget.heat + sum(map(abs, works)), 1e-9 * budget.stored)
+
+
+def damping_power(chain):
+    return chain.specimen.eta * np.sum(chain.velocity**2 + chain.substrate_velocity**2)
 
 
 RAMP = -0.05 * SMALL.N * oracle.smooth(substep_times(STEPS, DT) / 25.0)
@@ -63,19 +81,13 @@ def test_a_step_is_booked_as_the_functions_of_the_energy_say(substrate):
 
 @SUBSTRATES
 def test_an_audit_advances_the_chain_to_the_bit(substrate):
-    audited, other = resting(substrate), resting(substrate)
+    chain, other = resting(substrate), resting(substrate)
     shake = 1e-3 * np.sin(substep_times(STEPS, DT))
     drive = pulse(other.end(1))
-    audit(audited, RAMP, drive, shake)
+    audit(chain, RAMP, drive, shake)
     other.advance(RAMP, drive, shake)
-    assert audited.state().tobytes() == other.state().tobytes()
-    assert (audited.V_N, audited.steps_done) == (other.V_N, other.steps_done)
-
-
-def test_an_audit_may_stop_early():
-    chain = resting()
-    audit(chain, RAMP, pulse(chain.end(1)), most=10)
-    assert chain.steps_done == 10
+    assert chain.state().tobytes() == other.state().tobytes()
+    assert (chain.V_N, chain.steps_done) == (other.V_N, other.steps_done)
 
 
 @SUBSTRATES
@@ -84,7 +96,7 @@ def test_the_actuators_work_is_stored_or_heat(substrate):
     assert budget.heat > 0.5
     assert budget.actuator > 100.0
     assert abs(budget.residual) < 1e-4 * budget.heat  # second order: (omega dt)^2 / 12
-    assert budget.imbalance < 1e-6
+    assert imbalance(budget) < 1e-6
 
 
 @SUBSTRATES
@@ -93,7 +105,7 @@ def test_the_pulses_work_is_stored_or_heat(substrate):
     budget = audit(chain, STILL, pulse(chain.end(1)))
     assert budget.held == pytest.approx(0.0478, abs=1e-3)
     assert budget.actuator == 0.0
-    assert budget.imbalance < 3e-4
+    assert imbalance(budget) < 3e-4
 
 
 @SUBSTRATES
@@ -101,7 +113,7 @@ def test_the_work_of_a_shaken_base_is_stored_or_heat(substrate):
     shake = 0.02 * np.sin(0.5 * substep_times(STEPS, DT))
     budget = audit(resting(substrate), STILL, shake=shake)
     assert budget.shake > 0.01
-    assert budget.imbalance < 1e-4
+    assert imbalance(budget) < 1e-4
 
 
 def test_what_holds_stuck_cells_works_too():
@@ -140,7 +152,7 @@ def test_wrong_damping_is_found():
     chain = resting(kind=wrong)
     audit(chain, STILL, pulse(chain.end(1)))
     ringing = audit(chain, np.zeros(200))  # nothing works on it: gained = -3 heat
-    assert ringing.imbalance == pytest.approx(0.5, abs=1e-3)
+    assert imbalance(ringing) == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_wrong_potential_is_found():
@@ -153,14 +165,13 @@ def test_a_wrong_potential_is_found():
         parts = energy(chain)
         return audit(chain, STILL), parts.on_site - energy(chain).on_site
 
-    assert relaxed(Chain)[0].imbalance < 2e-4
+    assert imbalance(relaxed(Chain)[0]) < 2e-4
     budget, released = relaxed(type('Stiff', (Wrong,), {'height': 1.02}))
     assert released > 0.03
     assert budget.residual == pytest.approx(-0.02 * released, rel=0.1)
 
 
 def test_nothing_exchanged_is_no_imbalance():
-    assert Budget(0.0, 0.0, 0.0, 0.0, 0.0, 0.0).imbalance == 0.0
     chain = resting()
     chain.rest(20_000)  # rounding is all that moves
-    assert audit(chain, STILL[:200]).imbalance < 1e-5
+    assert imbalance(audit(chain, STILL[:200])) < 1e-5
