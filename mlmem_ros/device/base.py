@@ -88,15 +88,22 @@ class Base:
         self.check(acceleration)
         self.state = BaseState(self.state.acceleration, float(acceleration))
 
-    def advance(self, progress: Array) -> Array | None:
-        """Return the acceleration during a tick, or None for a base at rest.
+    def advance(self, progress: Array, ticks: int = 1) -> Array | None:
+        """Return the acceleration during ticks, or None for a base at rest.
 
         Args:
             progress: The end of every sub-step as a share of the tick, shape (m,).
+            ticks: How many.
+
+        Returns:
+            Shape (ticks m,).
         """
-        begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
         if self.still:
             return None
+        return np.concatenate([self._pass(progress) for _ in range(ticks)])
+
+    def _pass(self, progress: Array) -> Array:
+        begin, target, silence = self.state.acceleration, self.state.target, self.state.silence
         if silence >= self._patience:
             target = 0.0
         self.state = BaseState(target, target, silence + 1 if target else 0)

@@ -36,6 +36,9 @@ from .procedures import Procedure, Result
 from .progress import Feedback, Progress
 from .settings import Settings
 
+FAR = 2**31
+"""Ticks that nobody lives to see."""
+
 
 class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them."""
@@ -73,6 +76,16 @@ class MemoryElement(Memory):
     def resting(self) -> bool:
         """Whether nothing is under way: no procedure runs, strain and base stand still."""
         return not self._running and super().resting
+
+    @property
+    def foreseen(self) -> int:
+        """Ticks before anything can be decided, without a command: they can be made up for.
+
+        A real element waits for nobody.
+        """
+        if self._running:
+            return self._running.due - self.ticks if self.simulated else 0
+        return FAR if self.simulated or self.resting else 0
 
     @property
     def released(self) -> bool:
@@ -159,7 +172,7 @@ class MemoryElement(Memory):
         ticks = self._step(self._running) if self._running else most
         if self.base.harmful:
             self.forget()
-        if self._events or not self.base.still:  # to be told, or looked at, after each
+        if self._events:  # to be told after the first
             ticks = 1
         self.pass_ticks(min(ticks, most))
         events, self._events = self._events, []
@@ -187,7 +200,7 @@ class MemoryElement(Memory):
     def _step(self, run: _Run) -> int:
         """Let a procedure go on; return after how many ticks it wants to again."""
         try:
-            return next(run.steps)
+            ticks = next(run.steps)
         except StopIteration as stop:
             result: Result = stop.value
             failed = ', '.join(check.name for check in result.checks if not check.passed)
@@ -195,6 +208,9 @@ class MemoryElement(Memory):
         except ProcedureFailed as failure:
             result = Result(self.reading, failure.attempts)
             self._finish(False, str(failure), result)
+        else:
+            run.due = self.ticks + ticks
+            return ticks
         return 1
 
     def stand_still(self, why: str) -> None:
@@ -235,7 +251,7 @@ class MemoryElement(Memory):
 
 
 class _Run:
-    """A procedure under way."""
+    """A procedure under way, and the tick in which it wants to go on."""
 
     def __init__(
         self, command: Command, name: str, steps: Procedure[Any], start_tick: int
@@ -243,4 +259,4 @@ class _Run:
         self.command = command
         self.name = name
         self.steps = steps
-        self.start_tick = start_tick
+        self.start_tick = self.due = start_tick

@@ -115,8 +115,8 @@ class Instrument:
 
     @property
     def steady(self) -> bool:
-        """Whether it is known what the next ticks bring: no fault, and the base stands still."""
-        return self.base.still and self.linkage.state.true and self.faults == HEALTHY
+        """Whether it is known what the next ticks bring: there is no fault."""
+        return self.linkage.state.true and self.faults == HEALTHY
 
     def next_look(self, left: float) -> int:
         """Return after how many ticks to look again at what takes a time yet: never too late."""
@@ -180,7 +180,7 @@ class Instrument:
         """Let ticks pass in one run; nothing is changed where it raises `StateError`."""
         actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
         before = actuator.state, linkage.state, transducer.held, self.base.state
-        shake = self.base.advance(self._progress)
+        shake = self.base.advance(self._progress, ticks)
         told = actuator.advance(self._times, ticks)
         strain = linkage.advance(told, self._substeps, self.faults, self.ticks)
         drive = transducer.drive(ticks * self.steps_per_tick)

@@ -5,15 +5,18 @@
 The clock decides only when the next tick runs, never what it computes. A tick that comes late
 is counted, and the time that was lost is skipped, not caught up.
 
-To wake up costs more than a tick. While nothing is under way, ticks are therefore put off and run
-several at a time, one period before the tick that they are put off to and published by, which
-then comes in time. A command ends such a rest: it takes effect in the tick that it falls into.
+To wake up costs more than a tick. While nothing is to be decided, at rest or in the middle of a
+procedure, ticks are therefore put off and run several at a time, one period before the tick that
+they are put off to, which then comes in time: a stream is published by it, or the procedure goes
+on. A command ends such a rest and takes effect in the tick that it falls into. What a base that
+shakes tells does not end it: it is put off with the ticks, and still falls into its own.
 
 Where there is no pace all ticks go on in runs, each up to the next that the listener waits for.
 """
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -40,7 +43,7 @@ LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop looks again whether the clock has jumped."""
 
 LONGEST_REST = 0.04
-"""Seconds for which the ticks of a resting device are put off at most."""
+"""Seconds for which ticks are put off at most."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -82,8 +85,8 @@ class Loop:
             listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Factor on the scale's real time; 0 runs as fast as it can.
-            batch: Ticks that a resting device may run at a time: whoever listens is served
-                in time where every tick that matters to it is a multiple of this number.
+            batch: Ticks that may be put off and run at a time: whoever listens is served in
+                time where every tick that matters to it is a multiple of this number.
             publish_every: No run of ticks goes on beyond a multiple of this number of ticks.
             failed: Called in the loop's thread once a failure has stopped it.
         """
@@ -160,6 +163,7 @@ class Loop:
                 answer: Future[Outcome | None] = threads.Future()
                 answer.set_exception(refusal)
                 return answer
+            return self._box.shake(self._pacer.now(), command)
         return self._box.submit(command)
 
     @property
@@ -203,11 +207,11 @@ class Loop:
     def _run_ticks(self) -> None:
         due = self._pacer.now()
         while (turn := self._wait(due)) is not None:
-            due = turn.due + turn.batch * self._period
             if turn.batch:
-                self._rest(due, turn.batch)
+                due = self._make_up(turn.due, turn.batch)
             else:
-                due = self._after(due, self._tick(due, self._take_commands(), turn.asked_for))
+                commands = self._take_commands()
+                due = self._after(turn.due, self._tick(turn.due, commands, turn.asked_for))
 
     def _let_go(self) -> None:
         """Abort what runs and bring the strain to zero, without a pace."""
@@ -219,16 +223,23 @@ class Loop:
             self._tick(self._pacer.now(), commands)
             commands = []
 
-    def _rest(self, due: float, ticks: int) -> None:
-        """Run ticks that were put off, in one go up to each that the listener waits for."""
+    def _make_up(self, due: float, ticks: int) -> float:
+        """Run ticks that were put off, the first of them due at a time; return when the next is.
+
+        In one go up to each that the listener waits for, or that an acceleration falls into.
+        """
+        latest = due + ticks * self._period
         while ticks:
-            run = min(ticks, self._until_published)
-            begun = self._pacer.now()
-            self._listener([], self.element.advance(run))
+            shaken = self._shaken(due + self._period)
+            begun, first = self._pacer.now(), self.element.ticks
+            until_shaken = (self._box.next_shake() - due) / self._period
+            self._advance(int(min(ticks, self._until_published, max(1.0, until_shaken))), shaken)
+            run = self.element.ticks - first
             busy = (self._pacer.now() - begun) / run
             for number in range(run):
-                self.statistics.count(max(0.0, begun + number * busy - due), busy)
-            ticks -= run
+                self.statistics.count(max(0.0, begun + number * busy - latest), busy)
+            due, ticks = due + run * self._period, ticks - run
+        return latest
 
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
@@ -237,16 +248,20 @@ class Loop:
         """
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._period > 0.0 or asked_for
-        events = self.element.advance(1 if paced else self._longest_run)
-        for event in events:
-            if isinstance(event, Outcome):
-                self._answers.popleft().set_result(event)
-        self._listener(commands, events)
+        self._advance(1 if paced else self._longest_run, commands)
         if asked_for and (done := self._box.take_single_tick()) is not None:
             done.set_result(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
+
+    def _advance(self, most: int, commands: list[Stamped]) -> None:
+        """Run a tick, or several in which nothing is decided; tell what happened."""
+        events = self.element.advance(most)
+        for event in events:
+            if isinstance(event, Outcome):
+                self._answers.popleft().set_result(event)
+        self._listener(commands, events)
 
     @property
     def _until_published(self) -> int:
@@ -264,8 +279,8 @@ class Loop:
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
-        rested = LONGEST_REST if self._at_once > 1 and self.element.resting else 0.0
-        borne = max(self._period, self._pacer.slack, rested)  # who rests may come late, too
+        rested = LONGEST_REST if self._at_once > 1 and self.element.foreseen else 0.0
+        borne = max(self._period, self._pacer.slack, rested)  # what may be put off may be late
         skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
@@ -309,9 +324,9 @@ class Loop:
 
     def _due(self, late: float) -> int:
         """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
-        if self._at_once == 1 or not self.element.resting:
+        if self._at_once == 1:
             return 0
-        ticks = -(self.element.ticks + 1) % self._at_once
+        ticks = min(-(self.element.ticks + 1) % self._at_once, self.element.foreseen)
         if not self._box.command_waits:
             return ticks
         return min(ticks, max(0, int(late / self._period)))
@@ -320,7 +335,12 @@ class Loop:
         taken = []
         while (asked := self._box.take_command()) is not None:
             taken += self._apply(*asked)
-        return taken
+        return taken + self._shaken(math.inf)
+
+    def _shaken(self, before: float) -> list[Stamped]:
+        """Have the base take what it told before a time."""
+        asked = self._box.take_shake(before)
+        return self._apply(*asked) if asked is not None else []
 
     def _apply(self, command: Command | Cancel, answer: Future[Outcome | None]) -> list[Stamped]:
         """Give the device a command; return it with its tick where it is taken."""

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence, Sized
 from concurrent.futures import Future
@@ -28,6 +29,9 @@ class Cancel:
 
 Asked = tuple[Command | Cancel, 'Future[Outcome | None]']
 """A command and what becomes of it."""
+
+Shake = tuple[float, Disturb, 'Future[Outcome | None]']
+"""When the base told of an acceleration, that, and what becomes of it."""
 
 Call = tuple[Callable[[], Any], 'Future[Any]']
 """A function to be called between two ticks, and its result."""
@@ -62,26 +66,34 @@ class Mailbox:
         self.ending = Ending.NOT
         self._closed: Refused | None = None
         self._commands: deque[Asked] = deque()
+        self._shakes: deque[Shake] = deque()
         self._calls: deque[Call] = deque()
         self._single_ticks: deque[Future[int]] = deque()
 
     # --- from any thread -----------------------------------------------------------------
 
     def submit(self, command: Command | Cancel) -> Future[Outcome | None]:
-        """Leave a command for the next tick.
+        """Leave a command for the next tick."""
+        answer: Future[Outcome | None] = threads.Future()
+        with self.changed:
+            if (refusal := self._closed or _full(self._commands)) is None:
+                self._commands.append((command, answer))
+                self.changed.notify_all()
+        return _refused(answer, refusal)
 
-        An acceleration of the base replaces one that still waits as the last: the base of a
-        robot tells it more often than there are ticks, and while time is held.
+    def shake(self, when: float, command: Disturb) -> Future[Outcome | None]:
+        """Leave an acceleration of the base for the tick that a time falls into.
+
+        It wakes nobody, for the base of a robot tells it often, and on and on: while time is held,
+        a newer one takes the place of the last.
         """
         answer: Future[Outcome | None] = threads.Future()
         superseded = None
         with self.changed:
-            last = self._commands[-1][0] if self._commands else None
-            if self._closed is None and isinstance(command, Disturb) and isinstance(last, Disturb):
-                _, superseded = self._commands.pop()
-            if (refusal := self._closed or _full(self._commands)) is None:
-                self._commands.append((command, answer))
-                self.changed.notify_all()
+            if (refusal := self._closed) is None:
+                if self._shakes and (self.held or len(self._shakes) == MOST):
+                    *_, superseded = self._shakes.pop()
+                self._shakes.append((when, command, answer))
         if superseded is not None and superseded.set_running_or_notify_cancel():
             superseded.set_result(None)
         return _refused(answer, refusal)
@@ -128,9 +140,9 @@ class Mailbox:
         """Refuse all who wait, and all who come from now on; the first reason stays."""
         with self.changed:
             self._closed = refusal = self._closed or refusal
-            asked: Sequence[tuple[Any, Future[Any]]] = (*self._commands, *self._calls)
-            waiting = [answer for _, answer in asked] + list(self._single_ticks)
-            for queue in (self._commands, self._calls, self._single_ticks):
+            asked: Sequence[tuple[Any, ...]] = (*self._commands, *self._shakes, *self._calls)
+            waiting = [answer for *_, answer in asked] + list(self._single_ticks)
+            for queue in (self._commands, self._shakes, self._calls, self._single_ticks):
                 queue.clear()
         for answer in waiting:
             if answer.set_running_or_notify_cancel():
@@ -174,6 +186,22 @@ class Mailbox:
     def take_command(self) -> Asked | None:
         """Take out the oldest command that was not withdrawn, which cannot be from now on."""
         return self._take(self._commands)
+
+    def take_shake(self, before: float) -> Asked | None:
+        """Take out the newest acceleration told before a time; older ones had no time to act."""
+        taken: list[Shake] = []
+        with self.changed:
+            while self._shakes and self._shakes[0][0] < before:
+                taken.append(self._shakes.popleft())
+        live = [each[1:] for each in taken if each[2].set_running_or_notify_cancel()]
+        for _, superseded in live[:-1]:
+            superseded.set_result(None)
+        return live[-1] if live else None
+
+    def next_shake(self) -> float:
+        """Return when the base told of the oldest acceleration that waits; infinity: of none."""
+        with self.changed:
+            return self._shakes[0][0] if self._shakes else math.inf
 
     def _take(self, queue: deque[tuple[T, Future[Any]]]) -> tuple[T, Future[Any]] | None:
         while True:

@@ -161,9 +161,9 @@ def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start)
     until(lambda: len(begun) == 8)
     assert begun == pytest.approx([0.006] * 4 + [0.008] + [0.0151] * 3)
     assert stamped == [(7, SetStrain(0.03))]
-    clock.end = 0.0301  # the strain is on its way: no more rest
-    until(lambda: len(begun) == 16)
-    assert begun[8:] == pytest.approx([n * PERIOD for n in range(8, 16)], abs=1e-12)
+    clock.end = 0.0301  # the strain is on its way, and nobody is told before ticks 10 and 15
+    until(lambda: len(begun) == 15)
+    assert begun[8:] == pytest.approx([0.016, 0.018] + [0.026] * 4 + [0.028], abs=1e-12)
 
 
 @pytest.mark.parametrize(('late', 'overruns', 'following'), [(0.03, 0, 0.078), (0.051, 24, 0.126)])
@@ -195,7 +195,7 @@ def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, spe
 def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
     """Of 20 ticks 10 are run at once, then 9, then the one that was waited for.
 
-    Under a strain that moves every tick is heard.
+    Under a strain that moves, too, but for the tick that it began in.
     """
     clock, heard = Clock(end=0.1191), []  # tick 60 is due at 0.118
     element, other = rig.device(), rig.device()
@@ -210,7 +210,7 @@ def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
     until(lambda: element.ticks >= 70)
     loop.stop()
     assert heard[:9] == [10, 19, 20, 30, 39, 40, 50, 59, 60]
-    assert heard[9:13] == [61, 62, 63, 64]
+    assert heard[9:13] == [61, 70, 79, 80]
     for tick in range(element.ticks):
         if tick == 60:
             other.apply(SetStrain(0.03))
@@ -234,6 +234,42 @@ def test_ticks_of_rest_are_those_one_by_one(faults):
             other.advance()
         assert snapshot.take(rested) == snapshot.take(other)
         assert rested.substrate_speed == other.substrate_speed == 0.0
+
+
+def test_a_procedure_goes_on_in_time_and_what_lies_between_is_put_off(start):
+    """It takes the ticks that it does tick by tick, and the loop wakes a fifth as often."""
+
+    def write(batch):
+        clock, woken = Clock(), set()
+        loop = start(
+            rig.device(1), lambda *_: woken.add(clock.time), pacer=clock, speed=1.0, batch=batch
+        )
+        outcome = result(loop.submit(Write(3)))
+        loop.stop()
+        assert loop.statistics.overruns == 0
+        return (outcome.end_tick - outcome.start_tick, outcome.reading.delay), len(woken)
+
+    (by_ticks, often), (put_off, seldom) = write(1), write(20)
+    assert put_off == by_ticks
+    assert seldom < 0.2 * often
+
+
+def test_what_the_base_tells_ends_no_rest_and_still_falls_into_its_tick(start):
+    """Told at 0.0031, 0.0051, 0.0052 and 0.0101: ticks 1, 2 and 5, the newest of each."""
+    clock, begun, stamped = Clock(end=0.001), [], []
+
+    def listen(commands, _):
+        begun.append(clock.time)
+        stamped.extend(commands)
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=10)
+    for now, size in ((0.0031, 1), (0.0051, 2), (0.0052, 3), (0.0101, 4)):
+        clock.end = clock.time = now
+        loop.submit(Disturb(1e-6 * size))
+    clock.end = 0.0181
+    until(lambda: loop.element.ticks == 10)
+    assert stamped == [(tick, Disturb(1e-6 * size)) for tick, size in ((1, 1), (2, 3), (5, 4))]
+    assert sorted(set(begun)) == pytest.approx([0.016, 0.018], abs=1e-12)
 
 
 def test_time_that_was_lost_is_counted_and_skipped(start):
