@@ -30,7 +30,7 @@ from mlmem_ros.testing import (
 )
 
 PACKAGE = Path(__file__).parents[1]
-QUICK = {'scale.time': 1e-5, 'publish.field_every': 0, 'publish.wall_every': 0}
+QUICK = {'scale.time': 5e-5, 'publish.field_every': 0, 'publish.wall_every': 0}
 
 
 class Behaviour:
@@ -151,7 +151,7 @@ def test_the_legs_go_on_in_the_old_gait_until_the_new_one_is_held(memory, robot,
         robot.set_gait(3)
         clock.advance_until(lambda: any(robot.strains))  # the write has begun
         robot.pressures.clear()
-        clock.advance(0.06)  # three periods of the legs, and a third of the write
+        clock.advance(0.06)  # three periods of the legs, and a quarter of the write
         assert robot.walks(1)
         wait_until(lambda: robot.pressures, 'legs that move')
         clock.advance_until(lambda: robot.walks(3))
