@@ -25,6 +25,9 @@ SETTLED = 5.0
 SECONDS = 10.0
 """Idle time per repeat."""
 
+BANK = 4
+"""Elements of a bank."""
+
 READS = 15
 """Reads per repeat."""
 
@@ -46,6 +49,8 @@ NAMES = {
     'ready': 'ready after, warm cache, s',
     'cold': 'ready after, cold cache, s',
     'memory': 'memory, MB',
+    'bank': f'processor, {BANK} elements in one process, nobody listens, % of a core',
+    'bank_memory': 'their memory, MB',
     'memory_first': 'memory after the first minute, MB',
 }
 
@@ -88,7 +93,10 @@ def _short_runs(repeats: int) -> list[dict[str, float]]:
             seen |= {'seen': page['share'], 'seen_p50': page['p50'], 'seen_p99': page['p99']}
             for key, service in (('transport', 'step'), ('latency', 'read')):
                 seen[key] = statistics.median(robot.beyond(service) for _ in range(READS))
-        found.append(seen)
+        with NodeProcess(BANK) as bank:
+            bank.watch(SETTLED)
+            four = bank.watch(SECONDS)
+        found.append({**seen, 'bank': four['share'], 'bank_memory': four['memory']})
     robot.close()
     return found
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node that watches itself: run by the benchmark `node` as a process of its own.
+"""Memory nodes that watch themselves: run by the benchmark `node` as a process of their own.
 
 It prints one JSON line when it is ready. Every number that it reads then is a time in seconds
 for which it watches itself, idle, and prints what it saw as one more line; between them it serves,
@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from ..device.loop_statistics import LoopStatistics
+from ..ros.node.command_line import bank_arguments
 from ..ros.node.executor import GuardedExecutor
 from ..ros.node.node import MemoryNode
-from ..ros.node.run import begin, end
+from ..ros.node.run import ONE, begin, end
 
 
 class Watched(LoopStatistics):
@@ -38,13 +39,15 @@ class Watched(LoopStatistics):
         self.all.extend([lateness] * ticks)
 
 
-def main(begun: float) -> None:
-    """Run a node, print, serve.
+def main(begun: float, number: int) -> None:
+    """Run nodes, print, serve.
 
     Args:
         begun: When the process was started, in seconds since the epoch.
+        number: How many; above 1 they are those of `memory_bank`.
     """
-    (node,), executor = begin([])
+    bank = bank_arguments(['memory_bank', f'--elements={number}'])[1]
+    nodes, executor = begin([], elements=bank if number > 1 else ONE)
     gc.freeze()
     _tell({'ready': time.time() - begun})
     while True:
@@ -52,12 +55,12 @@ def main(begun: float) -> None:
         if select.select([sys.stdin], [], [], 0.0)[0]:
             if not (line := sys.stdin.readline()):
                 break
-            _tell(_watch(node, executor, float(line)))
-    end([node], executor)
+            _tell(_watch(nodes[0], executor, float(line)))
+    end(nodes, executor)
 
 
 def _watch(node: MemoryNode, executor: GuardedExecutor, seconds: float) -> dict[str, float]:
-    """Return what is seen of a node, turned as `memory_node` turns it."""
+    """Return what is seen of the process, and of the ticks of its first node."""
     loop = node.host.open_loop()
     statistics = loop.statistics = Watched()
     used, begun = time.process_time(), time.monotonic()
@@ -90,4 +93,4 @@ def _resident() -> float:
 
 
 if __name__ == '__main__':
-    main(float(sys.argv[1]))
+    main(float(sys.argv[1]), int(sys.argv[2]))

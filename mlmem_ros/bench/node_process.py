@@ -17,14 +17,15 @@ TICK = 2.0
 
 
 class NodeProcess:
-    """A `node_probe` that runs within a `with`.
+    """A `node_probe` that runs within a `with`, of one node or several.
 
     Attributes:
         ready: Seconds it took from the start of its process.
     """
 
-    def __init__(self, **environment: str) -> None:
-        command = [sys.executable, '-m', f'{__package__}.node_probe', str(time.time())]
+    def __init__(self, number: int = 1, **environment: str) -> None:
+        probe = f'{__package__}.node_probe'
+        command = [sys.executable, '-m', probe, str(time.time()), str(number)]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
             stderr=subprocess.DEVNULL, env=os.environ | environment,

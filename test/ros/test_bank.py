@@ -210,27 +210,32 @@ def test_one_wrong_or_two_unreadable_elements_are_corrected_and_told(coded):
     assert word.answers[1] is None
 
 
-def test_a_write_that_does_not_end_is_a_torn_word(coded):
-    """It is cut off while the digits change: one element has stopped."""
-    stopped, other, seal = coded.elements
-    stopped.pause().wait()
-    try:
-        writing = coded.write(6)
-        level = {}
-        keep = functools.partial(keep_level, level, other.name)
-        other.node.create_subscription(Int16, f'{other.name}/level', keep, LATCHED)
-        wait_until(lambda: level.get(other.name) == coded.digits(6)[1], 'the other digit', 30.0)
-        with pytest.raises(RequestRefused, match='busy: the bank is being written'):
-            coded.write(1).wait()
-        writing.cancel()
-        stopped.abort()
-    finally:
-        stopped.pause(False).wait()
+def test_a_write_that_does_not_end_is_a_torn_word_and_may_go_round_one_element(coded):
+    """The drive of one is stuck, and its digit stays what it was."""
+    stuck, _, seal = coded.elements
+    coded.write(2).wait()
+    stuck.set_parameters({'faults.actuator_stuck': True}).wait()
+    writing = coded.write(6)
+    with pytest.raises(RequestRefused, match='busy: the bank is being written'):
+        coded.write(1).wait()
+    with pytest.raises(BankFailed, match='the actuator does not follow'):
+        writing.wait()
     with pytest.raises(TornWord, match='torn: a write has not ended'):
         coded.read().wait()
     assert seal.read().wait().blank
+    told = coded.write(6, spare=1).wait()
+    assert (told.value, [each.element for each in told.corrected]) == (6, [stuck.name])
+    assert 'the actuator does not follow' in told.corrected[0].why
+    held = coded.read().wait()
+    assert (held.value, [each.read for each in held.corrected]) == (6, [coded.digits(2)[0]])
+    stuck.set_parameters({'faults.actuator_stuck': False}).wait()
     assert coded.erase().wait().blank
     assert coded.read().wait().blank
+
+
+def test_of_two_check_digits_one_element_may_be_spared(coded):
+    with pytest.raises(ValueError, match='spare must be from 0 to 1; got 2'):
+        coded.write(1, spare=2)
 
 
 def test_the_heading_store(bank):

@@ -12,7 +12,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from ...contract.answers import Decoded
-from ...contract.errors import BankFailed, RequestError, RequestRefused
+from ...contract.errors import BankFailed, RequestError, RequestFailed, RequestRefused
 from ...contract.word import Word, word_of
 from ...contract.word_code import Stroke, WordCode
 from ...words import BLANK
@@ -120,21 +120,28 @@ class MemoryBank:
 
         def steps() -> Steps[None]:
             replies = {place: each.ready(timeout) for place, each in enumerate(self.elements)}
-            yield from self._together(replies, needed=True)
+            _, errors = yield from _together(replies)
+            if errors:
+                raise self._failed(errors)
 
         return Reply(self._line, 'ready', steps(), timeout + 5.0)
 
-    def write(self, word: int, timeout: float = 60.0) -> Reply[Word]:
+    def write(self, word: int, timeout: float = 60.0, *, spare: int = 0) -> Reply[Word]:
         """Write a word, every digit verified by an echo.
 
         Args:
             word: 0 ... `size` - 1.
             timeout: Longest wait for the answer in seconds.
+            spare: How many elements may fail, the last one excepted; they are told in
+                `Word.corrected`. At most half as many as there are check digits: what a broken
+                element holds is as good as wrong.
 
         Raises:
-            ValueError: The word is out of range.
+            ValueError: The word or `spare` is out of range.
         """
-        return self._changing(f'write {word}', self.digits(word), timeout)
+        if not 0 <= spare <= self.code.check // 2:
+            raise ValueError(f'spare must be from 0 to {self.code.check // 2}; got {spare!r}')
+        return self._changing(f'write {word}', self.digits(word), timeout, spare)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Word]:
         """Read the word.
@@ -146,7 +153,7 @@ class MemoryBank:
 
         def steps() -> Steps[Word]:
             replies = {p: each.read(timeout, end=end) for p, each in enumerate(self.elements)}
-            answers, errors = yield from self._together(replies, needed=not self.code.check)
+            answers, errors = yield from _together(replies)
             return word_of(self.code, self._names, answers, errors)
 
         return Reply(self._line, 'read', steps(), timeout + 5.0)
@@ -159,9 +166,11 @@ class MemoryBank:
         """
         return self._changing('erase', (BLANK,) * len(self.elements), timeout)
 
-    def _changing(self, what: str, digits: Sequence[int], timeout: float) -> Reply[Word]:
+    def _changing(
+        self, what: str, digits: Sequence[int], timeout: float, spare: int = 0
+    ) -> Reply[Word]:
         """Write digits, stroke by stroke: each begins when the one before is known to be done."""
-        until = time.monotonic() + timeout
+        until, seal = time.monotonic() + timeout, len(self.elements) - 1
 
         def stroke(levels: Stroke) -> Mapping[int, Reply[Any]]:
             left = max(SHORTEST, until - time.monotonic())
@@ -170,23 +179,30 @@ class MemoryBank:
                 if level == BLANK
                 else self.elements[place].write(level, left)
                 for place, level in levels.items()
+                if place not in failed
             }
+
+        def check() -> None:
+            if len(failed) > spare or seal in failed:
+                raise self._failed(failed)
 
         def steps() -> Steps[Word]:
             if under_way:
                 raise RequestRefused({'error': 'busy: the bank is being written'})
-            if self.code.check:  # who is not there shall be missed before the seal is broken
-                ready = {
-                    place: each.ready(min(timeout, each.patience))
-                    for place, each in enumerate(self.elements)
-                }
-                yield from self._together(ready, needed=True)
             said: dict[int, Decoded] = {}
+            if self.code.check:  # who does not take part is missed before the seal is broken
+                looks = {place: each.read(timeout) for place, each in enumerate(self.elements)}
+                _, errors = yield from _together(looks)
+                failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
+                check()
             for levels in self.code.strokes(digits):
-                answers, _ = yield from self._together(stroke(levels), needed=True)
+                answers, errors = yield from _together(stroke(levels))
                 said |= answers
-            return word_of(self.code, self._names, said, {})
+                failed.update(errors)
+                check()
+            return word_of(self.code, self._names, said, failed)
 
+        failed: dict[int, RequestError] = {}
         before = self._change
         under_way = self.code.check and before and not (before.done() or before.cancelled())
         reply = Reply(self._line, what, steps(), timeout + 5.0)
@@ -194,31 +210,26 @@ class MemoryBank:
             self._change = reply
         return reply
 
-    def _together(
-        self, replies: Mapping[int, Reply[Any]], needed: bool
-    ) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
-        """Return what elements answered and what went wrong, by place, when all have ended.
-
-        Raises:
-            BankFailed: All answers were needed, and something went wrong.
-        """
-        try:
-            yield list(replies.values())
-        finally:  # given up: the parts are, too
-            for reply in replies.values():
-                reply.cancel()
-        answers: dict[int, Any] = {}
-        errors: dict[int, RequestError] = {}
-        for place, reply in replies.items():
-            try:
-                answers[place] = reply.result()
-            except RequestError as error:
-                errors[place] = error
-        if needed and errors:
-            raise self._failed(errors)
-        return answers, errors
-
     def _failed(self, errors: Mapping[int, RequestError]) -> BankFailed:
         return BankFailed(
             {self._names[place]: errors[place] for place in errors}, len(self._names)
         )
+
+
+def _together(
+    replies: Mapping[int, Reply[Any]],
+) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
+    """Return what elements answered and what went wrong, by place, when all have ended."""
+    try:
+        yield list(replies.values())
+    finally:  # given up: the parts are, too
+        for reply in replies.values():
+            reply.cancel()
+    answers: dict[int, Any] = {}
+    errors: dict[int, RequestError] = {}
+    for place, reply in replies.items():
+        try:
+            answers[place] = reply.result()
+        except RequestError as error:
+            errors[place] = error
+    return answers, errors

@@ -51,7 +51,6 @@ class MemoryClient:
     Attributes:
         node: The node it is built on.
         name: Full name of the memory node.
-        patience: How long it may take to appear, in seconds.
         group: Callback group for callbacks that await; one of them runs at a time.
     """
 
@@ -66,7 +65,6 @@ class MemoryClient:
         """
         self.node = node
         self.name = node.resolve_service_name(name)
-        self.patience = patience
         self._name = name
         self.group = MutuallyExclusiveCallbackGroup()
         self._group = ReentrantCallbackGroup()  # of what brings answers
