@@ -1,11 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How often a step up, a stroke down and a throw fail where chance has made or shakes the element.
+"""How often steps up, strokes and throws fail where chance has made or shakes the element.
 
     python tools/moves_by_chance.py bits_4 alpha 0.002 0.004 0.008 --elements 100
 
 Every element is one of chance; in each every kind of move is tried once, from a level by chance.
-The move is made when the wall rests within a quarter of a level of its defect.
+The move is made when the wall rests within a quarter of a level of its defect. The last row is the
+amount at which one in a thousand fails, with its interval, as `mlmem tolerance` estimates it; it
+asks for two amounts or more at which a few per cent or less fail, but some.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.studies.tolerance.estimate import Rate, rare_scatter
 
 SHAKEN = 20.0
 """Time units between two accelerations by chance, with straight lines between."""
@@ -42,8 +45,10 @@ def kinds(design: Design, settings: Settings) -> dict[str, list[Move]]:
     for level in range(design.levels):
         for move in moves_from(design, settings, level):
             if move.how in (How.STEP, How.STROKE, How.THROW):
-                odd = ' from odd' if level % 2 else ' from even'
-                name = move.how.value + (odd if move.how is How.STROKE else '')
+                name = move.how.value
+                if move.how is How.STROKE:
+                    way = 'up' if move.target > level else 'down'
+                    name = f'{name} {way} from {"odd" if level % 2 else "even"}'
                 found.setdefault(name, []).append(move)
     return found
 
@@ -74,6 +79,7 @@ def rows(name: str, kind: str, amounts: list[float], elements: int, seed: int) -
     """Yield a line of a table for every amount of chance."""
     design, settings = preset(name)
     moves = kinds(design, settings)
+    counts: dict[str, list[Rate]] = {which: [] for which in moves}
     yield f'| {kind} | ' + ' | '.join(moves) + ' |'
     for amount in amounts:
         failed = dict.fromkeys(moves, 0)
@@ -85,8 +91,12 @@ def rows(name: str, kind: str, amounts: list[float], elements: int, seed: int) -
             for which, some in moves.items():
                 move = some[chance.integers(len(some))]
                 failed[which] += not made(specimen, settings, move, shaken, chance)
-        counts = ' | '.join(str(count) for count in failed.values())
-        yield f'| {amount:g} | {counts} | of {elements}'
+        for which, count in failed.items():
+            counts[which].append(Rate(count, elements))
+        yield f'| {amount:g} | {" | ".join(map(str, failed.values()))} | of {elements}'
+    rare = [rare_scatter(amounts, rates) for rates in counts.values()]
+    told = ['-' if each is None else '{:.2g} ({:.2g} to {:.2g})'.format(*each) for each in rare]
+    yield f'| 1 in 1000 | {" | ".join(told)} |'
 
 
 def main() -> None:

@@ -5,7 +5,8 @@
     python tools/transitions.py case_2 bits_4 --pairs 60
 
 Of each preset all pairs of levels, or as many by chance: mean and worst time in time units,
-writes that took a second try, and the work of the actuator where `--energy` asks for it.
+writes that took a second try, and with `--energy` the mean work of actuator and transducer in
+k_r a^2.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from mlmem_ros.device import MemoryElement, Settings, Write, new_element
 from mlmem_ros.device.events import Outcome
 from mlmem_ros.device.moves import paper_way
 from mlmem_ros.device.presets import preset
+from mlmem_ros.paper.meter import fit_meter
 from mlmem_ros.physics import Design, level_of
 
 Pair = tuple[int, int]
@@ -34,14 +36,21 @@ def outcome_of(element: MemoryElement, level: int) -> Outcome:
                 return event
 
 
-def measure(design: Design, settings: Settings, pairs: Iterable[Pair]) -> None:
+def measure(
+    design: Design, settings: Settings, pairs: Iterable[Pair], energy: bool = False
+) -> None:
     """Print the times of the second write of every pair, told by direction."""
     element = new_element(design, settings)
+    meter = fit_meter(element) if energy else None
     times: dict[bool, list[tuple[float, Pair]]] = {False: [], True: []}
+    works: dict[bool, list[float]] = {False: [], True: []}
     again = wrong = 0
     for start, target in pairs:
         outcome_of(element, start)
+        before = meter.books() if meter else np.zeros(4)
         outcome = outcome_of(element, target)
+        if meter:
+            works[target < start].append(float((meter.books() - before)[:2].sum()))
         took = (outcome.end_tick - outcome.start_tick) * element.tick
         times[target < start].append((took, (start, target)))
         again += outcome.attempts > 1
@@ -50,6 +59,8 @@ def measure(design: Design, settings: Settings, pairs: Iterable[Pair]) -> None:
         if found := times[down]:
             mean, (worst, pair) = np.mean([each for each, _ in found]), max(found)
             print(f'    {name}: {len(found)}, mean {mean:.0f}, worst {worst:.0f} {pair}', end='')
+            if meter:
+                print(f', work {np.mean(works[down]):.3g}', end='')
     print(f'; second tries {again}, wrong {wrong}', flush=True)
 
 
@@ -68,6 +79,8 @@ def main() -> None:
     parser.add_argument('presets', nargs='+')
     parser.add_argument('--pairs', type=int, default=240, help='at most so many of each preset')
     parser.add_argument('--seed', type=int, default=0)
+    parser.add_argument('--only', nargs=2, type=int, metavar='LEVEL', help='one pair')
+    parser.add_argument('--energy', action='store_true', help='the work, too')
     parser.add_argument('--quickest', action='store_true', help='that way alone')
     asked = parser.parse_args()
     ways: dict[str, Callable[[Settings], Settings]] = {'quickest': lambda s: s}
@@ -77,7 +90,8 @@ def main() -> None:
         design, settings = preset(name)
         for way, of in ways.items():
             print(f'{name}, {way}')
-            measure(design, of(settings), pairs_of(design, asked.pairs, asked.seed))
+            pairs = [asked.only] if asked.only else pairs_of(design, asked.pairs, asked.seed)
+            measure(design, of(settings), pairs, asked.energy)
 
 
 if __name__ == '__main__':
