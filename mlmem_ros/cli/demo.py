@@ -10,12 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 import random
-import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,6 +51,7 @@ class Written:
 def demo(arguments: argparse.Namespace) -> int:
     """Run the demonstration; return 0 only if every level that was read is the one asked for."""
     from ..contract.errors import RequestError
+    from ..ros.node_process import node_arguments, node_process
     from ..session.data import load
     from ..studies.session_figure import draw
     from .console import plain_console
@@ -66,8 +62,13 @@ def demo(arguments: argparse.Namespace) -> int:
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
     name = f'mlmem_demo_{os.getpid()}'  # a robot's own /mlmem may be in this domain
+    folder.mkdir(parents=True)
+    given = node_arguments(name, {'record.path': str(session)})
     try:
-        with _memory_node(name, session):
+        with (
+            (folder / 'memory_node.log').open('wb') as log,
+            node_process(given, stdout=log, stderr=log),
+        ):
             rows = _write_and_read(console, name)
     except RequestError as error:
         console.print(f'the demonstration failed: {error}', style='red')
@@ -78,26 +79,6 @@ def demo(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({'levels': rows, 'session': session, 'picture': picture})
     return 0 if all(row.answer.level == row.asked for row in rows) else 1
-
-
-@contextmanager
-def _memory_node(name: str, session: Path) -> Iterator[None]:
-    """Run a memory node that records a session, and end it as Ctrl-C would."""
-    session.parent.mkdir(parents=True)
-    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args', '-r', f'__node:={name}']
-    log = session.parent / 'memory_node.log'
-    with log.open('w', encoding='utf-8') as output:
-        process = subprocess.Popen(
-            [*command, '-p', f'record.path:={session}'], stdout=output, stderr=output
-        )
-        try:
-            yield
-        finally:
-            process.send_signal(signal.SIGINT)
-            try:
-                process.wait(20.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
 
 
 def _write_and_read(console: Console, name: str) -> list[Written]:

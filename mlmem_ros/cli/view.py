@@ -16,11 +16,9 @@ import os
 import secrets
 import signal
 import socket
-import subprocess
 import sys
 import webbrowser
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from .command import JSON, NODE, command, option
@@ -73,6 +71,7 @@ class _NoSession(Exception):
 
 async def _serve(arguments: argparse.Namespace) -> None:
     from ..bag import BagError
+    from ..ros.node_process import node_arguments, node_process
     from ..view.guard import LOOPBACK, Guard
     from ..view.server import Server, serve
 
@@ -100,7 +99,9 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
     with ExitStack() as stack:
         if arguments.start:
-            stack.enter_context(_memory_node(arguments.node))
+            streams = (f'publish.{name}_every' for name in ('field', 'wall', 'joint_states'))
+            smooth = dict.fromkeys(streams, SMOOTH)
+            stack.enter_context(node_process(node_arguments(arguments.node, smooth)))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
         try:
@@ -125,23 +126,3 @@ def _live(node: str, stack: ExitStack) -> Live:
     live = Live(stack.enter_context(standalone(node)))
     stack.callback(live.end)
     return live
-
-
-@contextmanager
-def _memory_node(name: str) -> Iterator[None]:
-    """Run a memory node of a name, and end it as Ctrl-C would."""
-    namespace, _, own = name.rpartition('/')
-    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args', '-r', f'__node:={own}']
-    for stream in ('field', 'wall', 'joint_states'):
-        command += ['-p', f'publish.{stream}_every:={SMOOTH}']
-    if namespace:
-        command += ['-r', f'__ns:=/{namespace.lstrip("/")}']
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
-    try:
-        yield
-    finally:
-        process.send_signal(signal.SIGINT)
-        try:
-            process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            process.kill()

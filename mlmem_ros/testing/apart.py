@@ -4,25 +4,13 @@
 
 from __future__ import annotations
 
-import ctypes
-import signal
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..ros.node_process import node_process
 from .running import RunningNode
-
-PATIENCE = 10.0
-"""Seconds that it may take to end before it is killed."""
-
-PR_SET_PDEATHSIG = 1
-
-
-def _end_with_parent() -> None:
-    """Have a process killed when its parent is: a node left over would answer the next run."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 class NodeApart(RunningNode):
@@ -33,12 +21,8 @@ class NodeApart(RunningNode):
         folder = self.ends.enter_context(tempfile.TemporaryDirectory(prefix='memory-node-'))
         self._output = Path(folder, 'output.txt')
         with self._output.open('wb') as output:
-            self._process = subprocess.Popen(
-                [sys.executable, '-m', 'mlmem_ros.ros.main', *arguments],
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                preexec_fn=_end_with_parent,
+            self._process = self.ends.enter_context(
+                node_process(arguments, stdout=output, stderr=subprocess.STDOUT)
             )
 
     def step(self, ticks: int) -> int:
@@ -66,8 +50,7 @@ class NodeApart(RunningNode):
 
     def terminate(self) -> None:
         """Ask it to end, if it still runs."""
-        if self.running:
-            self.signal(signal.SIGTERM)
+        self._process.terminate()
 
     def exit_status(self, within: float = 20.0) -> int:
         """Wait for its end; negative: the signal that killed it."""
@@ -77,10 +60,4 @@ class NodeApart(RunningNode):
             raise TimeoutError(f'{self.element} did not end within {within:g} s') from None
 
     def __exit__(self, *_: object) -> None:
-        self.terminate()
-        try:
-            self.exit_status(PATIENCE)
-        except TimeoutError:
-            self._process.kill()
-            self._process.wait()
         self.ends.close()

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from os import PathLike
 
+from ..ros.node_process import Parameters, node_arguments
 from .running import RunningNode
-
-Parameters = Mapping[str, bool | int | float | str]
 
 
 @contextmanager
@@ -48,8 +47,8 @@ def memory_node(
     Raises:
         Whatever `memory_node` cannot start for; of the one apart its output and exit status tell.
     """
-    command = ros_arguments(parameters or {}, name, namespace, file)
     element = f'{namespace.rstrip("/")}/{name}'
+    command = node_arguments(element, parameters, file)
     if apart:
         from .apart import NodeApart
 
@@ -60,24 +59,3 @@ def memory_node(
 
         with NodeHere(element, ['memory_node', *options, *command]) as node:
             yield node
-
-
-def ros_arguments(
-    parameters: Parameters, name: str, namespace: str, file: str | PathLike[str] | None
-) -> list[str]:
-    """Return what the ROS command line says of a node."""
-    given = [f'{key}:={_literal(value)}' for key, value in parameters.items()]
-    remaps = [f'__node:={name}', *([f'__ns:={namespace}'] if namespace else [])]
-    return [
-        '--ros-args',
-        *(('--params-file', str(file)) if file is not None else ()),
-        *(word for each in given for word in ('-p', each)),
-        *(word for each in remaps for word in ('-r', each)),
-    ]
-
-
-def _literal(value: bool | float | str) -> str:
-    """Return a value as the ROS command line wants it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"'{value}'" if isinstance(value, str) else repr(value)

@@ -99,10 +99,10 @@ def refused(capfd):
     import rclpy
 
     from mlmem_ros.ros.node.run import NOT_STARTED, run
-    from mlmem_ros.testing.node import ros_arguments
+    from mlmem_ros.ros.node_process import node_arguments
 
     def refused(parameters=None, *, name='mlmem', file=None, options=(), warned=False):
-        given = ros_arguments(parameters or {}, name, '', file)
+        given = node_arguments(name, parameters, file)
         capfd.readouterr()
         try:
             assert run(['memory_node', *given, *options], stop=[signal.SIGTERM]) == NOT_STARTED

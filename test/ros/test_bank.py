@@ -25,9 +25,9 @@ from mlmem_ros import (
 )
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
+from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.ros.qos import LATCHED
 from mlmem_ros.testing.here import NodeHere
-from mlmem_ros.testing.node import ros_arguments
 
 ELEMENTS = 3
 QUICK = {
@@ -42,7 +42,7 @@ QUICK = {
 def bank():
     """What bank.launch.py starts, three times faster than a robot would."""
     arguments, elements = bank_arguments(
-        ['memory_bank', f'--elements={ELEMENTS}', *ros_arguments(QUICK, 'mlmem', '', None)]
+        ['memory_bank', f'--elements={ELEMENTS}', *node_arguments('mlmem', QUICK)]
     )
     with (
         NodeHere('/bank/element_0/mlmem', arguments, elements),

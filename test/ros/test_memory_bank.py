@@ -9,8 +9,8 @@ from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.parameters import ParameterError
 from mlmem_ros.ros.node.run import NOT_SAVED
+from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.testing.here import NodeHere
-from mlmem_ros.testing.node import ros_arguments
 
 ELEMENTS = 3
 
@@ -30,7 +30,7 @@ def bank(tmp_path, capfd):
     arguments, elements = bank_arguments(
         [
             'memory_bank', '--elements', f'{ELEMENTS}', '--state', str(states),
-            '--record', str(tmp_path / 'bags'), *ros_arguments({}, 'mlmem', '/robot/bank', file),
+            '--record', str(tmp_path / 'bags'), *node_arguments('/robot/bank/mlmem', file=file),
         ]
     )  # fmt: skip
     with NodeHere('/robot/bank/element_0/mlmem', arguments, elements) as bank:
@@ -72,7 +72,7 @@ def test_a_bank_of_which_nothing_can_start_does_not():
         [
             'memory_bank',
             '--elements=2',
-            *ros_arguments({'design.preset': 'none'}, 'mlmem', '', None),
+            *node_arguments('mlmem', {'design.preset': 'none'}),
         ]
     )
     with pytest.raises(ParameterError, match='preset must be one of'):

@@ -1,0 +1,77 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`memory_node` as a process beside its parent, and its command line."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from os import PathLike
+from typing import Any
+
+PATIENCE = 20.0
+"""Seconds that it may take to end before it is killed."""
+
+PR_SET_PDEATHSIG = 1
+
+Parameters = Mapping[str, bool | int | float | str]
+
+
+@contextmanager
+def node_process(arguments: Sequence[str], **streams: Any) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a memory node, and end it as Ctrl-C would; it is killed when this process is.
+
+    Args:
+        arguments: Its command line.
+        streams: `stdout` and `stderr` as `subprocess.Popen` takes them.
+    """
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'mlmem_ros.ros.main', *arguments],
+        stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _end_with_parent() -> None:
+    """Have a process killed when its parent is: a node left over would answer the next one."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def node_arguments(
+    element: str, parameters: Parameters | None = None, file: str | PathLike[str] | None = None
+) -> list[str]:
+    """Return what the ROS command line says of a node.
+
+    Args:
+        element: Its name with its namespace.
+        parameters: Parameters by name.
+        file: A parameter file.
+    """
+    namespace, _, name = element.rpartition('/')
+    given = [f'{key}:={_literal(value)}' for key, value in (parameters or {}).items()]
+    remaps = [f'__node:={name}', *([f'__ns:=/{namespace.lstrip("/")}'] if namespace else [])]
+    return [
+        '--ros-args',
+        *(('--params-file', str(file)) if file is not None else ()),
+        *(word for each in given for word in ('-p', each)),
+        *(word for each in remaps for word in ('-r', each)),
+    ]
+
+
+def _literal(value: bool | float | str) -> str:
+    """Return a value as the ROS command line wants it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"'{value}'" if isinstance(value, str) else repr(value)
