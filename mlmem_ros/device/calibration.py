@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The echo delay of every level, as seen from either end."""
+"""What an element knows of itself: the echo delay of every level, and its trims."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from ..physics import Design
 from .end import End
 from .errors import SettingsError
 from .settings import Settings
+from .trims import AS_SET, Trim, Trims, schedule_of
 
 
 @dataclass(frozen=True)
@@ -113,16 +114,18 @@ class DelayTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The delay tables of both ends.
+    """The delay tables of both ends, and what was learnt of the steps.
 
     Attributes:
         left: That of the left end, or None where it is not read from: the echoes of a long
             element are heard at the right alone, where waves are faster.
         right: That of the right end, which also hears whether the element is blank.
+        trims: Of launch and steps, or None where all are made as in the settings.
     """
 
     left: DelayTable | None
     right: DelayTable
+    trims: Trims | None = None
 
     @property
     def ends(self) -> tuple[End, ...]:
@@ -136,6 +139,18 @@ class Calibration:
                 raise SettingsError(
                     f'the calibration must have {levels} levels, as the design; got {count}'
                 )
+        if self.trims is not None and (count := len(self.trims.steps)) != levels:
+            raise SettingsError(f'trims must be {levels}, one for every level; got {count}')
+
+    def pulses(self, settings: Settings) -> list[Trim]:
+        """Return the trims of launch and steps, by the level to which they take the wall.
+
+        Those that were learnt with another schedule mean nothing.
+        """
+        trims = self.trims
+        if trims is None or trims.schedule != schedule_of(settings):
+            return [AS_SET] * len(self.right.delays)
+        return list(trims.steps)
 
     def longest(self, end: End) -> float:
         """Return the delay of the farthest echo at an end that is read from, or at the other."""
@@ -154,9 +169,10 @@ class Calibration:
         return self.left
 
     def as_dict(self) -> dict[str, Any]:
-        """Return both tables for a file."""
+        """Return both tables for a file, and the trims if there are any."""
         left = None if self.left is None else self.left.as_dict()
-        return {'left': left, 'right': self.right.as_dict()}
+        learnt = {} if self.trims is None else {'trims': self.trims.as_dict()}
+        return {'left': left, 'right': self.right.as_dict(), **learnt}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Calibration:
@@ -170,7 +186,9 @@ class Calibration:
         except (KeyError, TypeError) as error:
             raise SettingsError(f'a calibration needs left and right; {error!r}') from error
         return cls(
-            None if left is None else DelayTable.from_dict(left), DelayTable.from_dict(right)
+            None if left is None else DelayTable.from_dict(left),
+            DelayTable.from_dict(right),
+            Trims.from_dict(data['trims']) if 'trims' in data else None,
         )
 
 

@@ -114,6 +114,13 @@ class WriteSettings(CycleSettings):
     min_margin: float = described(
         0.5, 'least level margin with which a level counts as written', low=0.0, high=0.99
     )
+    pulses: int = described(
+        20,
+        'pulses that a calibration tries for a step that fails, to learn one; 1: that of the '
+        'settings alone',
+        low=1,
+        high=20,
+    )
 
 
 @dataclass(frozen=True)

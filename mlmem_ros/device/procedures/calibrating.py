@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrating: learn what every level sounds like from either end."""
+"""Calibrating: learn what every level sounds like, and which pulse takes the wall there."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from ..calibration import Calibration, DelayTable
 from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
-from ..reading import BLANK, describe_level
+from ..reading import BLANK
 from . import foreseen
 from .blocks import Procedure, Result, slacken
+from .climbing import climb
 from .erasing import erase
-from .listening import look, probe
-from .writing import drive, restore
+from .listening import look
+from .writing import restore
 
 
 def calibrate(element: Memory) -> Procedure[Result]:
     """Learn the delay of every level from both ends, and restore the content in any case.
 
     Every new delay has to be nearest to that of its own level in the present calibration: a
-    step that failed would give a table whose levels are all one off.
+    step that failed would give a table whose levels are all one off. Such a step is made again
+    with other pulses, and what takes the wall there is learnt as well, up to `write.pulses`.
 
     Raises:
         ProcedureFailed: The wall did not follow or the delays do not tell the levels apart
@@ -30,10 +32,11 @@ def calibrate(element: Memory) -> Procedure[Result]:
     """
     foreseen.expect(element, foreseen.everything(element))
     yield from slacken(element)
-    content = yield from look(element)
+    content, known = (yield from look(element)), element.calibration
     try:
         element.calibration = yield from _learn(element)
     except ProcedureFailed as failure:
+        element.calibration = known
         try:
             yield from restore(element, content)
         except ProcedureFailed as lost:
@@ -47,23 +50,15 @@ def calibrate(element: Memory) -> Procedure[Result]:
 def _learn(element: Memory) -> Procedure[Calibration]:
     """Erase, step through all levels, and return what they sound like."""
     empty = (yield from erase(element)).reading
-    delays: dict[End, list[float]] = {end: [] for end in element.calibration.ends}
-    for level in range(element.design.levels):
-        yield from drive(element, level - 1 if level else BLANK, level)
-        for end, known in delays.items():
-            reading = yield from probe(element, end)
-            if reading.delay is None:
-                raise ProcedureFailed(f'level {level} gives no echo at the {end} end')
-            nearest, _ = element.calibration.table(end).nearest(reading.delay)
-            if nearest != level:
-                raise ProcedureFailed(
-                    f'the calibration was not taken: on the way to level {level} the {end} end '
-                    f'hears {describe_level(nearest)}, at {reading.delay:.2f}'
-                )
-            known.append(reading.delay)
+    heard = yield from climb(element, BLANK, element.design.levels - 1)
     blank = empty.delay if empty else None
+    tables: dict[End, tuple[float, ...]] = {
+        end: tuple(heard[level][end].delay or 0.0 for level in sorted(heard))
+        for end in element.calibration.ends
+    }
     try:
-        left = DelayTable(tuple(delays[End.LEFT])) if End.LEFT in delays else None
-        return Calibration(left, DelayTable(tuple(delays[End.RIGHT]), blank))
+        left = DelayTable(tables[End.LEFT]) if End.LEFT in tables else None
+        right = DelayTable(tables[End.RIGHT], blank)
     except SettingsError as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
+    return replace(element.calibration, left=left, right=right)

@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..moves import How, cycle_of, gentle, paper_way, route
 from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from . import foreseen
-from .blocks import Procedure, Result, launch, play, slacken, wait
+from .blocks import Procedure, Result, slacken
+from .climbing import climb
+from .driving import drive
 from .erasing import erase
 from .listening import look
 
@@ -19,9 +20,10 @@ def write(element: Memory, level: int) -> Procedure[Result]:
 
     What the reading says is where the next try goes on from, with peak strains that are
     `write.escalation` times greater: a wall that did not follow was not pulled hard enough. A
-    wall that stopped on its way is nearest to the level that was asked for, too, but no later
-    step finds it in its place: with less than `write.min_margin` it is written anew. The last
-    try is made by steps up and a kink alone.
+    wall that stopped on its way is nearest to a level, too, but no later step finds it in its
+    place: with less than `write.min_margin` it is written anew. The last try is made by steps up
+    and a kink alone. An element that has learnt its pulses is not pulled harder, but taken up step
+    by step, and goes on learning.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
@@ -34,22 +36,26 @@ def write(element: Memory, level: int) -> Procedure[Result]:
             element, foreseen.reading(element, 2) + foreseen.driving(element, BLANK, level)
         )
         reading = yield from look(element)
+    learnt = element.calibration.trims is not None
     present, seen = reading.level, []
     for attempt in range(1, attempts + 1):
         element.progress.tried('write', attempt)
         foreseen.expect(element, foreseen.writing(element, present, level))
         try:
-            plainly = 1 < attempt == attempts
-            force = _force(element, attempt)
-            yield from drive(element, present, level, force, plainly=plainly)
+            if learnt and attempt > 1:
+                yield from climb(element, present, level)
+            else:
+                plainly = 1 < attempt == attempts
+                force = _force(element, attempt)
+                yield from drive(element, present, level, force, plainly=plainly)
             reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
         present, said = reading.level, describe_level(reading.level)
-        if present == level:
-            if reading.level_margin >= least:
-                return Result(reading, attempt)
+        if present >= 0 and reading.level_margin < least:
             present, said = UNDECODABLE, f'{said} with a margin of {reading.level_margin:.2f}'
+        if present == level:
+            return Result(reading, attempt)
         seen.append(said)
     raise ProcedureFailed(
         f'level {level} was not reached in {attempts} attempts; read instead: {", ".join(seen)}',
@@ -72,35 +78,3 @@ def _force(element: Memory, attempt: int) -> float:
     """Return the factor on the peak strains of a try, the first being 1."""
     settings = element.settings.write
     return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
-
-
-def drive(
-    element: Memory, present: int, level: int, force: float = 1.0, *, plainly: bool = False
-) -> Procedure[None]:
-    """Drive the wall from the level that was read to another the quickest way, without looking.
-
-    Args:
-        element: The device.
-        present: The level that was read, `BLANK` or `UNDECODABLE`.
-        level: Where to.
-        force: Factor on the peak strains of steps up, as far as the actuator goes.
-        plainly: By steps up and a kink alone, as the paper has it.
-    """
-    design, settings = element.design, element.settings
-    if plainly:
-        settings = paper_way(settings)
-    if present == UNDECODABLE:
-        yield from erase(element, plainly=plainly)
-        present = BLANK
-    moves = route(design, settings, present, level)
-    for move in moves:
-        if move.how is How.ERASE:
-            yield from erase(element, plainly=plainly)
-            continue
-        element.begin_cycle()
-        if move.how is How.LAUNCH:
-            yield from launch(element, settings.write, design.D_s2)
-        else:
-            last = gentle(settings) if move is moves[-1] else settings
-            yield from play(element, cycle_of(design, last, move, force))
-    yield from wait(element, settings.write.final_settle)

@@ -20,8 +20,8 @@ from ...device import UNDECODABLE, Faults, MemoryElement, SetFaults
 from ...device.end import End
 from ...device.errors import ProcedureFailed
 from ...device.procedures import run
+from ...device.procedures.driving import drive
 from ...device.procedures.listening import probe
-from ...device.procedures.writing import drive
 from ...device.settings import Settings
 from ...physics import Design, Scatter, Specimen, StateError, level_of, scattered
 from ...physics.equilibrium import resting_wall

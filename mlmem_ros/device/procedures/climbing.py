@@ -1,0 +1,135 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Climbing: the wall is taken up step by step, listened to at each, by pulses that are learnt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ..end import End
+from ..errors import ProcedureFailed
+from ..memory import Memory
+from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..trims import Trim, learnt, menu
+from .blocks import Procedure
+from .driving import drive
+from .erasing import erase
+from .listening import probe
+
+Heard = dict[End, Reading]
+"""What either end that is read from hears."""
+
+NOWHERE = -math.inf
+"""Margin of a level that is not heard."""
+
+CLEAR = 0.7
+"""Level margin of a wall that has arrived; one that has stopped on its way has 0.6 at most."""
+
+BESIDE = 0.1
+"""Level margins of walls in one place differ by less."""
+
+
+def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]]:
+    """Take the wall up to a level, and learn which pulses do that.
+
+    A step that fails is made with another pulse when the wall comes by again: it is taken up from
+    where it is, or from a blank element. What was learnt is kept in the calibration.
+
+    Args:
+        element: The device.
+        place: Where the wall is: a level, `BLANK` or `UNDECODABLE`.
+        level: Where to.
+
+    Returns:
+        What the ends heard of the levels on the way.
+
+    Raises:
+        ProcedureFailed: No pulse takes the wall up to some level.
+    """
+    settings = element.settings
+    lessons = [
+        _Lesson(trim, menu(settings, level)[: settings.write.pulses])
+        for level, trim in enumerate(element.calibration.pulses(settings))
+    ]
+    heard: dict[int, Heard] = {}
+    while place != level:
+        if not BLANK <= place < level:
+            yield from erase(element)
+            place = BLANK
+        trims = [lesson.trim for lesson in lessons]
+        yield from drive(element, place, place + 1, trims=trims)
+        heard[place + 1] = yield from _hear(element)
+        margin, why = _margin(element, place + 1, heard[place + 1])
+        if lessons[place + 1].passed(margin):
+            place += 1
+        elif lessons[place + 1].another(margin):
+            place = _place(heard[place + 1])
+        else:
+            raise ProcedureFailed(why or f'no pulse takes the wall to level {place + 1} again')
+    found = learnt((lesson.trim for lesson in lessons), settings)
+    element.calibration = replace(element.calibration, trims=found)
+    return heard
+
+
+class _Lesson:
+    """What is being learnt of one level.
+
+    An echo beside that of the level tells of a wall that has stopped on its way. If no pulse
+    brings it nearer, the one that brought it nearest is taken.
+
+    Attributes:
+        trim: The pulse that is given now.
+    """
+
+    def __init__(self, trim: Trim, others: Sequence[Trim]) -> None:
+        """Begin with what is known, and go on to others."""
+        self.trim = trim
+        self._menu = [other for other in others if other != trim]
+        self._best = NOWHERE, trim
+        self._enough = CLEAR if self._menu else NOWHERE
+
+    def passed(self, margin: float) -> bool:
+        """Return whether a level margin tells that the wall has arrived."""
+        return margin > NOWHERE and margin >= self._enough
+
+    def another(self, margin: float) -> bool:
+        """Go on to another pulse, after the last to the best; return whether there is one."""
+        self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
+        if self._menu:
+            self.trim = self._menu.pop(0)
+            return True
+        best, self.trim = self._best
+        hopeless = best == NOWHERE or self._enough < CLEAR
+        self._enough = best - BESIDE
+        return not hopeless
+
+
+def _hear(element: Memory) -> Procedure[Heard]:
+    heard = {}
+    for end in element.calibration.ends:
+        heard[end] = yield from probe(element, end)
+    return heard
+
+
+def _place(heard: Heard) -> int:
+    """Return the level at which all ends clearly hear the wall, or `UNDECODABLE`."""
+    said = {each.level if each.level_margin >= CLEAR else UNDECODABLE for each in heard.values()}
+    return said.pop() if len(said) == 1 else UNDECODABLE
+
+
+def _margin(element: Memory, level: int, heard: Heard) -> tuple[float, str]:
+    """Return the least margin with which the ends hear a level, or why one of them does not."""
+    margins = []
+    for end, reading in heard.items():
+        if reading.delay is None:
+            return NOWHERE, f'level {level} gives no echo at the {end} end'
+        nearest, margin = element.calibration.table(end).nearest(reading.delay)
+        if nearest != level:
+            return NOWHERE, (
+                f'the calibration was not taken: on the way to level {level} the {end} end '
+                f'hears {describe_level(nearest)}, at {reading.delay:.2f}'
+            )
+        margins.append(margin)
+    return min(margins), ''

@@ -1,0 +1,57 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Driving: the wall to a level by the quickest moves, without looking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..memory import Memory
+from ..moves import How, cycle_of, gentle, paper_way, route
+from ..reading import BLANK, UNDECODABLE
+from ..trims import Trim, trimmed
+from .blocks import Procedure, launch, play, wait
+from .erasing import erase
+
+
+def drive(
+    element: Memory,
+    present: int,
+    level: int,
+    force: float = 1.0,
+    *,
+    plainly: bool = False,
+    trims: Sequence[Trim] | None = None,
+) -> Procedure[None]:
+    """Drive the wall from the level that was read to another the quickest way, without looking.
+
+    Args:
+        element: The device.
+        present: The level that was read, `BLANK` or `UNDECODABLE`.
+        level: Where to.
+        force: Factor on the peak strains of steps up, as far as the actuator goes.
+        plainly: By steps up and a kink alone, as the paper has it.
+        trims: By the level to which a move goes; by default what the element has learnt.
+    """
+    design, settings = element.design, element.settings
+    trims = element.calibration.pulses(settings) if trims is None else trims
+    if plainly:
+        settings = paper_way(settings)
+    if present == UNDECODABLE:
+        yield from erase(element, plainly=plainly)
+        present = BLANK
+    moves = route(design, settings, present, level)
+    for move in moves:
+        if move.how is How.ERASE:
+            yield from erase(element, plainly=plainly)
+            continue
+        element.begin_cycle()
+        if move.how is How.LAUNCH:
+            given = trimmed(settings, trims[move.target])
+            yield from launch(element, given.write, design.D_s2)
+            continue
+        given = gentle(settings) if move is moves[-1] else settings
+        if move.how is How.STEP:
+            given = trimmed(given, trims[move.target])
+        yield from play(element, cycle_of(design, given, move, force))
+    yield from wait(element, settings.write.final_settle)

@@ -1,0 +1,154 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element that chance has made learns the pulses of its own steps, and keeps them."""
+
+import dataclasses
+import json
+
+import pytest
+
+from mlmem_ros.device import (
+    Calibrate,
+    Calibration,
+    Faults,
+    SetFaults,
+    Settings,
+    SettingsError,
+    Write,
+    calibration_file,
+    new_element,
+    preset,
+    snapshot,
+)
+from mlmem_ros.device.trims import (
+    AS_SET,
+    QUICKER,
+    STRONGER,
+    Trim,
+    Trims,
+    menu,
+    schedule_of,
+    trimmed,
+)
+from mlmem_ros.physics import StateError, level_of
+
+BITS_2 = preset('bits_2')
+
+
+def made_by_chance(settings=BITS_2.settings, seed=3):
+    """Return an element whose cells differ by 1.5 per cent, so that the wall sticks on its way."""
+    element = new_element(BITS_2.design, settings)
+    element.apply(SetFaults(Faults(disorder_alpha=0.015, seed=seed)))
+    return element
+
+
+def wrong_writes(element):
+    """Write all levels from the lowest, and return those that fail or are not there."""
+    return [
+        level
+        for level in range(element.design.levels)
+        if not element.perform(Write(level)).success
+        or level_of(element.design, element.chain.configuration) != level
+    ]
+
+
+@pytest.fixture(scope='module')
+def trained():
+    element = made_by_chance()
+    assert element.perform(Calibrate()).success
+    return element
+
+
+def test_what_fails_untrained_is_learnt(trained):
+    untrained = made_by_chance()
+    assert not untrained.perform(Write(2)).success
+    assert set(trained.calibration.trims.steps) - {AS_SET}
+    assert not wrong_writes(trained)
+
+
+def test_nothing_is_learnt_where_only_the_pulse_of_the_settings_is_tried():
+    alone = dataclasses.replace(BITS_2.settings.write, pulses=1)
+    element = made_by_chance(dataclasses.replace(BITS_2.settings, write=alone))
+    element.perform(Calibrate())
+    assert element.calibration.trims is None
+
+
+def test_an_element_as_designed_has_nothing_to_learn():
+    element = new_element(BITS_2)
+    assert element.perform(Calibrate()).success
+    assert element.calibration.trims is None
+    assert 'trims' not in element.calibration.as_dict()
+
+
+def test_what_was_learnt_outlives_the_process_to_the_bit(trained, tmp_path):
+    calibration_file.save(tmp_path / 'file', 'key', trained.calibration)
+    kept = calibration_file.load(tmp_path / 'file', 'key', BITS_2.design.levels)
+    assert kept == trained.calibration
+    again = made_by_chance()
+    snapshot.restore(again, json.loads(json.dumps(snapshot.take(trained))))
+    assert again.calibration == trained.calibration
+    for element in (trained, again):
+        assert element.perform(Write(2)).success
+    assert snapshot.digest(again) == snapshot.digest(trained)
+
+
+def test_pulses_of_another_schedule_mean_nothing(trained):
+    learnt, settings = trained.calibration, BITS_2.settings
+    assert learnt.pulses(settings) == list(learnt.trims.steps)
+    for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
+        other = dataclasses.replace(settings.write, **change)
+        changed = dataclasses.replace(settings, write=other)
+        assert learnt.pulses(changed) == [AS_SET] * BITS_2.design.levels
+    patient = dataclasses.replace(settings.write, attempts=9)
+    assert learnt.pulses(dataclasses.replace(settings, write=patient)) == learnt.pulses(settings)
+
+
+def test_a_trim_changes_times_and_strains_as_far_as_the_actuator_goes():
+    settings = trimmed(BITS_2.settings, Trim(peak=7.0, times=0.5))
+    assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
+    assert settings.write.ease_to == BITS_2.settings.write.ease_to
+    assert settings.write.compression == -BITS_2.settings.actuator.max_strain
+    assert trimmed(BITS_2.settings, AS_SET) == BITS_2.settings
+
+
+def test_slow_cycles_are_tried_quicker_and_quick_ones_stronger():
+    assert menu(Settings(), 0) == menu(Settings(), 3) == (AS_SET, *QUICKER)
+    assert menu(BITS_2.settings, 3) == (AS_SET, *STRONGER)
+
+
+@pytest.mark.parametrize(
+    ('trims', 'message'),
+    [
+        (7, 'trims need steps and a schedule'),
+        ({'steps': []}, 'trims need steps and a schedule'),
+        ({'steps': [[1.0]], 'schedule': ''}, 'trims need steps and a schedule'),
+        ({'steps': [[1.0, 'x', 1.0]], 'schedule': ''}, 'times must be'),
+        ({'steps': [[float('nan'), 1.0, 1.0]], 'schedule': ''}, 'peak must be'),
+        ({'steps': [[1.0, 0.0, 1.0]], 'schedule': ''}, 'times must be'),
+        (
+            {'steps': [[1.0, 1.0, 1.0]], 'schedule': 7},
+            'schedule of trims must be a hash; got 7',
+        ),
+        (
+            {'steps': [[1.0, 1.0, 1.0]], 'schedule': ''},
+            '4, one for every level; got 1',
+        ),
+    ],
+    ids=str,
+)
+def test_a_file_of_no_trims_is_refused(trained, tmp_path, trims, message):
+    values = {**trained.calibration.as_dict(), 'trims': trims}
+    with pytest.raises(SettingsError, match=message):
+        Calibration.from_dict(values).check(BITS_2.design.levels)
+    path = tmp_path / 'file'
+    path.write_text(json.dumps({'format': 1, 'calibrations': {'key': values}}))
+    with pytest.raises(StateError, match=message):
+        calibration_file.load(path, 'key', BITS_2.design.levels)
+    taken = {**snapshot.take(trained), 'calibration': values}
+    with pytest.raises(StateError, match='no snapshot of a device'):
+        snapshot.restore(made_by_chance(), taken)
+
+
+def test_trims_are_values():
+    trims = Trims((AS_SET, Trim(1.3, 1.6)), schedule_of(Settings()))
+    assert Trims.from_dict(json.loads(json.dumps(trims.as_dict()))) == trims
