@@ -95,6 +95,7 @@ class EmulatedRig:
         self._due = self._waited = 0.0
         self._next = self._played = self._missed = 0
         self._playing = False
+        self._held: tuple[int, float] | None = None  # the end that is held, and where
 
     def let_go(self) -> None:
         """Bring the strain to zero, slowly, and rest; nobody is waited for."""
@@ -160,9 +161,7 @@ class EmulatedRig:
     def _play(self, ticks: int) -> None:
         if not ticks:
             return
-        ends = np.concatenate(
-            [self.chain.advance(*self._ticks.popleft()) for _ in range(ticks)], axis=1
-        )
+        ends = np.concatenate([self._pass(self._ticks.popleft()) for _ in range(ticks)], axis=1)
         told = ends / self._unit + self._zero[:, None]
         head = SAMPLES.pack(
             self._played, ends.shape[1], min(self._missed, 2**32 - 1), self._simulation.force()
@@ -171,8 +170,19 @@ class EmulatedRig:
         self._played += ends.shape[1]
         self._missed = 0
 
+    def _pass(self, tick: _Tick) -> Array:
+        V_N, drive = tick
+        whole = drive is not None and drive.motion.shape[1] == len(V_N)
+        self._held = (drive.site, float(drive.motion[0, -1])) if drive and whole else None
+        return self.chain.advance(V_N, drive)
+
     def _idle(self, ticks: int) -> None:
-        """Hold the strain while there is nothing to play; the element goes on."""
+        """Hold all where it is while there is nothing to play; the element goes on."""
         if self._missed * self.chain.dt < FALLS_SILENT:
-            self.chain.rest(ticks * self._samples)
+            V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.chain.V_N)
+            drive = None
+            if self._held is not None:
+                site, position = self._held
+                drive = Drive(site, np.stack((np.full_like(V_N, position), np.zeros_like(V_N))))
+            self.chain.advance(V_N, drive)
         self._missed += ticks * self._samples

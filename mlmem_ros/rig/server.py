@@ -100,7 +100,7 @@ class Server:
         self._listener = socket.create_server((host, port))
         self.port: int = self._listener.getsockname()[1]
         self.clients = 0
-        self._ended = False
+        self._ended = self._restarts = False
 
     def run(self) -> None:
         """Serve until it is closed."""
@@ -118,12 +118,17 @@ class Server:
         """Serve no more; from any thread."""
         self._ended = True
 
+    def restart(self) -> None:
+        """Hang up, as the rig does that begins anew; from any thread."""
+        self._restarts = True
+
     def _serve(self, connection: socket.socket) -> None:
         inward, outward = _Wire(self._line, self._chance), _Wire(self._line, self._chance)
         rig, parser = self._rig, Parser()
         rig.begin(outward.push)
         last = begun = threads.monotonic()
-        while not self._ended:
+        self._restarts = False
+        while not (self._ended or self._restarts):
             wait = min(WAKE if rig.playing else IDLE, min(inward.due, outward.due) - last)
             if select.select([connection], [], [], max(0.0, wait))[0]:
                 if not (data := connection.recv(MOST)):
@@ -137,4 +142,4 @@ class Server:
             if data := outward.come(now):
                 connection.sendall(data)
             if 0.0 < self._line.restart < now - begun:
-                return
+                self.restart()

@@ -105,7 +105,7 @@ def lossy(seed, share=0.1):
 @pytest.mark.parametrize('seed', range(2))
 def test_losses_damage_repeats_and_reorder_change_no_bit(expected, seed):
     line = Line(emulated(), lossy(seed), lossy(seed + 100))
-    element = driven(line)
+    element = driven(line, address='tcp://nowhere:1?lead=0.01&patience=10')
     assert told(element) == expected
     health = element.driver.health()
     assert health['asked_again'] > 20

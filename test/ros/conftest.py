@@ -66,7 +66,7 @@ def starting(driver='sim'):
                 address = nodes.enter_context(emulated_rig('--scale-time', scale, *LINE))
                 given |= {
                     'device.driver': 'rig',
-                    'device.address': f'{address}?lead=0.1&patience=5',
+                    'device.address': f'{address}?lead=0.2&patience=10',
                 }
             return nodes.enter_context(memory_node(given, **options))
 

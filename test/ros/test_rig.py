@@ -42,7 +42,7 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
     given = {
         'scale.time': 1e-5,
         'device.driver': 'rig',
-        'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.08&patience=3',
+        'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
         'record.path': str(tmp_path / 'bag'),
         'state.path': str(state),
     }
