@@ -217,11 +217,10 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
         return []
     from rich.text import Text
 
-    from ..session.redecode import redecode
-    from ..session.replay import element_of
+    from ..session.redecode import calibration_of, redecode
     from .console import plain_table
 
-    settings, calibration = session.settings, element_of(session).calibration
+    settings, calibration = session.settings, calibration_of(session)
     table = plain_table(
         'echoes, decoded again from their waveforms',
         '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',

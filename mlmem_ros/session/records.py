@@ -52,6 +52,11 @@ class Header:
     versions: Mapping[str, str]
     hash_every: int
 
+    @property
+    def simulated(self) -> bool:
+        """Whether it tells the state of a material, as of a real element nobody can."""
+        return 'state' in self.initial
+
 
 @dataclass(frozen=True)
 class StateHash:

@@ -14,7 +14,8 @@ from ..device.end import End
 from ..device.pulse import Pulse
 from ..device.reading import confidence
 from ..device.settings import ProbeSettings
-from .data import RecordedEcho
+from .data import RecordedEcho, SessionData
+from .records import naming
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,20 @@ class Redecoded:
         An echo alone does not tell the phases of the ends, which can make it undecodable.
         """
         return recorded is None or recorded < BLANK or self.level == recorded
+
+
+def calibration_of(session: SessionData) -> Calibration:
+    """Return the calibration with which a session began.
+
+    Raises:
+        BagError: There is none in its header.
+    """
+    levels = session.design.levels
+    assert session.header is not None
+    with naming('the calibration in the session header'):
+        calibration = Calibration.from_dict(session.header.initial['calibration'])
+        calibration.check(levels)
+    return calibration
 
 
 def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -> Redecoded:

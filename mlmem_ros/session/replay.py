@@ -46,10 +46,10 @@ def element_of(session: SessionData) -> MemoryElement:
     """
     design, settings = session.design, session.settings
     assert session.header is not None
-    if 'state' not in session.header.initial:
+    if not session.header.simulated:
         raise BagError(
-            'the session is that of a real element, whose state is not known: its commands cannot '
-            'be run again, but its echoes can be decoded again (mlmem inspect)'
+            'a session of a real element cannot be run again, for its state is not known; '
+            'its echoes are decoded again by mlmem inspect'
         )
     unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
     with naming('the initial state in the session header'):

@@ -14,7 +14,7 @@ from ..device.echo import threshold
 from ..device.end import End, read_from
 from ..device.units import Units
 from ..session.data import SessionData
-from ..session.replay import element_of
+from ..session.redecode import calibration_of
 from .style import contour, new_figure, phase_bar
 
 
@@ -70,6 +70,9 @@ def _last_echo_of_each_level(
 
 def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
     design = session.design
+    if not session.configuration:  # of a real element, or not recorded
+        axes.set_title('(a) configuration: not told', loc='left', fontsize=10)
+        return
     field = np.array(session.configuration)
     mesh = contour(axes, np.array(session.field_time), design.sites, field)
     for level in range(design.levels):
@@ -129,7 +132,7 @@ def _draw_echoes(
 def _draw_delays(
     axes: Any, session: SessionData, reads: dict[int, tuple[Any, dict[str, str]]]
 ) -> None:
-    calibration = element_of(session).calibration
+    calibration = calibration_of(session)
     calibrated = calibration.table(calibration.ends[0]).delays
     axes.plot(range(len(calibrated)), calibrated, '+', color='0.5', ms=9, label='calibrated')
     measured = [(level, float(values['delay'])) for level, (_, values) in reads.items()]

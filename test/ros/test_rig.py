@@ -22,6 +22,7 @@ from mlmem_ros.rig.server import Line, Server
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay
+from mlmem_ros.studies.session_figure import figure_of
 
 FAST = Settings(scale=ScaleSettings(time=1e-5))
 
@@ -88,8 +89,9 @@ def check_session(bag):
     session = load(bag)
     assert session.hashes == []
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
-    with pytest.raises(BagError, match='that of a real element, whose state is not known'):
+    with pytest.raises(BagError, match='a session of a real element cannot be run again'):
         replay(session)
+    figure_of(session)  # with no configuration
     calibration = factory_calibration(CASE_II, FAST)
     assert len(session.echoes) >= 3
     for echo in session.echoes:

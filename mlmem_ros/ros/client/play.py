@@ -156,7 +156,12 @@ def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
 
 
 def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
-    """Yield what the node holds, where the session began with another content."""
+    """Yield what the node holds, where the session began with another content.
+
+    Where a session of a real element began nobody knows.
+    """
+    if session.header is not None and not session.header.simulated:
+        return
     try:
         present = describe_level(client.read().wait().level)
     except RequestRefused:
