@@ -36,6 +36,7 @@ EXTRAS = {
         'aiohttp>=3.9',
         'reedsolo>=1.7',
         'selenium>=4.15',
+        'xacro>=2.0',
     ],
     'docs': ['sphinx>=8.1', 'furo>=2024.8', 'myst-parser>=4.0'],
     'mutation': ['mutmut>=3.8'],
@@ -59,6 +60,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/hook', ['resource/path.dsv']),  # colcon.pkg: the commands are on PATH
         (f'share/{PACKAGE}/config', glob('config/*')),
+        (f'share/{PACKAGE}/ros2_control', glob('ros2_control/*')),
         (f'share/{PACKAGE}/launch', glob('launch/*.launch.py')),
     ],
     python_requires='>=3.10',

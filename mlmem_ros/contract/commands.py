@@ -25,6 +25,7 @@ from ..device import (
 )
 from ..device.trajectory import MOST_POINTS
 from ..device.units import Units
+from ..words import JOINT
 from . import topics
 from .requests import NAME, REQUESTS, STRING
 
@@ -84,6 +85,24 @@ def follow(message: Any, units: Units) -> FollowTrajectory:
     )
 
 
+def set_joint(message: Any, units: Units) -> SetStrain:
+    """Return the command that a JointState is which asks for a position.
+
+    Args:
+        message: It names joints and their positions in m; what else it says is not looked at.
+        units: Of the device.
+
+    Raises:
+        Refused: It tells no position of the device's joint.
+    """
+    positions = dict(zip(message.name, message.position, strict=False))
+    if JOINT not in positions:
+        raise Refused(
+            f'there must be a position of the joint {JOINT!r}; got {clipped(list(positions))}'
+        )
+    return SetStrain(float(positions[JOINT]) / units.elongation)
+
+
 def disturb(message: Any, units: Units) -> Disturb:
     """Return what an Imu message says of the base, along the chain.
 
@@ -98,6 +117,7 @@ def disturb(message: Any, units: Units) -> Disturb:
 OF_TOPIC: dict[str, Make] = {
     topics.STRAIN.name: lambda message, _: SetStrain(float(message.data)),
     topics.STRAIN_TRAJECTORY.name: follow,
+    topics.JOINT_COMMANDS.name: set_joint,
     topics.PROBE.name: lambda message, _: Read(),
     topics.WRITE_LEVEL.name: lambda message, _: Write(int(message.data)),
     topics.DISTURBANCE.name: disturb,

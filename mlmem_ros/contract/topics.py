@@ -75,6 +75,13 @@ STRAIN_TRAJECTORY = Topic(
     RELIABLE,
     'a timed strain profile for the joint `substrate`, in m and s',
 )
+JOINT_COMMANDS = Topic(
+    'joint_commands',
+    'sensor_msgs/msg/JointState',
+    RELIABLE,
+    'as `~/strain`, but a position of the joint `substrate` in m: what a hardware interface of '
+    'ros2_control sends',
+)
 PROBE = Topic('probe', 'std_msgs/msg/Empty', RELIABLE, 'fire one probe pulse')
 WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE, 'write this level now')
 DISTURBANCE = Topic(
@@ -85,7 +92,7 @@ DISTURBANCE = Topic(
     'the element; taken at any time',
 )
 
-COMMANDS = (STRAIN, STRAIN_TRAJECTORY, PROBE, WRITE_LEVEL, DISTURBANCE)
+COMMANDS = (STRAIN, STRAIN_TRAJECTORY, JOINT_COMMANDS, PROBE, WRITE_LEVEL, DISTURBANCE)
 """What the node listens to."""
 
 LEVEL = Topic(

@@ -45,6 +45,7 @@ EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPo
 IN = {
     'strain': Float64,
     'strain_trajectory': JointTrajectory,
+    'joint_commands': JointState,
     'probe': Empty,
     'write_level': UInt8,
     'disturbance': Imu,

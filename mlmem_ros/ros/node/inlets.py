@@ -16,6 +16,8 @@ from ...contract.commands import OF_TOPIC
 from ...host import Host
 from ..qos import profile
 
+IN_METRES = (topics.STRAIN_TRAJECTORY, topics.JOINT_COMMANDS)
+
 
 class Inlets:
     """Turns command messages into commands; a refusal is logged, and no message does harm."""
@@ -46,7 +48,7 @@ class Inlets:
         def told(answer: Future[Any]) -> None:
             if (refusal := answer.exception()) is not None:
                 element = self._host.element
-                scaled = topic is topics.STRAIN_TRAJECTORY and element is not None
+                scaled = topic in IN_METRES and element is not None
                 unit = f' (a strain of 1 is {element.units.elongation:g} m)' if scaled else ''
                 journal.refused(name, f'{refusal}{unit}')
 

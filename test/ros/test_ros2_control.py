@@ -1,0 +1,136 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What ros2_control is told of an element is what its node says and does.
+
+Neither controller manager nor controllers are here (they have no wheels): what their hardware
+interface does with the two topics is done by hand, as its source has it.
+"""
+
+import io
+import math
+import time
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+from sensor_msgs.msg import JointState
+
+from mlmem_ros.device import PRESETS, preset
+from mlmem_ros.device.units import Units
+
+FOLDER = Path(__file__).parents[2] / 'ros2_control'
+
+
+def urdf(**arguments):
+    """Return the robot description that xacro makes."""
+    xacro = pytest.importorskip('xacro')
+    given = {name: str(value) for name, value in arguments.items()}
+    text = xacro.process_file(FOLDER / 'element.urdf.xacro', mappings=given).toxml()
+    return ET.parse(io.StringIO(text)).getroot()
+
+
+def limits(robot_description):
+    """Return what the joint may: lower, upper, speed."""
+    limit = robot_description.find('joint/limit')
+    return [float(limit.get(name)) for name in ('lower', 'upper', 'velocity')]
+
+
+def able(name):
+    """Return what the node of a preset allows by hand, in m and m/s, and the arguments for it."""
+    design, settings = preset(name)
+    units = Units(design, settings.scale)
+    far = settings.actuator.max_strain * units.elongation
+    fast = settings.actuator.by_hand * units.elongation / settings.scale.time
+    return [-far, far, fast], {
+        'cells': design.N,
+        'length': settings.scale.length,
+        'time': settings.scale.time,
+        'max_strain': settings.actuator.max_strain,
+        'hand_rate': settings.actuator.by_hand,
+    }
+
+
+def test_the_joint_may_what_the_node_allows():
+    assert limits(urdf()) == pytest.approx(able('case_2')[0])
+    for name in PRESETS:
+        allowed, arguments = able(name)
+        assert limits(urdf(**arguments)) == pytest.approx(allowed), name
+
+
+def test_description_and_controllers_name_the_same_joint():
+    description = urdf()
+    system = description.find('ros2_control')
+    controllers = yaml.safe_load((FOLDER / 'controllers.yaml').read_text())
+    strain = controllers['strain_controller']['ros__parameters']
+    (joint,) = system.findall('joint')
+    (moved,) = description.findall('joint')
+    assert strain['joints'] == [joint.get('name')] == [moved.get('name')]
+    offered = {
+        kind: [each.get('name') for each in joint.findall(f'{kind}_interface')]
+        for kind in ('command', 'state')
+    }
+    assert strain['command_interfaces'] == offered['command']
+    assert set(strain['state_interfaces']) <= set(offered['state'])
+    started = set(controllers['controller_manager']['ros__parameters']) - {'update_rate'}
+    assert started == {'joint_state_broadcaster', 'strain_controller'}
+
+
+class Hardware:
+    """What joint_state_topic_hardware_interface does with its two topics."""
+
+    def __init__(self, robot, description):
+        given = {each.get('name'): each.text for each in description.iter('param')}
+        self._joint = description.find('ros2_control/joint').get('name')
+        self._threshold = float(given['trigger_joint_command_threshold'])
+        self._publisher = robot.node.create_publisher(JointState, given['joint_commands_topic'], 1)
+        robot.node.create_subscription(JointState, given['joint_states_topic'], self._read, 5)
+        robot.wait(lambda: self._publisher.get_subscription_count(), 'the node')
+        self.position = 0.0
+        self.sent = 0
+
+    def _read(self, message):
+        self.position = message.position[message.name.index(self._joint)]
+
+    def write(self, position):
+        if abs(self.position - position) > self._threshold:
+            self._publisher.publish(JointState(name=[self._joint], position=[position]))
+            self.sent += 1
+
+
+def test_a_trajectory_of_set_points_is_followed(memory, robot):
+    """There and back within 0.4 s, at 50 Hz; at rest nothing is sent."""
+    hardware = Hardware(robot, urdf(element=memory.element))
+    limit = limits(urdf())[1]
+    for step in range(21):
+        target = limit * math.sin(math.pi * step / 20) ** 2
+        hardware.write(target)
+        until = time.monotonic() + 0.02
+        robot.wait(lambda until=until: time.monotonic() > until, 'the next period')
+        if step == 10:
+            robot.wait(lambda: hardware.position == pytest.approx(limit), 'the furthest point')
+    hardware.write(0.0)
+    robot.wait(lambda: abs(hardware.position) < 1e-9, 'the end')
+    sent = hardware.sent
+    hardware.write(0.0)
+    assert hardware.sent == sent
+    assert '[WARN] [mlmem]: ~/joint_commands' not in memory.output
+
+
+@pytest.mark.parametrize(
+    ('message', 'words'),
+    [
+        (JointState(), ["'substrate'", 'got []']),
+        (JointState(name=['elbow'], position=[0.1]), ["'substrate'", 'elbow']),
+        (JointState(name=['substrate'], velocity=[0.1]), ["'substrate'", 'got []']),
+        (JointState(name=['substrate'], position=[math.nan]), ['strain', 'got nan']),
+        (JointState(name=['substrate'], position=[0.34]), ['0.15', 'a strain of 1 is 2.25 m']),
+    ],
+    ids=lambda value: None,
+)
+def test_another_command_is_refused_with_the_reason(memory, robot, message, words):
+    before = len(memory.output)
+    robot.send_message('joint_commands', message)
+    robot.wait(lambda: 'refused' in memory.output[before:], 'the refusal')
+    for word in ['joint_commands', *words]:
+        assert word in memory.output[before:]
