@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .command import JSON, command, option
+from .console import complain, plain_console
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -34,26 +34,21 @@ if TYPE_CHECKING:
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
     from ..bench import load, select
-    from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     try:
         selected = select(arguments.names)
     except KeyError as error:
-        print(f'mlmem bench: {error.args[0]}', file=sys.stderr)
-        return 2
+        return complain('bench', error.args[0], 2)
     if arguments.repeats < 1:
-        print(f'mlmem bench: repeats must be at least 1; got {arguments.repeats}', file=sys.stderr)
-        return 2
+        return complain('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
     options = {}
     if arguments.minutes is not None:
         if selected != ['node'] or not 0.0 < arguments.minutes < 1e5:
-            print(
-                'mlmem bench: --minutes must be above 0, and be given with the benchmark node '
-                'alone: mlmem bench node --minutes 10',
-                file=sys.stderr,
-            )
-            return 2
+            return complain(
+                'bench', '--minutes must be above 0, and be given with the benchmark node alone: '
+                'mlmem bench node --minutes 10', 2,
+            )  # fmt: skip
         options['minutes'] = arguments.minutes
     if arguments.list:
         for name in selected:

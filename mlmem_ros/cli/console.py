@@ -55,6 +55,11 @@ def plain_table(title: str, *headings: str) -> Table:
     return table
 
 
-def complain(command: str, error: object) -> None:
-    """Tell on the standard error stream, in one line, why a sub-command failed."""
+def complain(command: str, error: object, status: int) -> int:
+    """Tell on the standard error stream, in one line, why a sub-command failed.
+
+    Returns:
+        Its exit status.
+    """
     print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
+    return status

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import JSON, command, option
+from .console import plain_console, plain_table
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -54,7 +55,6 @@ def demo(arguments: argparse.Namespace) -> int:
     from ..ros.node_process import node_arguments, node_process
     from ..session.data import load
     from ..studies.session_figure import draw
-    from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
@@ -130,8 +130,6 @@ def _expected_cycles() -> list[int]:
 
 def _print_table(console: Console, rows: list[Written]) -> None:
     from rich.text import Text
-
-    from .console import plain_table
 
     table = plain_table(
         'written through ROS 2 and read back by echo',

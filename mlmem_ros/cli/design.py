@@ -27,6 +27,7 @@ from typing import TYPE_CHECKING
 from . import proving
 from .campaigns import JOBS
 from .command import JSON, command, option, tasks
+from .console import complain, plain_console
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -73,7 +74,6 @@ def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
     from ..analysis import checks
     from ..parameter_file import load
-    from .console import plain_console
 
     report = checks.check(*load(arguments.source))
     if arguments.json:
@@ -88,7 +88,6 @@ def check(arguments: argparse.Namespace) -> int:
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""
     from ..parameter_file import load
-    from .console import plain_console
 
     designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
     return _show(plain_console(aside=arguments.json), designs, arguments, arguments.markdown)
@@ -125,17 +124,14 @@ def design(arguments: argparse.Namespace) -> int:
     try:
         return TASKS[arguments.task].run(arguments) if arguments.task else _find(arguments)
     except (ParameterFileError, DesignNotFound) as error:
-        print(f'mlmem design: {error}', file=sys.stderr)
-        return 2
+        return complain('design', error, 2)
     except (DesignError, SettingsError, CampaignError, OSError) as error:
-        print(f'mlmem design: {error}', file=sys.stderr)
-        return 1
+        return complain('design', error, 1)
 
 
 def _find(arguments: argparse.Namespace) -> int:
     from ..analysis.designer import DesignNotFound, propose, searched
     from ..parameter_file import text_of
-    from .console import plain_console
 
     if arguments.levels is None:
         raise DesignNotFound('give --levels P to find a design, or one of check and prove')

@@ -10,13 +10,13 @@ data (.npz); the film as GIF. No ROS is needed.
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .campaigns import JOBS
 from .command import JSON, command, option
+from .console import complain, plain_console, plain_table
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -43,7 +43,6 @@ def figures(arguments: argparse.Namespace) -> int:
     from ..paper.figure import Quality
     from ..paper.gallery import FIGURES, select
     from ..paper.page import write_page
-    from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     if arguments.list:
@@ -56,18 +55,15 @@ def figures(arguments: argparse.Namespace) -> int:
             raise ValueError(f'--jobs must be at least 1; got {arguments.jobs}')
         arguments.output.mkdir(parents=True, exist_ok=True)
     except (KeyError, ValueError) as error:
-        print(f'mlmem figures: {error.args[0]}', file=sys.stderr)
-        return 2
+        return complain('figures', error.args[0], 2)
     except OSError as error:
-        print(f'mlmem figures: --output must be a folder we can write; {error}', file=sys.stderr)
-        return 2
+        return complain('figures', f'--output must be a folder we can write; {error}', 2)
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
     began = time.monotonic()
     try:
         done = _draw(console, figures, quality.value, arguments)
     except OSError as error:
-        print(f'mlmem figures: a file could not be written; {error}', file=sys.stderr)
-        return 1
+        return complain('figures', f'a file could not be written; {error}', 1)
     for item in sorted(
         done, key=lambda item: [figure.name for figure in figures].index(item.name)
     ):
@@ -122,7 +118,6 @@ def _print_claims(console: Console, figures: list[Figure], output: Path) -> list
     from ..paper.figure import Judgement
     from ..paper.gallery import CLAIMS
     from ..paper.page import load_all
-    from .console import plain_table
 
     data = load_all(output, figures)
     colors = {Judgement.HOLDS: 'green', Judgement.IN_PART: 'yellow', Judgement.FAILS: 'red'}

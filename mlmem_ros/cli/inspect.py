@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..clipped import printable
 from .command import JSON, command, option
+from .console import complain, plain_console, plain_table
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -38,7 +39,6 @@ def inspect(arguments: argparse.Namespace) -> int:
     """Inspect; return the exit status."""
     from ..bag.errors import BagError
     from ..bag.reader import BagReader
-    from .console import complain, plain_console
 
     console = plain_console(aside=arguments.json)
     try:
@@ -49,8 +49,7 @@ def inspect(arguments: argparse.Namespace) -> int:
             found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
             whole = found['agree'] and not found['lost']
     except BagError as error:
-        complain('inspect', error)
-        return 2
+        return complain('inspect', error, 2)
     if arguments.json:
         print_json(found)
     return 0 if whole else 1
@@ -76,8 +75,6 @@ def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]
 def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     """Print and return what any bag holds."""
     from rich.text import Text
-
-    from .console import plain_table
 
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
@@ -148,7 +145,6 @@ def _inspect_session(
 
 def _list_commands(console: Console, session: SessionData) -> None:
     from ..device import Disturb
-    from .console import plain_table
 
     if session.stamped:
         table = plain_table('commands', '>tick', 'command')
@@ -181,7 +177,6 @@ def _said(command: Command) -> str:
 def _list_procedures(console: Console, session: SessionData) -> None:
     if not session.outcomes:
         return
-    from .console import plain_table
 
     table = plain_table(
         'procedures',
@@ -218,7 +213,6 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
     from rich.text import Text
 
     from ..session.redecode import calibration_of, redecode
-    from .console import plain_table
 
     settings, calibration = session.settings, calibration_of(session)
     table = plain_table(

@@ -12,6 +12,7 @@ from importlib import import_module
 from .. import __version__
 from ..packages import missing
 from .command import Command, add_commands
+from .console import complain
 
 SUBCOMMANDS = {
     'demo': 'demo',
@@ -72,11 +73,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return _command(parsed.command).run(parsed)
     except ModuleNotFoundError as error:
-        print(f'mlmem {parsed.command}: {missing(error)}', file=sys.stderr)
-        return 1
+        return complain(parsed.command, missing(error), 1)
     except KeyboardInterrupt:
-        print(f'mlmem {parsed.command}: interrupted', file=sys.stderr)
-        return 130
+        return complain(parsed.command, 'interrupted', 130)
 
 
 if __name__ == '__main__':

@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
 from .command import JSON, command, option
+from .console import complain, plain_console, plain_table
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -67,7 +67,6 @@ def margins(arguments: argparse.Namespace) -> int:
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
     from ..studies.margins import Shmoo, coarsened, make_axis
-    from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     try:
@@ -90,11 +89,9 @@ def margins(arguments: argparse.Namespace) -> int:
         )
         _report(console, shmoo, rows, folder, arguments)
     except ValueError as error:
-        print(f'mlmem margins: {error}', file=sys.stderr)
-        return 2
+        return complain('margins', error, 2)
     except (CampaignError, OSError) as error:
-        print(f'mlmem margins: {error}', file=sys.stderr)
-        return 1
+        return complain('margins', error, 1)
     return 0
 
 
@@ -143,7 +140,6 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     """Run one point of the table alone and print its steps."""
     from ..device import SettingsError
     from ..studies.margins import rerun
-    from .console import plain_table
 
     study = shmoo.campaign()
     study.check_point(point)

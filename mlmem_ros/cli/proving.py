@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
+from .console import plain_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,7 +43,6 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
     """Print what was proven, one design a column."""
     from ..studies.proof_table import COLUMNS
-    from .console import plain_table
 
     table = plain_table('', '', *(row[0] for row in rows))
     for heading, *cells in zip(COLUMNS[1:], *(row[1:] for row in rows), strict=True):

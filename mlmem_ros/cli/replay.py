@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from ..clipped import printable
 from .command import JSON, command, option
+from .console import complain
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -46,13 +47,11 @@ def replay(arguments: argparse.Namespace) -> int:
     """Replay; return the exit status."""
     from ..bag.errors import BagError
     from ..physics import DesignError
-    from .console import complain
 
     try:
         return _into_node(arguments) if arguments.ros else _through_device(arguments)
     except (BagError, DesignError) as error:
-        complain('replay', error)
-        return 2
+        return complain('replay', error, 2)
 
 
 def _through_device(arguments: argparse.Namespace) -> int:
@@ -81,15 +80,13 @@ def _into_node(arguments: argparse.Namespace) -> int:
     from ..contract.errors import RequestError
     from ..ros.client.play import play
     from ..session.data import load
-    from .console import complain
 
     session = load(arguments.bag, arguments.node)
     try:
         with _progress() as progress:
             played = play(session, arguments.ros, progress)
     except RequestError as error:
-        complain('replay', error)
-        return 2
+        return complain('replay', error, 2)
     if arguments.json:
         print_json(played.as_dict())
     else:

@@ -172,8 +172,7 @@ def _ask(
     except (RequestError, ValueError) as error:
         if arguments.json and isinstance(error, RequestFailed):
             print_json(error.answer)
-        complain(arguments.command, error)
-        return 1
+        return complain(arguments.command, error, 1)
     if arguments.json:
         print_json(_as_dict(answer))
     else:

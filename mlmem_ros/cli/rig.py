@@ -12,7 +12,9 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from .command import command, option
+from .command import JSON, command, option
+from .console import complain
+from .output import print_json
 
 
 @command(
@@ -33,6 +35,7 @@ from .command import command, option
         '--restart', type=float, default=0.0, metavar='S', help='hang up after this time; 0: never'
     ),
     option('--seed', type=int, default=0, help='which chance'),
+    JSON,
     text=__doc__,
 )
 def rig(arguments: argparse.Namespace) -> int:
@@ -41,7 +44,6 @@ def rig(arguments: argparse.Namespace) -> int:
     from ..physics import DesignError
     from ..rig.emulated import EmulatedRig
     from ..rig.server import Line, Server
-    from .console import complain
 
     try:
         chosen = preset(arguments.preset)
@@ -56,8 +58,11 @@ def rig(arguments: argparse.Namespace) -> int:
         )
         server = Server(emulated, line, arguments.host, arguments.port)
     except (DesignError, ValueError, OSError) as error:
-        complain('rig', error)
-        return 2
-    print(f'tcp://{arguments.host}:{server.port}', flush=True)
+        return complain('rig', error, 2)
+    address = f'tcp://{arguments.host}:{server.port}'
+    if arguments.json:
+        print_json({'address': address})
+    else:
+        print(address, flush=True)
     server.run()
     return 0

@@ -15,12 +15,12 @@ With `--compare` the curves of several such folders are laid over each other. No
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import campaigns
 from .command import JSON, command, option
+from .console import complain, plain_console, plain_table
 from .output import print_json
 
 if TYPE_CHECKING:
@@ -83,7 +83,6 @@ def tolerance(arguments: argparse.Namespace) -> int:
     from ..studies.campaign import CampaignError
     from ..studies.tolerance.element import KINDS
     from ..studies.tolerance.study import Tolerance
-    from .console import plain_console
 
     console = plain_console(aside=arguments.json)
     try:
@@ -101,11 +100,9 @@ def tolerance(arguments: argparse.Namespace) -> int:
         )  # fmt: skip
         _report(console, study, rows, arguments)
     except ValueError as error:
-        print(f'mlmem tolerance: {error}', file=sys.stderr)
-        return 2
+        return complain('tolerance', error, 2)
     except (CampaignError, OSError) as error:
-        print(f'mlmem tolerance: {error}', file=sys.stderr)
-        return 1
+        return complain('tolerance', error, 1)
     return 0
 
 
@@ -116,7 +113,6 @@ def _report(
     from ..studies.campaign import save_table
     from ..studies.style import save_figure, styled
     from ..studies.tolerance.draw import WORDS, draw
-    from .console import plain_table
 
     headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
     table = plain_table('scatter at which one in a thousand fails', *headings)
@@ -166,7 +162,6 @@ def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) ->
     """Make the elements of one batch again and print what each did."""
     from ..studies.tolerance.element import STEP
     from ..studies.tolerance.point import elements
-    from .console import plain_table
 
     plan = study.campaign()
     plan.check_point(point)

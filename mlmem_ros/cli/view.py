@@ -52,16 +52,13 @@ SMOOTH = 15
 def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
     if len(arguments.session) > 2 or (arguments.session and arguments.start):
-        complain('view', 'one or two sessions can be shown, and --start goes without')
-        return 2
+        return complain('view', 'one or two sessions can be shown, and --start goes without', 2)
     try:
         asyncio.run(_serve(arguments))
     except OSError as error:
-        complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}')
-        return 1
+        return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
     except _NoSession as error:
-        complain('view', error)
-        return 1
+        return complain('view', error, 1)
     return 0
 
 

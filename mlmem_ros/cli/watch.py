@@ -9,10 +9,10 @@ Exit status 0; 1 when no node answers.
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 
 from .command import JSON, NODE, command, option, wait
+from .console import complain, plain_console
 from .output import print_json
 
 FIRST_REPORT = 3.0
@@ -35,15 +35,12 @@ def watch(arguments: argparse.Namespace) -> int:
     from ..contract.errors import RequestError
     from ..ros.client.monitor import WANTED, Monitor
     from ..ros.client.standalone import standalone, wait_until
-    from .console import plain_console
     from .dashboard import dashboard
 
     if not 0.1 <= arguments.rate <= 60.0:
-        print(f'mlmem watch: rate must be from 0.1 to 60; got {arguments.rate:g}', file=sys.stderr)
-        return 2
+        return complain('watch', f'rate must be from 0.1 to 60; got {arguments.rate:g}', 2)
     if arguments.json and not arguments.once:
-        print('mlmem watch: --json must be given with --once', file=sys.stderr)
-        return 2
+        return complain('watch', '--json must be given with --once', 2)
     console = plain_console()
     try:
         with standalone(arguments.node) as client:
@@ -61,7 +58,6 @@ def watch(arguments: argparse.Namespace) -> int:
                     live.update(dashboard(monitor.view, console.width), refresh=True)
                     time.sleep(1.0 / arguments.rate)
     except RequestError as error:
-        print(f'mlmem watch: {error}', file=sys.stderr)
-        return 1
+        return complain('watch', error, 1)
     except KeyboardInterrupt:
         return 0

@@ -85,7 +85,8 @@ def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
         [design.code(level) for level in range(design.levels)],
     )
     axes.set_title('(a) configuration: blue active, red inactive', loc='left', fontsize=10)
-    phase_bar(figure, mesh, axes, (design.D_s1, design.D_s2))
+    bar = phase_bar(figure, mesh, axes, (design.D_s1, design.D_s2))
+    bar.ax.set_title(r'$\Delta_j$', fontsize=10)
 
 
 def _draw_strain(axes: Any, session: SessionData) -> None:

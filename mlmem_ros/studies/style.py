@@ -94,8 +94,9 @@ def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
     )
 
 
-def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> None:
-    """Add a colour bar whose ticks are the two ground states."""
+def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> Any:
+    """Add a colour bar whose ticks are the two ground states, and return it."""
     bar = figure.colorbar(mesh, ax=axes, ticks=[states[0], 0.0, states[1]], shrink=0.7, pad=0.01)
     bar.ax.set_yticklabels([r'$\Delta_{s1}$', '0', r'$\Delta_{s2}$'])
     bar.outline.set_linewidth(0.4)
+    return bar
