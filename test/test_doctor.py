@@ -9,9 +9,11 @@ from collections import namedtuple
 
 import pytest
 
-from mlmem_ros.cli import checkup, doctor
+from mlmem_ros.cli import checkup, doctor, warming
 from mlmem_ros.cli.checkup import Diagnosis
 from mlmem_ros.cli.main import main
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.physics import INTEGRATORS
 from mlmem_ros.verdict import Verdict
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
@@ -121,3 +123,16 @@ def test_a_row_of_the_table():
     finding = Diagnosis('what', WARN, 'seen', 'do this')
     assert doctor.line(finding) == f'warn  {"what":<18} seen\n{"":25} -> do this'
     assert '\x1b[33mwarn\x1b[0m' in doctor.line(finding, colour=True)
+
+
+def test_warming_does_all_that_a_first_start_has_to(monkeypatch, capsys):
+    """Every loop with every substrate, and every preset's check; a bar tells how far it is."""
+    names = [name for name, _ in warming.steps()]
+    assert len(names) == 2 * len(INTEGRATORS) + len(PRESETS)
+    assert f'design check of {next(iter(PRESETS))}' in names
+    done = []
+    steps = [(name, lambda name=name: done.append(name)) for name in names]
+    monkeypatch.setattr(warming, 'steps', lambda: steps)
+    assert warming.warm(aside=False) < 10.0
+    assert done == names
+    assert '━' in capsys.readouterr().out

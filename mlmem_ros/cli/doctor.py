@@ -29,6 +29,11 @@ COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
     NODE,
     wait(3.0),
     option('--records', type=Path, default=Path('sessions'), help='where sessions are recorded'),
+    option(
+        '--warm',
+        action='store_true',
+        help='compile the kernels and check the presets first: a first start then takes a second',
+    ),
     JSON,
     text=__doc__,
 )
@@ -41,6 +46,12 @@ def doctor(arguments: argparse.Namespace) -> int:
     stream = sys.stderr if arguments.json else sys.stdout
     print(f'mlmem_ros {__version__}', file=stream)
     findings = []
+    if arguments.warm:
+        from .warming import warm
+
+        print(
+            f'warm: all that is compiled is kept, after {warm(arguments.json):.1f} s', file=stream
+        )
     for finding in examine(arguments.node, arguments.wait, arguments.records):
         print(line(finding, colour=stream.isatty()), flush=True, file=stream)
         findings.append(finding)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..analysis.checks import Report, Verdict, check
 from ..device import Settings
 from ..physics import Design, DesignError
+from . import kept_checks
 
 if TYPE_CHECKING:  # what may be chosen is told without ROS
     from .journal import Journal
@@ -37,7 +38,7 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
     """
     if mode == SKIP:
         return
-    report = _checked(design, settings)
+    report = findings(design, settings)
     failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]
     if failed and mode == 'refuse':
         raise DesignError(
@@ -50,8 +51,10 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
         log.warning(f'design check: {finding.name}: {finding.text}')
 
 
-@lru_cache(
-    maxsize=16
-)  # it takes a second, and who configures a node again has mostly changed nothing
-def _checked(design: Design, settings: Settings) -> Report:
-    return check(design, settings)
+@lru_cache(maxsize=16)  # who configures a node again has mostly changed nothing
+def findings(design: Design, settings: Settings) -> Report:
+    """Return what a check finds, or once found; what is a pass may be left out."""
+    if (report := kept_checks.kept(design, settings)) is None:
+        report = check(design, settings)
+        kept_checks.keep(design, settings, report)
+    return report
