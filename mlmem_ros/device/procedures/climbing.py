@@ -59,7 +59,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
             yield from erase(element)
             place = BLANK
         trims = [lesson.trim for lesson in lessons]
-        yield from drive(element, place, place + 1, trims=trims)
+        yield from drive(element, place, place + 1, plainly=True, trims=trims)
         heard[place + 1] = yield from _hear(element)
         margin, why = _margin(element, place + 1, heard[place + 1])
         if lessons[place + 1].passed(margin):
