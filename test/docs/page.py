@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import shutil
@@ -100,9 +101,11 @@ class Page:
                 status = mlmem(words[1:])
             printed = said.getvalue()
         else:
+            ours = os.pathsep.join((str(Path(sys.executable).parent), os.environ['PATH']))
             done = subprocess.run(
-                command, shell=True, capture_output=True, text=True, timeout=PATIENCE
-            )
+                command, shell=True, capture_output=True, text=True, timeout=PATIENCE,
+                env={**os.environ, 'PATH': ours},
+            )  # fmt: skip
             status, printed = done.returncode, done.stdout + done.stderr
         assert status == 0, f'{command}: exit status {status}\n{printed}'
         assert matches(printed, expected), f'{command} printed\n{printed}\nnot\n{expected}'
