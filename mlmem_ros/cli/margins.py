@@ -137,7 +137,7 @@ def _words(margins: Margins) -> list[str]:
 
 
 def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int:
-    """Run one point of the table alone and print its steps."""
+    """Run one point of the table alone and print its writes."""
     from ..device import SettingsError
     from ..studies.margins import rerun
 
@@ -147,7 +147,7 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     names = ', '.join(f'{name} {value:g}' for name, value in values.items())
     console.print(f'point {point}: {names}; seed {seed}', highlight=False)
     try:
-        trial = rerun(study.common, values, seed)
+        climb = rerun(study.common, values, seed)
     except SettingsError as error:
         console.print(f'no device can be made: {error}', highlight=False)
         return 0
@@ -155,25 +155,25 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
         '', '>asked', '>decoded', '>delay', '>level margin', '>threshold margin', '>true wall',
         'outcome',
     )  # fmt: skip
-    for step in trial.steps:
-        reading = step.outcome.reading
+    for each in climb.writes:
+        reading = each.outcome.reading
         heard = ['', '', '', ''] if reading is None else [
             str(reading.level), '' if reading.delay is None else f'{reading.delay:.2f}',
             f'{reading.level_margin:.3f}', f'{reading.threshold_margin:.2f}',
         ]  # fmt: skip
-        words = f'{step.failure}: {step.outcome.error}' if step.failure else 'as asked'
-        table.add_row(str(step.asked), *heard, f'{step.wall:.2f}', words)
+        words = f'{each.failure}: {each.outcome.error}' if each.failure else 'as asked'
+        table.add_row(str(each.asked), *heard, f'{each.wall:.2f}', words)
     console.print(table)
-    console.print('passes' if trial.passed else f'fails at level {trial.reached}')
+    console.print('passes' if climb.passed else f'fails at level {climb.reached}')
     if as_json:
         steps = [
             {
-                'asked': step.asked,
-                'wall': step.wall,
-                'failure': step.failure,
-                **step.outcome.as_dict(),
+                'asked': each.asked,
+                'wall': each.wall,
+                'failure': each.failure,
+                **each.outcome.as_dict(),
             }
-            for step in trial.steps
+            for each in climb.writes
         ]
-        print_json({'point': point, 'passed': trial.passed, 'steps': steps})
+        print_json({'point': point, 'passed': climb.passed, 'steps': steps})
     return 0

@@ -61,8 +61,8 @@ class Worker:
         job = _Job(what, work, anyway)
         with self._changed:
             self._jobs.append(job)
-            idle = len(self._jobs) == 1
-        if idle:
+            alone = len(self._jobs) == 1
+        if alone:
             threads.Thread(target=self._run, name=self._name, daemon=True).start()
         return job.answer
 

@@ -31,7 +31,7 @@ from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
 from .campaign import Campaign, Row
 from .campaign.campaign import Values
-from .trial import write_upward
+from .climb import write_upward
 
 EVERY = 16
 """Number of levels up to which every downward write is made; above, a sample of as many as there
@@ -106,11 +106,11 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     design, settings = Design(**common['design']), Settings.from_dict(common['settings'])
     element = MemoryElement(design, settings, Calibration.from_dict(common['calibration']))
     if values['kind'] == 'upward':
-        trial = write_upward(element)
-        last = trial.steps[-1]
-        level_margin, threshold_margin = trial.least_margins
-        error = '' if trial.passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
-        return _row(element, trial.reached, trial.passed, error, level_margin, threshold_margin)
+        climb = write_upward(element)
+        last = climb.writes[-1]
+        level_margin, threshold_margin = climb.least_margins
+        error = '' if climb.passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
+        return _row(element, climb.reached, climb.passed, error, level_margin, threshold_margin)
     element.chain.place(resting_wall(Specimen(design), values['start']))
     element.transducer.settle()
     command = Erase() if values['kind'] == 'erase' else Write(values['goal'])

@@ -14,8 +14,8 @@ import numpy as np
 from ..device import Disturb, Event, Faults, MemoryElement, Outcome, Read, SetFaults, Settings
 from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
+from .climb import blank_element
 from .tolerance.estimate import Rate
-from .trial import blank_element
 
 G = 9.81
 """Standard gravity in m/s^2, in which accelerations are told here."""

@@ -21,10 +21,10 @@ from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.studies.campaign import Ledger, run
+from mlmem_ros.studies.climb import Heat, WrittenLevel, blank_element, write_upward
 from mlmem_ros.studies.margins import Shmoo, coarsened, draw, make_axis, measure, rerun
 from mlmem_ros.studies.margins.axes import NOISE, RAMPS, with_values
 from mlmem_ros.studies.style import save_figure, styled
-from mlmem_ros.studies.trial import Heat, Step, blank_element, write_upward
 
 SETTINGS = Settings(time=TimeSettings(tick=50.0))
 
@@ -47,7 +47,7 @@ def rows(tmp_path_factory):
         return ledger.table()
 
 
-# --- one trial -------------------------------------------------------------------------------
+# --- one climb -------------------------------------------------------------------------------
 
 
 def element(**write):
@@ -58,21 +58,21 @@ def element(**write):
 
 
 def test_the_device_as_it_ships_writes_and_reads_every_level():
-    trial = write_upward(element())
-    assert trial.passed
-    assert [step.outcome.reading.level for step in trial.steps] == list(range(8))
-    for level, step in enumerate(trial.steps):
-        assert step.wall == pytest.approx(CASE_II.defect(level), abs=0.1)
-    assert min(trial.least_margins) > 0.2
+    climb = write_upward(element())
+    assert climb.passed
+    assert [each.outcome.reading.level for each in climb.writes] == list(range(8))
+    for level, each in enumerate(climb.writes):
+        assert each.wall == pytest.approx(CASE_II.defect(level), abs=0.1)
+    assert min(climb.least_margins) > 0.2
 
 
 def test_a_trial_ends_at_the_first_level_that_fails():
     """Tension below 0.036 does not free the wall, and the first that needs it is at level 1."""
-    trial = write_upward(element(tension=0.03))
-    assert not trial.passed
-    assert trial.reached == 2
-    assert trial.failure == 'wall'
-    assert trial.steps[-1].level == 1
+    climb = write_upward(element(tension=0.03))
+    assert not climb.passed
+    assert climb.reached == 2
+    assert climb.failure == 'wall'
+    assert climb.writes[-1].level == 1
 
 
 def test_a_wall_that_is_right_with_an_echo_that_is_not_is_told_apart():
@@ -81,9 +81,9 @@ def test_a_wall_that_is_right_with_an_echo_that_is_not_is_told_apart():
     table = device.calibration.left
     late = dataclasses.replace(table, delays=tuple(np.add(table.delays, 54.0)))
     device.calibration = dataclasses.replace(device.calibration, left=late)
-    trial = write_upward(device)
-    assert (trial.reached, trial.failure) == (0, 'echo')
-    assert trial.steps[0].level == 0
+    climb = write_upward(device)
+    assert (climb.reached, climb.failure) == (0, 'echo')
+    assert climb.writes[0].level == 0
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_a_wall_that_is_right_with_an_echo_that_is_not_is_told_apart():
 )
 def test_what_the_device_says_and_what_is_true_make_four_cases(level, success, failure):
     outcome = Outcome('write', success, '', None, 1, 0, 100)
-    assert Step(asked=2, outcome=outcome, level=level, wall=75.0).failure == failure
+    assert WrittenLevel(asked=2, outcome=outcome, level=level, wall=75.0).failure == failure
 
 
 # --- heat ------------------------------------------------------------------------------------
@@ -135,9 +135,9 @@ def test_heat_is_the_same_for_the_same_seed_and_another_for_another():
 
 def test_a_hot_element_does_not_come_to_rest():
     shared = small_map().campaign().common
-    trial = rerun(shared, {NOISE: 1e-5}, seed=3)
-    assert not trial.passed
-    assert 'does not come to rest' in trial.steps[-1].outcome.error
+    climb = rerun(shared, {NOISE: 1e-5}, seed=3)
+    assert not climb.passed
+    assert 'does not come to rest' in climb.writes[-1].outcome.error
 
 
 # --- axes ------------------------------------------------------------------------------------

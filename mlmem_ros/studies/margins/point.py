@@ -12,7 +12,7 @@ from ...device import Settings, SettingsError
 from ...physics import Design
 from ..campaign import Row
 from ..campaign.campaign import Values
-from ..trial import Heat, Trial, blank_element, write_upward
+from ..climb import Climb, Heat, blank_element, write_upward
 from .axes import with_values
 
 UNFIT = 'unfit'
@@ -25,8 +25,8 @@ def common(design: Design, settings: Settings) -> dict[str, Any]:
     return {'design': dataclasses.asdict(design), 'settings': once.as_dict()}
 
 
-def rerun(shared: Values, values: Values, seed: int) -> Trial:
-    """Return the trial of one point.
+def rerun(shared: Values, values: Values, seed: int) -> Climb:
+    """Return the climb of one point.
 
     Args:
         shared: What `common` returned.
@@ -47,25 +47,25 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
     Returns:
         passed: Whether every level was written and read back.
         reached: How many were, from level 0 up.
-        failure: '' or why not: see `Step.failure`, and `UNFIT`.
+        failure: '' or why not: see `WrittenLevel.failure`, and `UNFIT`.
         error: What the device said.
         wall: True position of the wall at the end, None for none or several.
         level_margin, threshold_margin: The least of all readings, None without one.
         time: Time units from the first write to the end of the last.
     """
     try:
-        trial = rerun(shared, values, seed)
+        climb = rerun(shared, values, seed)
     except SettingsError as error:
         return {
             'passed': False, 'reached': 0, 'failure': UNFIT, 'error': str(error), 'wall': None,
             'level_margin': None, 'threshold_margin': None, 'time': 0.0,
         }  # fmt: skip
-    last = trial.steps[-1]
-    level_margin, threshold_margin = trial.least_margins
+    last = climb.writes[-1]
+    level_margin, threshold_margin = climb.least_margins
     return {
-        'passed': trial.passed,
-        'reached': trial.reached,
-        'failure': trial.failure,
+        'passed': climb.passed,
+        'reached': climb.reached,
+        'failure': climb.failure,
         'error': last.outcome.error,
         'wall': _finite(last.wall),
         'level_margin': _finite(level_margin),

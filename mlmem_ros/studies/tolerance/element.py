@@ -25,8 +25,8 @@ from ...device.procedures.listening import probe
 from ...device.settings import Settings
 from ...physics import Design, Scatter, Specimen, StateError, level_of, scattered
 from ...physics.equilibrium import resting_wall
+from ..climb import blank_element
 from ..trace import wall_position
-from ..trial import blank_element
 
 T = TypeVar('T')
 
@@ -108,21 +108,21 @@ def outcomes(
     element.apply(SetFaults(Faults(sensor_noise=by.noise, seed=seed % 2**31)))
     specimen = scattered(design, by.scatter, seed)
     element.chain.become(specimen)
-    trial = _Trial(element, specimen, by.vibration, seed)
+    made = _Made(element, specimen, by.vibration, seed)
     found = []
     for level in range(len(wanted(design, tried))) if levels is None else levels:
-        pinned = trial.place(level)
+        pinned = made.place(level)
         if not pinned:
             found.append(UNDECODABLE)
         elif tried == STEP:
-            found.append(trial.step(level))
+            found.append(made.step(level))
         else:
-            found.append(trial.decoded(tried))
+            found.append(made.decoded(tried))
     return tuple(found)
 
 
-class _Trial:
-    """An element under trial, on a base that may shake."""
+class _Made:
+    """An element made by chance, on a base that may shake."""
 
     def __init__(
         self, element: MemoryElement, specimen: Specimen, vibration: float, seed: int

@@ -49,7 +49,7 @@ def size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
-class Element:
+class TriedElement:
     """What was tried of one element.
 
     Attributes:
@@ -67,7 +67,7 @@ class Element:
     wrong: NDArray[np.bool_]
 
 
-def elements(shared: Values, values: Values, seed: int) -> Iterator[Element]:
+def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement]:
     """Make the elements of a point and try each.
 
     Args:
@@ -95,7 +95,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[Element]:
                 )
             except DesignError:  # a cell so light that the step is too long for it: all lost
                 found[simulated] = UNDECODABLE
-        yield Element(one, levels, counts, found, found != right[levels])
+        yield TriedElement(one, levels, counts, found, found != right[levels])
 
 
 def evaluate(shared: Values, values: Values, seed: int) -> Row:

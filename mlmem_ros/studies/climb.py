@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Putting an element on trial: every level written and read back, beside the true wall."""
+"""An element climbs: every level is written and read back, beside the true wall."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .trace import wall_position
 
 
 @dataclass(frozen=True)
-class Step:
+class WrittenLevel:
     """One write, verified by its echo, and what is true.
 
     Attributes:
@@ -52,21 +52,21 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Climb:
     """Levels written one after another, up to the first that failed.
 
     Attributes:
-        steps: The writes.
+        writes: In their order.
         levels: How many were to be written.
     """
 
-    steps: tuple[Step, ...]
+    writes: tuple[WrittenLevel, ...]
     levels: int
 
     @property
     def reached(self) -> int:
         """How many levels were written and read back."""
-        return sum(not step.failure for step in self.steps)
+        return sum(not each.failure for each in self.writes)
 
     @property
     def passed(self) -> bool:
@@ -75,13 +75,13 @@ class Trial:
 
     @property
     def failure(self) -> str:
-        """Why the last write failed, '' where all passed (see `Step.failure`)."""
-        return self.steps[-1].failure
+        """Why the last write failed, '' where all passed (see `WrittenLevel.failure`)."""
+        return self.writes[-1].failure
 
     @property
     def least_margins(self) -> tuple[float, float]:
         """Least level margin and least threshold margin of the readings; NaN without one."""
-        readings = [step.outcome.reading for step in self.steps if step.outcome.reading]
+        readings = [each.outcome.reading for each in self.writes if each.outcome.reading]
         margins = [(reading.level_margin, reading.threshold_margin) for reading in readings]
         level, threshold = np.min(margins, axis=0) if margins else (math.nan, math.nan)
         return float(level), float(threshold)
@@ -114,7 +114,7 @@ class Heat:
         self._velocity += self._kick * self._random.standard_normal(len(self._velocity))
 
 
-def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:
+def write_upward(element: MemoryElement, heat: Heat | None = None) -> Climb:
     """Write every level from 0 up with one attempt each, and stop at the first that fails.
 
     Every write is what the node runs: it launches or drives the wall, probes it and decodes the
@@ -125,21 +125,21 @@ def write_upward(element: MemoryElement, heat: Heat | None = None) -> Trial:
         heat: A bath around it.
     """
     assert element.settings.write.attempts == 1
-    steps = []
+    writes = []
     for level in range(element.design.levels):
         outcome = element.perform(Write(level), heat.kick if heat else None)
         configuration = element.chain.configuration
-        steps.append(
-            Step(
+        writes.append(
+            WrittenLevel(
                 level,
                 outcome,
                 level_of(element.design, configuration),
                 wall_position(element.design, configuration),
             )
         )
-        if steps[-1].failure:
+        if writes[-1].failure:
             break
-    return Trial(tuple(steps), element.design.levels)
+    return Climb(tuple(writes), element.design.levels)
 
 
 def blank_element(design: Design, settings: Settings) -> MemoryElement:
