@@ -256,6 +256,16 @@ def test_diagnostics(robot, driver):
         assert word in text.lower(), f'{word} in {text}'
 
 
+def test_a_session_is_recorded(robot, tmp_path):
+    robot.set(record__path=str(tmp_path / 'bag'))
+    begun = robot.record(True)
+    assert begun.success, begun
+    assert robot.trigger('read').success
+    ended = robot.record(False)
+    assert ended.success, ended
+    assert (tmp_path / 'bag' / 'metadata.yaml').exists()
+
+
 # Driving by hand
 
 

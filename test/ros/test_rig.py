@@ -14,23 +14,21 @@ from robot import Robot, values
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.device import Settings, factory_calibration
-from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.emulated import EmulatedRig
 from mlmem_ros.rig.server import Line, Server
 from mlmem_ros.session.data import load
-from mlmem_ros.session.redecode import redecode
+from mlmem_ros.session.redecode import calibration_of, redecode
 from mlmem_ros.session.replay import replay
-from mlmem_ros.studies.session_figure import figure_of
-
-FAST = Settings(scale=ScaleSettings(time=1e-5))
 
 
 @pytest.fixture
 def server():
     """Serve a rig in a thread."""
-    server = Server(EmulatedRig(CASE_II, FAST), Line(latency=0.002, jitter=0.003, loss=0.002))
+    server = Server(
+        EmulatedRig(CASE_II, Settings()), Line(latency=0.002, jitter=0.003, loss=0.002)
+    )
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server
@@ -41,7 +39,6 @@ def server():
 def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
     state = tmp_path / 'state.json'
     given = {
-        'scale.time': 1e-5,
         'device.driver': 'rig',
         'device.address': f'tcp://127.0.0.1:{server.port}?lead=0.2&patience=10',
         'record.path': str(tmp_path / 'bag'),
@@ -91,11 +88,10 @@ def check_session(bag):
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
     with pytest.raises(BagError, match='a session of a real element cannot be run again'):
         replay(session)
-    figure_of(session)  # with no configuration
-    calibration = factory_calibration(CASE_II, FAST)
+    calibration = calibration_of(session)
     assert len(session.echoes) >= 3
     for echo in session.echoes:
-        assert redecode(echo, FAST, calibration).agrees(echo.level)
+        assert redecode(echo, Settings(), calibration).agrees(echo.level)
     assert {echo.level for echo in session.echoes} >= {1}
 
 
