@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from ...device.echo import listening_time
 from ...device.end import End
 from ...device.motion import Cycle
+from ...device.moves import route
+from ...device.reading import BLANK
 from ...device.settings import EraseSettings, WriteSettings
 from ...verdict import Verdict
 from .finding import Finding, judged
@@ -164,20 +166,20 @@ def _settling(subject: Subject) -> Finding:
 
 
 def _durations(subject: Subject) -> Finding:
-    """Tell how long a step, the longest write, a read and the longest erase take."""
+    """Tell how long a step, a read, the longest write upward and the longest erase take."""
     design, settings = subject.design, subject.settings
-    unit = settings.scale.time
-    write, erase = settings.write, settings.erase
-    step = cycle_time(subject, write)
+    unit, top = settings.scale.time, design.levels - 1
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
-    top = design.levels - 1
-    kink = cycle_time(subject, erase) + look
+
+    def way(start: int, target: int) -> float:
+        return sum(move.time for move in route(design, settings, start, target))
+
     values = {
-        'step': step,
+        'step': cycle_time(subject, settings.write),
         'read': read,
-        'write 0 to top': top * step + read,
-        'erase at most': design.levels * kink,
+        'write 0 to top': way(0, top) + read,
+        'erase from top': way(top, BLANK) + look,
     }
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
     return Finding(
