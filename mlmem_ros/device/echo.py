@@ -177,15 +177,27 @@ class EchoDetector:
         n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
         return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
-    def feed(self, v: Array) -> None:
-        """Take displacements from rest, shape (m,), and look for a crossing."""
-        if self._lag:
-            before = self._past if len(self._past) else np.repeat(v[:1], 2 * self._lag)
-            v = np.concatenate((before, v))
-            self._past = v[-4 * self._lag :]
-            v = carried(v, self._lag)
-        self._v_m = np.concatenate((self._v_m, np.abs(v)))
-        self._sums = np.concatenate((self._sums, self._sums[-1] + np.cumsum(np.abs(v))))
+    def feed(self, v: Array, ticks: int = 1) -> None:
+        """Take displacements from rest and look for a crossing.
+
+        Args:
+            v: The displacements, shape (ticks m,).
+            ticks: How many ticks they are of: sums are rounded after each.
+        """
+        if not self._lag:
+            self._feed(np.abs(v), ticks)
+            return
+        for each in np.split(v, ticks):
+            before = self._past if len(self._past) else np.repeat(each[:1], 2 * self._lag)
+            each = np.concatenate((before, each))
+            self._past = each[-4 * self._lag :]
+            self._feed(np.abs(carried(each, self._lag)), 1)
+
+    def _feed(self, v_m: Array, ticks: int) -> None:
+        within = v_m.reshape(ticks, -1).cumsum(axis=1)
+        starts = np.cumsum([self._sums[-1], *within[:-1, -1:].ravel()])
+        self._v_m = np.concatenate((self._v_m, v_m))
+        self._sums = np.concatenate((self._sums, (starts[:, None] + within).ravel()))
         first, last = len(self._v_c), len(self._v_m) - self._half
         if last <= first:
             return

@@ -196,10 +196,11 @@ class Transducer:
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
         if self.detector is not None:
             self.interrupted |= interrupted
-            heard = np.split(ends[self._listening_end.row] - self._rest, ticks)
-            for each in heard[self._late :]:
-                self.detector.feed(each)  # whose sums round by ticks
-            self._late = max(0, self._late - ticks)
+            late = min(self._late, ticks)
+            self._late -= late
+            if late < ticks:
+                heard = ends[self._listening_end.row, late * ends.shape[1] // ticks :]
+                self.detector.feed(heard - self._rest, ticks - late)
 
 
 def _noise_gain(order: int) -> float:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -15,6 +16,7 @@ from ...contract import topics
 from ...contract.commands import OF_TOPIC
 from ...host import Host
 from ..qos import profile
+from . import imu
 
 IN_METRES = (topics.STRAIN_TRAJECTORY, topics.JOINT_COMMANDS)
 
@@ -31,11 +33,13 @@ class Inlets:
 
     def _listener(self, topic: topics.Topic, name: str, full: str) -> Callable[[bytes], None]:
         kind, make = topic.kind, OF_TOPIC[topic.name]
+        whole = partial(deserialize_message, message_type=kind)
+        decode: Callable[[bytes], Any] = imu.decoded if topic is topics.DISTURBANCE else whole
         journal = self._host.journal
 
         def listen(cdr: bytes) -> None:
             try:
-                message = deserialize_message(cdr, kind)
+                message = decode(cdr)
             except Exception as error:  # the middleware's, of bytes that are no such message
                 journal.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return

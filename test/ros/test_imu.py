@@ -1,0 +1,40 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The short way through the bytes of an Imu ends where the middleware's does."""
+
+import struct
+
+import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import Imu
+
+from mlmem_ros.ros.node.imu import decoded
+
+SHORT = Imu()
+SHORT.linear_acceleration.x = 9.81
+
+
+@pytest.mark.parametrize('length', range(17))
+def test_it_is_what_the_middleware_tells(length):
+    """However long the name of the frame is, which moves the numbers behind it."""
+    message = Imu()
+    message.header.frame_id = 'f' * length
+    message.header.stamp.nanosec = 123
+    message.linear_acceleration.x = 1.0 + length
+    message.linear_acceleration_covariance[0] = -1.0
+    cdr = serialize_message(message)
+    for found in (decoded(cdr), deserialize_message(cdr, Imu)):
+        assert found.linear_acceleration.x == 1.0 + length
+        assert found.linear_acceleration_covariance[0] == -1.0
+
+
+def test_what_is_no_imu_is_the_middleware_s_affair():
+    cdr = serialize_message(SHORT)
+    for bad in (cdr[:200], cdr[:3], cdr[:12] + struct.pack('<I', 2**32 - 1) + cdr[16:]):
+        try:
+            expected = repr(deserialize_message(bad, Imu))
+        except Exception as error:
+            with pytest.raises(type(error)):
+                decoded(bad)
+        else:
+            assert repr(decoded(bad)) == expected
