@@ -76,6 +76,7 @@ class Loop:
         speed: float = 1.0,
         batch: int = 1,
         publish_every: int = 1,
+        heard: Callable[[], bool] = lambda: True,
         failed: Callable[[], None] = lambda: None,
     ) -> None:
         """Prepare a loop; `start` sets it going.
@@ -88,6 +89,8 @@ class Loop:
             batch: Ticks that may be put off and run at a time: whoever listens is served in
                 time where every tick that matters to it is a multiple of this number.
             publish_every: No run of ticks goes on beyond a multiple of this number of ticks.
+            heard: Tells whether anybody waits for the ticks that are multiples of `batch`: if not,
+                they are put off with the others.
             failed: Called in the loop's thread once a failure has stopped it.
         """
         self.element = element
@@ -97,6 +100,7 @@ class Loop:
         self._pacer = pacer or SteadyPacer()
         self._batch = batch
         self._publish_every = publish_every
+        self._heard = heard
         self._failed = failed
         self._box = Mailbox(speed)
         self._answers: deque[Future[Outcome | None]] = deque()  # of procedures under way
@@ -326,7 +330,9 @@ class Loop:
         """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
         if self._at_once == 1:
             return 0
-        ticks = min(-(self.element.ticks + 1) % self._at_once, self.element.foreseen)
+        in_time = 1 if self._heard() else 0
+        ticks = self._at_once - self.element.ticks % self._at_once - in_time
+        ticks = min(ticks, self.element.foreseen)
         if not self._box.command_waits:
             return ticks
         return min(ticks, max(0, int(late / self._period)))

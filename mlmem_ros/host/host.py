@@ -143,7 +143,13 @@ class Host:
         return element
 
     def activate(
-        self, given: Parameters, plan: SessionPlan, listener: Listener, pacer: Pacer, speed: float
+        self,
+        given: Parameters,
+        plan: SessionPlan,
+        listener: Listener,
+        pacer: Pacer,
+        speed: float,
+        heard: Callable[[], bool] = lambda: True,
     ) -> None:
         """Let time run, and record if a path says so.
 
@@ -153,6 +159,7 @@ class Host:
             listener: Called after ticks with what happened in them.
             pacer: The clock.
             speed: Factor on real time; 0: as fast as it can.
+            heard: Tells whether anybody waits for streams; a recording does.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
@@ -182,6 +189,7 @@ class Host:
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
             publish_every=math.gcd(given.publish.every, given.record.hash_every),
+            heard=lambda: self.transcript is not None or heard(),
             failed=self._failed,
         )
         if given.faults != element.faults:

@@ -236,6 +236,21 @@ def test_ticks_of_rest_are_those_one_by_one(faults):
         assert rested.substrate_speed == other.substrate_speed == 0.0
 
 
+def test_where_nobody_listens_all_ticks_are_put_off(start):
+    """And where somebody does again, the last one comes in time from then on."""
+    clock, begun, heard = Clock(end=0.0181), [], []
+    start(
+        rig.device(), lambda *_: begun.append(clock.time),
+        pacer=clock, speed=1.0, batch=5, heard=lambda: bool(heard),
+    )  # fmt: skip
+    until(lambda: len(begun) == 10)
+    heard.append('somebody')
+    clock.end = 0.0281
+    until(lambda: len(begun) == 15)
+    expected = [0.008] * 5 + [0.018] * 5 + [0.026] * 4 + [0.028]
+    assert begun == pytest.approx(expected, abs=1e-12)
+
+
 def test_a_procedure_goes_on_in_time_and_what_lies_between_is_put_off(start):
     """It takes the ticks that it does tick by tick, and the loop wakes a fifth as often."""
 

@@ -184,6 +184,7 @@ class MemoryNode(LifecycleNode):
             self._after_tick,
             SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
             self.get_parameter('time.speed').value,
+            lambda: self._outlets is not None and self._outlets.heard,
         )
         self._awaits_clock = True
         self._speedometer.begin(self.host.open_loop())

@@ -82,6 +82,14 @@ class Outlets:
             else:
                 self._publish_outcome(event)
 
+    @property
+    def heard(self) -> bool:
+        """Whether anybody takes a stream that has its time."""
+        return any(
+            self._publishers[topic].get_subscription_count()
+            for topic in (topics.FIELD, topics.WALL, topics.JOINT_STATES)
+        )
+
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not kept for those who come late."""
         if topic not in self._publishers:
