@@ -12,9 +12,6 @@ from rosbags.typesys.store import Typestore
 
 from .schema_limits import check_types, condensed
 
-ENCODINGS = ('ros2msg', 'ros2idl')
-"""The languages of definitions."""
-
 _RULE = '=' * 80
 
 
@@ -40,7 +37,7 @@ def parse_schema(type_name: str, text: str, encoding: str) -> dict[str, Any]:
     Args:
         type_name: Name of the type.
         text: Its definition with all it depends on.
-        encoding: Language of the text, one of `ENCODINGS`.
+        encoding: Language of the text, ros2msg or ros2idl.
 
     Returns:
         Types to be registered in a store of rosbags. On text that is not of the language the

@@ -153,7 +153,6 @@ class Tally:
         of_erases: Of how many.
         level_margin: Least level margin of all readings, NaN without one.
         threshold_margin: Least threshold margin.
-        upward_time: Time units of the upward writes, all verified.
         erase_time: Longest erase in time units.
         errors: What failed, in words.
     """
@@ -166,7 +165,6 @@ class Tally:
     of_erases: int
     level_margin: float
     threshold_margin: float
-    upward_time: float
     erase_time: float
     errors: tuple[str, ...]
 
@@ -191,7 +189,6 @@ class Tally:
             len(erases),
             _least(rows, 'level_margin'),
             _least(rows, 'threshold_margin'),
-            upward['time'],
             max((row['time'] for row in erases), default=0.0),
             tuple(
                 f'{row["kind"]} from {row["start"]} to {row["goal"]}: {row["error"]}'
