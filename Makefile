@@ -12,7 +12,7 @@ SEED = 1
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo docs figures lint lives mutation setup setup-test soak test test-slow uncovered
+.PHONY: bench clean coverage demo docs figures interfaces lint lives mutation setup setup-test soak test test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
@@ -23,7 +23,7 @@ figures: setup-test
 bench: setup-test
 	$(VENV)/mlmem bench
 
-test: lint
+test: lint interfaces
 	$(VENV)/python -m $(PYTEST)
 
 # The site: docs/_build/index.html. Warnings are errors, links within it are checked.
@@ -32,7 +32,7 @@ docs: setup-test
 	$(VENV)/sphinx-build --quiet --fail-on-warning --keep-going docs docs/_build
 
 # The same tests, and how much of the code they reach; before a release.
-coverage: lint
+coverage: lint interfaces
 	$(VENV)/coverage erase
 	$(VENV)/coverage run -m $(PYTEST) $(MEASURED)
 	$(VENV)/python -m $(PYTEST) $(MEASURED:%=--ignore=%)
@@ -63,6 +63,10 @@ mutation: setup-test
 # Simulated lives, a night of them: make lives SEEDS=1000000
 lives: setup-test
 	$(VENV)/python tools/lives.py --count $(SEEDS)
+
+# The package of actions, where cmake and a compiler are; its tests are skipped elsewhere.
+interfaces: setup-test
+	@$(VENV)/python tools/build_interfaces.py || true
 
 lint: setup-test
 	$(VENV)/ruff check

@@ -43,7 +43,8 @@ BUILT, FAILED, NO_TOOLS = 0, 1, 2
 def main() -> int:
     """Build and install what is not there yet; return the exit status."""
     key = fingerprint()
-    if STAMP.exists() and STAMP.read_text() == key:
+    there = (HOME / 'share' / 'mlmem_interfaces').exists()
+    if there and STAMP.exists() and STAMP.read_text() == key:
         return BUILT
     kept = CACHE / f'interfaces-{key[:16]}'
     if not kept.exists():

@@ -18,6 +18,7 @@ from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.cli.main import parser
 from mlmem_ros.contract import requests, services, topics
+from mlmem_ros.contract.goals import ACTIONS
 from mlmem_ros.contract.topics import Topic
 from mlmem_ros.described import Description
 from mlmem_ros.device import Read, new_element, preset
@@ -26,7 +27,9 @@ from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.declarations import declarations
 from mlmem_ros.ros.node.diagnostics import Pace
 
-FOLDER = Path(__file__).resolve().parent.parent / 'docs' / 'reference'
+ROOT = Path(__file__).resolve().parent.parent
+FOLDER = ROOT / 'docs' / 'reference'
+INTERFACES = ROOT / 'mlmem_interfaces' / 'action'
 
 GENERATED = '<!-- Made by tools/reference.py from the code; edit that. -->\n\n'
 
@@ -36,6 +39,7 @@ def pages() -> dict[str, str]:
     made = {
         'topics.md': _topics(),
         'services.md': _services(),
+        'actions.md': _actions(),
         'diagnostics.md': _diagnostics(),
         'parameters.md': _parameters(),
         'commands.md': _commands(),
@@ -51,7 +55,7 @@ def _table(head: list[str], rows: Iterable[list[str]]) -> str:
     )
 
 
-# --- topics and services -------------------------------------------------------------------
+# --- topics, services and actions ----------------------------------------------------------
 
 
 def _topics() -> str:
@@ -98,6 +102,20 @@ def _services() -> str:
         'arguments.\n\n'
         f'{_table(["procedure", "arguments"], asked)}\n'
     )
+
+
+def _actions() -> str:
+    """Return the definitions of the actions, without their licence."""
+    told = [
+        '# Actions',
+        'Of the package `mlmem_interfaces`; [how to build and use them](../actions.md). Units '
+        'are in brackets: `[1]` is a number without any.',
+    ]
+    for name, kind in ACTIONS.items():
+        lines = (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()
+        about, definition = lines[3].removeprefix('# '), '\n'.join(lines[4:])
+        told += [f'## `~/{name}`: {kind}', about, f'```\n{definition}\n```']
+    return '\n\n'.join(told) + '\n'
 
 
 # --- diagnostics ---------------------------------------------------------------------------

@@ -177,6 +177,11 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
         said = None
     if not isinstance(said, dict):
         raise RequestFailed({'error': f'the answer is no JSON object: {message!r}'})
+    return understood(kind, success, said)
+
+
+def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
+    """Return what a node said, by name, as a value; raises as `parse`."""
     if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
     values = {name: said[name] for name in _names(kind) if name in said}
@@ -199,7 +204,7 @@ def parse_self_test(response: Any) -> SelfTested:
     values = {name: told.values(status) for name, status in found.items()}
     return SelfTested(
         MappingProxyType(values),
-        passed=response.passed != b'\0',
+        passed=response.passed not in (False, b'\0'),
         checks=MappingProxyType({name: status.message for name, status in found.items()}),
         failed=tuple(name for name, status in found.items() if status.level != b'\0'),
     )

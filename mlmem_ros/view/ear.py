@@ -9,7 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..contract import topics
-from ..ros.qos import SENSOR_DATA, profile
+from ..contract.goals import action_types
+from ..ros.qos import RELIABLE, SENSOR_DATA, profile
 
 if TYPE_CHECKING:
     from ..ros.client import MemoryClient
@@ -23,7 +24,8 @@ PARAMETERS = topics.Topic(
 ALWAYS = (topics.LEVEL, topics.OUTCOME, topics.ECHO, topics.DIAGNOSTICS, PARAMETERS)
 STREAMS = (topics.FIELD, topics.WALL, topics.JOINT_STATES)
 
-Tell = Callable[[topics.Topic, Any], None]
+Tell = Callable[[topics.Topic | str, Any], None]
+"""Is told a topic, or of which action it is the feedback, and a message."""
 
 
 class Ear:
@@ -34,13 +36,17 @@ class Ear:
 
         Args:
             client: A client of the node.
-            tell: Is told topic and message, in the thread that turns the client's node.
+            tell: Is told what comes, in the thread that turns the client's node.
         """
         self._client = client
         self._tell = tell
         self._streams: list[Any] = []
         for topic in ALWAYS:
             self._subscribe(topic)
+        for name, action in action_types().items():
+            topic = f'{client.name}/{name}/_action/feedback'
+            kind = action.Impl.FeedbackMessage
+            client.node.create_subscription(kind, topic, partial(tell, name), RELIABLE)
 
     def watch(self, on: bool) -> None:
         """Listen to the streams, or no longer."""

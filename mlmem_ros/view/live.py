@@ -92,15 +92,17 @@ class Live:
 
     # --- what the node tells -------------------------------------------------------------
 
-    def _told(self, topic: topics.Topic, message: Any) -> None:
+    def _told(self, topic: topics.Topic | str, message: Any) -> None:
         """Take a message, in the thread of the client."""
         if topic in ear.STREAMS:
             self._pictures.take(topic, message)
         else:
             self._loop.call_soon_threadsafe(self._news, topic, message)
 
-    def _news(self, topic: topics.Topic, message: Any) -> None:
+    def _news(self, topic: topics.Topic | str, message: Any) -> None:
         match topic:
+            case str():
+                self._activity.tells(topic, message.feedback)
             case ear.PARAMETERS:
                 if message.node == self._client.name:
                     self._hear()

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from mlmem_ros.contract.errors import RequestFailed, RequestRefused
+from mlmem_ros.contract.goals import action_types
 from mlmem_ros.ros.client.standalone import standalone
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2_policy.xml'
@@ -27,6 +28,10 @@ ON_DEMAND = {'/clock'}
 SETTLED = 1.0
 """Seconds without news after which all is discovered."""
 
+ACTIONS_BUILT = bool(action_types())
+SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
+TOPICS = {'feedback', 'status'}
+
 LISTENING = {'/mlmem/level', '/mlmem/outcome', '/diagnostics'}
 """What a client may listen to, though the class does not by itself."""
 
@@ -35,8 +40,27 @@ def profiles():
     return {enclave.get('path'): enclave for enclave in ET.parse(POLICY).iter('enclave')}
 
 
+ACTION = {
+    'execute': {'reply': SERVICES, 'publish': TOPICS},
+    'call': {'request': SERVICES, 'subscribe': TOPICS},
+}
+"""What an action is made of, and who does what with it."""
+
+
 def allowed(enclave, rule):
-    """Return the full names that an enclave's only profile allows, as SROS2 expands them."""
+    """Return the full names that an enclave's only profile allows, as SROS2 expands them.
+
+    Those of actions are left out where no action is built.
+    """
+    names = set(listed(enclave, rule))
+    for role, parts in ACTION.items():
+        for action in listed(enclave, role) if ACTIONS_BUILT else ():
+            names |= {f'{action}/_action/{part}' for part in parts.get(rule, ())}
+    return names
+
+
+def listed(enclave, rule):
+    """Return the full names that an enclave's only profile lists under a rule."""
     (profile,) = profiles()[enclave].iter('profile')
     namespace = profile.get('ns').rstrip('/')
     names = [
@@ -118,11 +142,14 @@ def test_a_client_may_do_what_it_does(robot):
             with contextlib.suppress(RequestFailed, RequestRefused):
                 request().wait()
         name = client.node.get_name()
-        assert used(robot, name, 'client') == allowed('/mlmem_client', 'request')
+        unused = {f'{action}/_action/cancel_goal' for action in listed('/mlmem_client', 'call')}
+        if ACTIONS_BUILT:
+            unused.add('/mlmem/self_test')  # which an action is asked for, then
+        assert used(robot, name, 'client') == allowed('/mlmem_client', 'request') - unused
         assert used(robot, name, 'publisher') == allowed('/mlmem_client', 'publish')
         for service in used(robot, name, 'service'):
             assert any(fnmatchcase(service, known) for known in allowed('/mlmem_client', 'reply'))
-    assert allowed('/mlmem_client', 'subscribe') == LISTENING
+    assert set(listed('/mlmem_client', 'subscribe')) == LISTENING
 
 
 def test_a_client_asks_for_nothing_that_the_node_does_not_offer():

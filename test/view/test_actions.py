@@ -110,3 +110,13 @@ def test_a_procedure_is_known_from_the_page_that_asked_or_from_the_diagnostics()
     assert activity.told() == {}
     activity.running('')
     assert not activity.asked({'do': 'strain'})
+
+
+def test_an_action_tells_how_far_it_is_whoever_asked_for_it():
+    activity = Activity()
+    activity.tells('erase', SimpleNamespace(phase='quieting', share=0.25, strain=0.0, attempts=1))
+    doing = activity.told()['doing']
+    assert (doing['name'], doing['phase'], doing['share']) == ('erase', 'quieting', 0.25)
+    activity.ended('erase')
+    activity.asked({'do': 'read'})
+    assert 'share' not in activity.told()['doing']

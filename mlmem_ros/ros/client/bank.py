@@ -86,7 +86,7 @@ class MemoryBank:
             check: How many of the elements hold check digits.
         """
         names = [f'{namespace.rstrip("/")}/element_{place}/mlmem' for place in range(elements)]
-        return cls([MemoryClient(node, name) for name in names], base, check)
+        return cls([MemoryClient(node, name, actions=False) for name in names], base, check)
 
     @property
     def base(self) -> int:

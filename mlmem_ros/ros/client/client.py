@@ -27,8 +27,10 @@ from ...contract.answers import (
     parse_self_test,
 )
 from ...contract.errors import RequestRefused
+from ...contract.goals import action_types
 from ...contract.requests import message_of
 from ..qos import EVERY_ONE
+from .goal import Action, Goal
 from .line import Call, Line
 from .reply import Reply, Steps
 
@@ -54,7 +56,9 @@ class MemoryClient:
         group: Callback group for callbacks that await; one of them runs at a time.
     """
 
-    def __init__(self, node: Node, name: str = 'mlmem', *, patience: float = 10.0) -> None:
+    def __init__(
+        self, node: Node, name: str = 'mlmem', *, patience: float = 10.0, actions: bool = True
+    ) -> None:
         """Build a client on a node; nothing is sent.
 
         Args:
@@ -62,6 +66,8 @@ class MemoryClient:
             name: Name of the memory node; a relative one is looked for beside `node`, in its
                 namespace, and remappings apply.
             patience: How long the memory node may take to appear, in seconds.
+            actions: Whether procedures are goals of the node's actions, where it serves them;
+                else they tell nothing before their end.
         """
         self.node = node
         self.name = node.resolve_service_name(name)
@@ -70,6 +76,10 @@ class MemoryClient:
         self._group = ReentrantCallbackGroup()  # of what brings answers
         self._line = Line(node, self._group, self.name, patience)
         self._clients: dict[str, Any] = {}
+        self._actions = {
+            request: Action(self._line, request, kind, self._client)
+            for request, kind in (action_types() if actions else {}).items()
+        }
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
         """Wait until the node is there.
@@ -80,7 +90,7 @@ class MemoryClient:
         line = Line(self.node, self._group, self.name, timeout)
         return Reply(line, 'ready', self._ready(), timeout + 1.0)
 
-    def write(self, level: int, timeout: float = 60.0) -> Reply[Decoded]:
+    def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
         """Write a level, verified by an echo.
 
         Args:
@@ -92,9 +102,9 @@ class MemoryClient:
         """
         if isinstance(level, bool) or not isinstance(level, int) or level < 0:
             raise ValueError(f'level must be a whole number from 0; got {level!r}')
-        return self._request('write', Decoded, timeout, f'write {level}', level=level)
+        return self._goal('write', Decoded, timeout, f'write {level}', level=level)
 
-    def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Decoded]:
+    def read(self, timeout: float = 10.0, *, end: str = '') -> Goal[Decoded]:
         """Fire a pulse and decode its echo.
 
         Args:
@@ -102,31 +112,31 @@ class MemoryClient:
             end: The end to probe for this once: left, right or both; empty for the node's
                 `read.end`.
         """
-        return self._request('read', Decoded, timeout, end=end)
+        return self._goal('read', Decoded, timeout, end=end)
 
-    def erase(self, timeout: float = 60.0) -> Reply[Decoded]:
+    def erase(self, timeout: float = 60.0) -> Goal[Decoded]:
         """Make the element blank.
 
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._request('erase', Decoded, timeout)
+        return self._goal('erase', Decoded, timeout)
 
-    def calibrate(self, timeout: float = 120.0) -> Reply[Calibrated]:
+    def calibrate(self, timeout: float = 120.0) -> Goal[Calibrated]:
         """Learn the echo delay of every level, and restore the content.
 
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._request('calibrate', Calibrated, timeout)
+        return self._goal('calibrate', Calibrated, timeout)
 
-    def self_test(self, timeout: float = 120.0) -> Reply[SelfTested]:
+    def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
         """Write and read every level, test actuator and transducers, and restore the content.
 
         Args:
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('self_test', self._self_test(), timeout)
+        return self._goal('self_test', SelfTested, timeout)
 
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
         """Stop the running procedure and bring the strain to zero.
@@ -235,13 +245,28 @@ class MemoryClient:
         **arguments: Any,
     ) -> Reply[SomeAnswer]:
         """Ask for what `requests` names, with its arguments."""
+        steps = self._asked(kind, message_of(name, **arguments))
+        return self._converse(what or name, steps, timeout)
 
-        def steps() -> Steps[SomeAnswer]:
-            response = yield Call(self._client('request', SetParametersAtomically), message)
-            return parse(kind, response.result.successful, response.result.reason)
-
+    def _goal(
+        self,
+        name: str,
+        kind: type[SomeAnswer],
+        timeout: float,
+        what: str = '',
+        **arguments: Any,
+    ) -> Goal[SomeAnswer]:
+        """Ask for a procedure, by its action where that is served."""
+        there = Call(self._client('request', SetParametersAtomically))
         message = message_of(name, **arguments)
-        return self._converse(what or name, steps(), timeout)
+        steps = self._self_test() if name == 'self_test' else self._asked(kind, message)
+        action = self._actions.get(name)
+        return Goal(self._line, what or name, action, arguments, kind, there, steps, timeout)
+
+    def _asked(self, kind: type[SomeAnswer], message: Any) -> Steps[SomeAnswer]:
+        client = self._client('request', SetParametersAtomically)
+        response = yield Call(client, message)
+        return parse(kind, response.result.successful, response.result.reason)
 
     def _set(self, values: Mapping[str, Any]) -> Steps[None]:
         parameters = [

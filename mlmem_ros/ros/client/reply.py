@@ -205,6 +205,8 @@ class Reply(Future, Generic[T]):
             self._sent.set_result(None)
         else:
             self._sent = call.client.call_async(call.request)
+            # or what follows were a task, after which the executor of events resumes nobody
+            self._sent._set_executor = lambda executor: None
             self._sent.add_done_callback(self._go_on)
 
     def _hopeless(self, now: float) -> str:

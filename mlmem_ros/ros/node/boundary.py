@@ -14,6 +14,7 @@ from collections.abc import Callable, Coroutine, Generator
 from concurrent.futures import Future
 from typing import Any, NamedTuple, TypeVar
 
+from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -141,6 +142,9 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed
+    elif hasattr(response, 'result'):  # of an action
+        response.status = GoalStatus.STATUS_ABORTED
+        response.result.error_code, response.result.error = response.result.FAILED, why
     elif hasattr(response, 'message'):
         response.success = False
         response.message = told

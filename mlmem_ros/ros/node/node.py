@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 from ...device import Event
 from ...device.pacing import SteadyPacer
 from ...host import REFUSALS, Host
+from .actions import Actions
 from .boundary import Boundary
 from .compiling import telling_compilation
 from .diagnostics import Diagnostics
@@ -70,6 +71,7 @@ class MemoryNode(LifecycleNode):
             self.destroy_node()
             raise
         self._inlets = Inlets(self, self.host)
+        self._actions = Actions(self, self.host)  # a client that sees ~/request sees them, too
         Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
         self._faults = FaultParameters(self, self.host, boundary)
@@ -98,7 +100,7 @@ class MemoryNode(LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        return len(self._boundary.waiting)
+        return len(self._boundary.waiting) + self._actions.waiting
 
     def close(self) -> None:
         """Stop time where it runs, save the content, close the session file."""
@@ -210,6 +212,7 @@ class MemoryNode(LifecycleNode):
         """Publish what happened, in the loop's thread."""
         if self._outlets is not None:
             self._outlets.tick(events)
+        self._actions.tick()
 
     def _mind_failure(self) -> None:
         """Leave the active state, by way of the error handling: unconfigured."""

@@ -1,0 +1,131 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The actions: goals to requests, outcomes to results, and results to answers.
+
+Their types are those of the package `mlmem_interfaces`, which need not be there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ..words import UNDECODABLE
+from .answers import SelfTested, SomeAnswer, ended, parse_self_test, understood
+
+if TYPE_CHECKING:
+    from ..device import Outcome
+
+ACTIONS: dict[str, str] = {
+    'write': 'Write',
+    'read': 'Read',
+    'erase': 'Erase',
+    'calibrate': 'Calibrate',
+    'self_test': 'SelfTest',
+}
+"""The requests that are actions, too, with the names of their types."""
+
+DELAYS = {'left': 'left_delays', 'right': 'right_delays'}
+"""What a calibration learns at every end, and the field that has it."""
+
+
+UNTOLD = -1
+"""How many walls there are where one end alone cannot tell."""
+
+
+def action_types() -> dict[str, Any]:
+    """Return the types of `ACTIONS` by request; none where the interfaces are not built.
+
+    In a checkout their source is found in place of them, which has none either.
+    """
+    try:
+        module = import_module('mlmem_interfaces.action')
+        return {name: getattr(module, kind) for name, kind in ACTIONS.items()}
+    except (ImportError, AttributeError):
+        return {}
+
+
+def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
+    """Return how a procedure ended as the result of an action.
+
+    Args:
+        kind: The action.
+        outcome: The end of its procedure.
+        error_code: Of `kind.Result`, why it came to nothing; `NONE` where it did not.
+    """
+    values = ended(outcome)
+    for end, name in DELAYS.items():
+        values[name] = list(outcome.delays.get(end, ()))
+    values['error'] = outcome.error if error_code else ''
+    result = failed(kind, error_code, values['error'])
+    for name in _fields(result):
+        if values.get(name) is not None:
+            setattr(result, name, values[name])
+    return result
+
+
+def failed(kind: Any, error_code: int, error: str) -> Any:
+    """Return the result of an action of which nothing else is to be told."""
+    result = kind.Result(error_code=error_code, error=error)
+    if hasattr(result, 'level'):
+        result.level, result.walls = UNDECODABLE, UNTOLD
+        result.delay = result.right_delay = math.nan
+    return result
+
+
+def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> SomeAnswer:
+    """Return the result of an action as an answer.
+
+    Args:
+        name: The request.
+        kind: What it answers when it succeeds.
+        result: Of the action.
+        goal: What was asked.
+
+    Raises:
+        RequestRefused: The node did not take the goal.
+        RequestFailed: It failed, or was canceled.
+    """
+    if kind is SelfTested and not result.error_code:
+        return parse_self_test(result)  # type: ignore[return-value]
+    asked = {'asked': goal.level} if hasattr(goal, 'level') else {}
+    return understood(kind, not result.error_code, {**said(name, result), **asked})
+
+
+def said(name: str, result: Any) -> Mapping[str, Any]:
+    """Return what a result says by the names of an answer's JSON object.
+
+    Args:
+        name: The request.
+        result: Of its action.
+    """
+    if result.error_code == result.REFUSED:
+        return {'error': result.error}
+    values = {
+        field: None if isinstance(value, float) and math.isnan(value) else value
+        for field in _fields(result)
+        if not _untold(field, value := getattr(result, field))
+    }
+    values['procedure'] = name
+    if 'margin' in values:
+        values['level_margin'] = values['margin']
+    learnt = {end: list(getattr(result, field, ())) for end, field in DELAYS.items()}
+    if any(learnt.values()):
+        values['delays'] = {end: delays for end, delays in learnt.items() if delays}
+    return values
+
+
+def _untold(field: str, value: Any) -> bool:
+    """Return whether an answer has no such name, or not with this value."""
+    return (
+        field in ('error_code', *DELAYS.values())
+        or (field in ('error', 'reason') and value == '')
+        or (field == 'walls' and value == UNTOLD)
+        or (field == 'right_delay' and math.isnan(value))
+    )
+
+
+def _fields(message: Any) -> list[str]:
+    return list(message.get_fields_and_field_types())

@@ -1,0 +1,203 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A procedure that was asked for: a reply that tells how far it is, and can be canceled."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+from uuid import uuid4
+
+from action_msgs.msg import GoalInfo
+from action_msgs.srv import CancelGoal
+from rclpy.task import Future
+from unique_identifier_msgs.msg import UUID
+
+from ...contract import goals
+from ...contract.errors import RequestRefused
+from ..qos import RELIABLE
+from .line import Call, Line
+from .reply import End, Reply, Steps
+
+T = TypeVar('T')
+
+ClientOf = Callable[[str, Any], Any]
+"""Returns the rclpy client of a service below the node's name, of a type."""
+
+
+class Action:
+    """The way to an action of a node. What it needs in the graph is made when it is needed."""
+
+    def __init__(self, line: Line, name: str, kind: Any, client_of: ClientOf) -> None:
+        """Prepare.
+
+        Args:
+            line: How to reach the node.
+            name: Of the request, and of the action.
+            kind: Its type.
+            client_of: Makes clients of its services.
+        """
+        self.name = name
+        self._line = line
+        self._impl, self._goal = kind.Impl, kind.Goal
+        self._client_of = client_of
+        self._listeners: dict[bytes, Callable[[Any], None]] = {}
+        self._subscription: Any = None
+
+    @property
+    def served(self) -> bool:
+        """Whether the node serves it, as far as the graph is known."""
+        node = self._line.node
+        return bool(node.count_services(f'{self._line.peer}/{self.name}/_action/send_goal'))
+
+    def request(self, arguments: Mapping[str, Any]) -> Any:
+        """Return the request that sends a new goal."""
+        number = UUID(uuid=list(uuid4().bytes))
+        return self._impl.SendGoalService.Request(goal_id=number, goal=self._goal(**arguments))
+
+    def send(self, request: Any) -> Call:
+        """Return the call that sends a goal."""
+        return Call(self._client('send_goal', self._impl.SendGoalService), request)
+
+    def result(self, number: UUID) -> Call:
+        """Return the call that is answered when a goal has ended."""
+        request = self._impl.GetResultService.Request(goal_id=number)
+        return Call(self._client('get_result', self._impl.GetResultService), request)
+
+    def cancel(self, number: UUID) -> None:
+        """Ask for the end of a goal; how it ends, its result tells."""
+        client = self._client('cancel_goal', CancelGoal)
+        client.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=number)))
+
+    def listen(self, number: UUID, tell: Callable[[Any], None]) -> None:
+        """Listen to the feedback of a goal, until it is forgotten."""
+        self._listeners[bytes(number.uuid)] = tell
+        if self._subscription is None:
+            self._subscription = self._line.node.create_subscription(
+                self._impl.FeedbackMessage,
+                f'{self._line.peer}/{self.name}/_action/feedback',
+                self._hear,
+                RELIABLE,
+                callback_group=self._line.group,
+            )
+
+    def forget(self, number: UUID) -> None:
+        """Listen to a goal no longer."""
+        self._listeners.pop(bytes(number.uuid), None)
+
+    def _hear(self, message: Any) -> None:
+        if tell := self._listeners.get(bytes(message.goal_id.uuid)):
+            tell(message.feedback)
+
+    def _client(self, service: str, kind: Any) -> Any:
+        return self._client_of(f'{self.name}/_action/{service}', kind)
+
+
+class Goal(Reply[T]):
+    """A procedure that was asked for: of the node's action where it has one, or of its service.
+
+    It is awaited or waited for as any reply is. Meanwhile it tells how far it is, where the node
+    serves actions; else nothing comes before the end::
+
+        goal = self.memory.write(5)
+        async for feedback in goal:
+            self.get_logger().info(f'{feedback.phase} {feedback.share:.0%}')
+        content = await goal
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        what: str,
+        action: Action | None,
+        arguments: Mapping[str, Any],
+        kind: type[Any],
+        there: Call,
+        service: Steps[T],
+        timeout: float,
+    ) -> None:
+        """Send it.
+
+        Args:
+            line: How to reach the node.
+            what: Its name, for messages.
+            action: What it may be a goal of.
+            arguments: Of the goal.
+            kind: What is answered.
+            there: The wait for the node.
+            service: The conversation where it is no goal.
+            timeout: Longest time for all of it in seconds.
+        """
+        self._action = action
+        self._request = action and action.request(arguments)
+        self._taken = self._unwanted = False
+        self._news: deque[Any] = deque()
+        self._heard: Future | None = None
+        super().__init__(line, what, self._converse(there, kind, service), timeout)
+
+    def cancel_goal(self) -> bool:
+        """Have the node stop it and let go of the strain; it stops nothing else.
+
+        The answer is then a `RequestFailed`, once the strain is down.
+
+        Returns:
+            Whether it can be: without actions `MemoryClient.abort` stops whatever runs.
+        """
+        if self._action is None or self.done() or self.cancelled():
+            return False
+        self._unwanted = True
+        if self._taken:
+            self._action.cancel(self._request.goal_id)
+        return True
+
+    def __aiter__(self) -> Goal[T]:
+        if self._action is not None and not self.done():
+            self._action.listen(self._request.goal_id, self._hear)
+        return self
+
+    async def __anext__(self) -> Any:
+        """Wait for the next feedback; what was told before it was listened to is lost."""
+        while not self._news:
+            self._heard = Future(executor=self._line.node.executor)
+            if self.done() or self.cancelled():
+                raise StopAsyncIteration
+            if not self._news:  # nor has any come meanwhile
+                await self._heard
+        return self._news.popleft()
+
+    def _converse(self, there: Call, kind: type[Any], service: Steps[T]) -> Steps[T]:
+        yield there
+        if self._action is None or not self._action.served:
+            self._action = None
+            return (yield from service)
+        number = self._request.goal_id
+        taken = yield self._action.send(self._request)
+        if not taken.accepted:
+            raise RequestRefused({'error': 'the node knows a goal of this number already'})
+        self._taken = True
+        if self._unwanted:
+            self._action.cancel(number)
+        told = yield self._action.result(number)
+        goal = self._request.goal
+        answer: T = goals.answer_of(self._action.name, kind, told.result, goal)
+        return answer
+
+    def _hear(self, feedback: Any) -> None:
+        self._news.append(feedback)
+        self._wake()
+
+    def _tell(self, end: End | None) -> None:
+        super()._tell(end)
+        if end is not None:
+            if self._action is not None:
+                self._action.forget(self._request.goal_id)
+            self._wake()  # here, for the executor of events resumes who awaits after callbacks
+
+    def _wake(self) -> None:
+        """Resume who waits for feedback."""
+        waits, self._heard = self._heard, None
+        if waits is not None:
+            waits.set_result(None)
+            if (executor := self._line.node.executor) is not None:
+                executor.wake()

@@ -1,0 +1,256 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The actions, where their types are built: goals that go the way of all requests, and report.
+
+An action is three services and two topics (design.ros2.org/articles/actions.html). They are made
+here as those of the node are: rclpy's own action server is one waitable, of which a message that
+cannot be decoded is left in the way of all that follow, and its goals are tasks of an executor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future
+from typing import Any
+
+from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
+from rclpy.node import Node
+from rclpy.qos import qos_profile_action_status_default
+
+from ... import threads
+from ...contract import goals, messages
+from ...contract.commands import OF_REQUEST
+from ...contract.requests import REQUESTS
+from ...device import Command, Outcome
+from ...host import Host
+from ..qos import EVERY_ONE, RELIABLE
+from .boundary import settled
+
+FEEDBACK_EVERY = 0.05
+"""Seconds between two reports of a goal."""
+
+KEPT = 10.0
+"""Seconds for which the result of a goal is kept for who asks late."""
+
+JUST_NOW = 1.0
+"""Seconds within which who sent a goal asks for its result."""
+
+NONE, FAILED, REFUSED, CANCELED = range(4)
+"""The results' error codes."""
+
+
+class Actions:
+    """Serves the actions of a node, or none."""
+
+    def __init__(self, node: Node, host: Host) -> None:
+        self._actions = [
+            Action(node, host, name, kind) for name, kind in goals.action_types().items()
+        ]
+
+    def tick(self) -> None:
+        """Report how far a goal is, in the loop's thread."""
+        for action in self._actions:
+            action.tick()
+
+    @property
+    def waiting(self) -> int:
+        """How many goals are open, or have ended just now, and nobody has been told yet."""
+        return sum(action.waiting for action in self._actions)
+
+
+class Goal:
+    """A goal that was taken.
+
+    Attributes:
+        info: Its number, and when it was taken.
+        command: What it asks the device for.
+        status: Where it is; one of `GoalStatus`.
+        open: Whether its procedure has not ended yet.
+        result: What is answered to who asks for its result.
+        ended: When it ended, on the steady clock.
+        told: Whether its result has been asked for.
+        let_go: The abort that its client's cancel has become, which ends with no strain.
+    """
+
+    def __init__(self, info: GoalInfo, command: Command) -> None:
+        self.info = info
+        self.command = command
+        self.status = GoalStatus.STATUS_EXECUTING
+        self.open = True
+        self.result: Future[Any] = threads.Future()
+        self.ended = 0.0
+        self.told = False
+        self.let_go: Future[Outcome | None] | None = None
+
+
+class Action:
+    """One action: its goals, from when they are taken until nobody asks for their results."""
+
+    def __init__(self, node: Node, host: Host, name: str, kind: Any) -> None:
+        """Serve it.
+
+        Args:
+            node: The node.
+            host: What does the work.
+            name: Of the request that a goal is; the action is called so, too.
+            kind: Its type.
+        """
+        self._node = node
+        self._host = host
+        self._name = name
+        self._kind = kind
+        self._goals: dict[bytes, Goal] = {}
+        self._lock = threads.Lock()
+        self._reported = 0.0
+        own, impl = f'~/{name}/_action', kind.Impl
+        for service, type_, callback in (
+            ('send_goal', impl.SendGoalService, self._take),
+            ('cancel_goal', impl.CancelGoalService, self._cancel),
+            ('get_result', impl.GetResultService, self._result),
+        ):
+            node.create_service(type_, f'{own}/{service}', callback, qos_profile=EVERY_ONE)
+        self._feedback = node.create_publisher(impl.FeedbackMessage, f'{own}/feedback', RELIABLE)
+        self._status = node.create_publisher(
+            GoalStatusArray, f'{own}/status', qos_profile_action_status_default
+        )
+
+    # --- services ------------------------------------------------------------------------
+
+    def _take(self, request: Any, response: Any) -> Any:
+        """Take a goal as every request is taken: what is wrong with it, its result tells."""
+        number = bytes(request.goal_id.uuid)
+        wanted = {each: getattr(request.goal, each) for each in REQUESTS[self._name]}
+        now = self._node.get_clock().now().to_msg()
+        goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), OF_REQUEST[self._name](**wanted))
+        with self._lock:
+            self._forget()
+            response.accepted = self._goals.setdefault(number, goal) is goal
+            self._tell()
+        if response.accepted:
+            response.stamp = now
+            done = self._host.submit(goal.command)
+            done.add_done_callback(lambda done: self._ended(goal, done))
+        return response
+
+    def _cancel(self, request: CancelGoal.Request, response: CancelGoal.Response) -> Any:
+        """Stop the goals that are meant, and let go of the strain; nothing else is stopped."""
+        with self._lock:
+            meant = list(self._meant(request.goal_info))
+            stopped = [goal for goal in meant if goal.open and goal.let_go is None]
+            for goal in stopped:
+                goal.status = GoalStatus.STATUS_CANCELING
+                goal.let_go = self._host.cancel(goal.command)
+            if stopped:
+                self._tell()
+        response.goals_canceling = [goal.info for goal in stopped]
+        if stopped:
+            return response
+        if meant:
+            response.return_code = CancelGoal.Response.ERROR_GOAL_TERMINATED
+        elif any(request.goal_info.goal_id.uuid):
+            response.return_code = CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
+        return response
+
+    async def _result(self, request: Any, response: Any) -> Any:
+        goal = self._goals.get(bytes(request.goal_id.uuid))
+        if goal is None:
+            response.status = GoalStatus.STATUS_UNKNOWN
+            return response
+        response.result = await settled(goal.result)
+        goal.told = True
+        response.status = goal.status
+        return response
+
+    def _meant(self, info: GoalInfo) -> Iterator[Goal]:
+        """Yield the goals that a cancel means: one, those up to a time, both, or all."""
+        number, until = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
+        everything = not any(number) and until == (0, 0)
+        for known, goal in self._goals.items():
+            stamp = goal.info.stamp
+            early = until != (0, 0) and (stamp.sec, stamp.nanosec) <= until
+            if everything or known == number or early:
+                yield goal
+
+    # --- ends ----------------------------------------------------------------------------
+
+    def _ended(self, goal: Goal, done: Future[Outcome | None]) -> None:
+        """Take the end of a goal's procedure, in the thread that has it."""
+        try:
+            result, status = self._judged(done)
+        except Exception as defect:  # it is told all the same
+            self._host.journal.exception(self._name, defect)
+            result, status = self._failed(FAILED, defect)
+        with self._lock:
+            let_go, goal.open = goal.let_go, False
+        if let_go is None or status == GoalStatus.STATUS_SUCCEEDED:
+            self._settle(goal, result, status)
+            return
+        if result.error_code == FAILED:
+            result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
+        # the next goal shall find the element at rest
+        let_go.add_done_callback(lambda _: self._settle(goal, result, status))
+
+    def _settle(self, goal: Goal, result: Any, status: int) -> None:
+        """Tell the result of a goal to who asks for it."""
+        with self._lock:
+            goal.status, goal.ended = status, threads.monotonic()
+            self._tell()
+        goal.result.set_result(result)
+
+    def _judged(self, done: Future[Outcome | None]) -> tuple[Any, int]:
+        """Return what is told of the end of a procedure: result and status."""
+        if (refusal := done.exception()) is not None:
+            return self._failed(REFUSED, refusal)
+        outcome = done.result()
+        assert outcome is not None
+        good = outcome.success or bool(outcome.checks)  # a self-test was made, whatever it found
+        result = goals.result_of(self._kind, outcome, NONE if good else FAILED)
+        if outcome.checks:
+            name = self._node.get_fully_qualified_name()
+            result.passed, result.status = outcome.success, messages.test_statuses(outcome, name)
+        return result, GoalStatus.STATUS_SUCCEEDED if good else GoalStatus.STATUS_ABORTED
+
+    def _failed(self, code: int, why: BaseException) -> tuple[Any, int]:
+        return goals.failed(self._kind, code, f'{why}'), GoalStatus.STATUS_ABORTED
+
+    def _forget(self) -> None:
+        """Drop the goals whose results nobody will ask for any more."""
+        due = threads.monotonic() - KEPT
+        for number, goal in list(self._goals.items()):
+            if goal.result.done() and goal.ended < due:
+                del self._goals[number]
+
+    @property
+    def waiting(self) -> int:
+        """How many goals are open, or have ended just now, and nobody has been told yet."""
+        just_now = threads.monotonic() - JUST_NOW
+        with self._lock:
+            return sum(
+                not goal.told and (not goal.result.done() or goal.ended > just_now)
+                for goal in self._goals.values()
+            )
+
+    # --- topics --------------------------------------------------------------------------
+
+    def tick(self) -> None:
+        """Report how far the goal is that runs, if one does and it is time."""
+        if not self._goals or threads.monotonic() - self._reported < FEEDBACK_EVERY:
+            return
+        with self._lock:
+            open_ones = [each for each in self._goals.items() if each[1].open]
+        for number, goal in open_ones:
+            if (told := self._host.feedback(goal.command)) is None:
+                continue
+            self._reported = threads.monotonic()
+            message = self._kind.Impl.FeedbackMessage()
+            message.goal_id.uuid = list(number)
+            message.feedback = self._kind.Feedback(**told._asdict())
+            self._feedback.publish(message)
+
+    def _tell(self) -> None:
+        """Publish where the goals are; with the lock held, so that the newest is told last."""
+        known = [
+            GoalStatus(goal_info=goal.info, status=goal.status) for goal in self._goals.values()
+        ]
+        self._status.publish(GoalStatusArray(status_list=known))

@@ -1,0 +1,287 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Actions over real DDS: by rclpy's own action client, and by `MemoryClient`."""
+
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_ros.contract import goals
+
+if not goals.action_types():
+    pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
+
+import rclpy
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+from mlmem_interfaces.action import Calibrate, Erase, Read, SelfTest, Write
+from rclpy.action import ActionClient
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from robot import values
+
+from mlmem_ros import MemoryClient, RequestFailed, RequestRefused
+from mlmem_ros.contract.answers import Calibrated, Decoded, SelfTested
+from mlmem_ros.ros.events import events_executor
+
+KINDS = {
+    'write': Write,
+    'read': Read,
+    'erase': Erase,
+    'calibrate': Calibrate,
+    'self_test': SelfTest,
+}
+SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
+    GoalStatus.STATUS_SUCCEEDED,
+    GoalStatus.STATUS_CANCELED,
+    GoalStatus.STATUS_ABORTED,
+    GoalStatus.STATUS_UNKNOWN,
+)
+
+
+class Tool:
+    """Any action tool: rclpy's client of an action, turned by the robot."""
+
+    def __init__(self, robot, name):
+        self.robot = robot
+        self.client = ActionClient(robot.node, KINDS[name], f'/mlmem/{name}')
+        robot.wait(self.client.server_is_ready, f'the action {name}')
+        self.feedback = []
+
+    def done(self, future):
+        return self.robot.wait(lambda: future.done() and future.result(), 'an answer')
+
+    def send(self, **goal):
+        kind = self.client._action_type
+        sent = self.client.send_goal_async(
+            kind.Goal(**goal), lambda message: self.feedback.append(message.feedback)
+        )
+        handle = self.done(sent)
+        assert handle.accepted
+        return handle
+
+    def result(self, handle):
+        return self.done(handle.get_result_async())
+
+    def do(self, **goal):
+        return self.result(self.send(**goal))
+
+
+@pytest.fixture
+def tool(robot):
+    tools = []
+
+    def tool(name):
+        tools.append(Tool(robot, name))
+        return tools[-1]
+
+    yield tool
+    for each in tools:
+        each.client.destroy()
+
+
+@pytest.fixture(scope='module')
+def client(memory):
+    client = memory.memory
+    client.ready(60.0).wait()
+    return client
+
+
+# Any action tool
+
+
+def test_a_write_is_a_goal(tool):
+    write, erase = tool('write'), tool('erase')
+    assert erase.do().result.level == -1
+    ended = write.do(level=3)
+    result = ended.result
+    assert (ended.status, result.error_code, result.error) == (SUCCEEDED, result.NONE, '')
+    assert (result.level, result.code, result.end, result.attempts) == (3, '011', 'left', 1)
+    assert result.confidence > 0.5
+    assert tool('read').do(end='right').result.level == 3
+
+
+def test_its_feedback_tells_how_far_it_is(tool, robot):
+    write = tool('write')
+    write.do(level=0)
+    write.feedback.clear()
+    robot.set(time__speed=0.25)  # a write of a second
+    write.do(level=7)
+    robot.set(time__speed=1.0)
+    shares = [each.share for each in write.feedback]
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.3 < 0.7 < shares[-1] <= 1.0
+    assert 8 <= len(shares) <= 100
+    assert {'straining', 'settling'} <= {each.phase for each in write.feedback}
+    assert max(abs(each.strain) for each in write.feedback) > 0.005
+
+
+def test_a_goal_answers_what_the_service_does(tool, robot):
+    by_action = goals.said('read', tool('read').do().result)
+    by_service = robot.trigger('read')
+    assert by_service.items() - dict(by_action).items() <= {
+        (name, by_service[name]) for name in ('delay', 'ticks')
+    } | {(name, by_service[name]) for name in by_service if 'margin' in name or 'conf' in name}
+    assert set(by_service) <= set(by_action)
+
+
+@pytest.mark.parametrize(
+    ('name', 'goal', 'why'),
+    [('write', {'level': 99}, 'level must be'), ('read', {'end': 'top'}, 'end must be')],
+)
+def test_a_goal_that_is_refused_says_why(tool, name, goal, why):
+    ended = tool(name).do(**goal)
+    assert ended.status == ABORTED
+    assert ended.result.error_code == ended.result.REFUSED
+    assert why in ended.result.error
+
+
+def test_of_two_goals_at_once_the_second_is_refused_as_busy(tool):
+    tool('write').do(level=0)
+    write, erase = tool('write'), tool('erase')
+    first = write.send(level=5)
+    refused = erase.do()
+    assert 'busy: write is running' in refused.result.error
+    assert erase.feedback == []
+    assert write.result(first).result.level == 5
+
+
+def test_a_cancel_ends_its_own_goal_with_no_strain(tool, robot):
+    tool('write').do(level=0)
+    write = tool('write')
+    running = write.send(level=7)
+    robot.wait(lambda: any(each.phase == 'straining' for each in write.feedback), 'a strain')
+    canceled = write.done(running.cancel_goal_async())
+    assert [bytes(each.goal_id.uuid) for each in canceled.goals_canceling] == [
+        bytes(running.goal_id.uuid)
+    ]
+    ended = write.result(running)
+    assert (ended.status, ended.result.error_code) == (CANCELED, ended.result.CANCELED)
+    assert write.do(level=1).result.level == 1  # at once: the strain is down
+    outcome = robot.latest('outcome', lambda status: values(status)['procedure'] == 'write')
+    assert outcome.level == b'\0'
+
+
+def test_a_cancel_stops_nobody_else(tool, robot):
+    write, read = tool('write'), tool('read')
+    other = read.send()
+    read.result(other)
+    running = write.send(level=6)
+    late = read.done(other.cancel_goal_async())
+    assert late.return_code == CancelGoal.Response.ERROR_GOAL_TERMINATED
+    refused = read.send()
+    assert read.result(refused).result.error_code == Read.Result.REFUSED
+    assert write.result(running).status == SUCCEEDED
+
+
+def test_a_goal_or_a_result_that_nobody_knows(robot):
+    name = '/mlmem/read/_action'
+    cancel = robot.node.create_client(CancelGoal, f'{name}/cancel_goal')
+    result = robot.node.create_client(Read.Impl.GetResultService, f'{name}/get_result')
+    robot.wait(lambda: cancel.service_is_ready() and result.service_is_ready(), 'the action')
+    request = CancelGoal.Request()
+    request.goal_info.goal_id.uuid[0] = 7
+    sent = cancel.call_async(request)
+    answer = robot.wait(lambda: sent.done() and sent.result(), 'the answer')
+    assert answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID
+    sent = result.call_async(Read.Impl.GetResultService.Request())
+    assert robot.wait(lambda: sent.done() and sent.result(), 'a result').status == UNKNOWN
+
+
+def test_actions_are_listed_as_any_others(robot):
+    from rclpy.action import get_action_server_names_and_types_by_node as served
+
+    robot.wait(lambda: len(served(robot.node, 'mlmem', '/')) == len(KINDS), 'five actions')
+    assert dict(served(robot.node, 'mlmem', '/')) == {
+        f'/mlmem/{name}': [f'mlmem_interfaces/action/{kind.__name__}']
+        for name, kind in KINDS.items()
+    }
+
+
+# MemoryClient
+
+
+def test_a_client_asks_by_actions_and_is_answered_the_same(client, memory):
+    plain = MemoryClient(client.node, memory.element, actions=False)
+    content = client.write(2).wait()
+    assert isinstance(content, Decoded)
+    assert content.level == plain.read().wait().level == 2
+    assert set(plain.write(2).wait().details) <= {*client.write(2).wait().details, 'asked'}
+
+
+def test_self_test_and_calibration_tell_all_they_found(client):
+    learnt = client.calibrate().wait()
+    assert isinstance(learnt, Calibrated)
+    assert [len(learnt.delays[end]) for end in ('left', 'right')] == [8, 8]
+    tested = client.self_test().wait()
+    assert isinstance(tested, SelfTested)
+    assert tested.passed
+    assert {'actuator', 'erase', 'level 7', 'restore'} <= set(tested.checks)
+
+
+def test_a_client_is_refused_with_the_reason(client):
+    with pytest.raises(RequestRefused, match='level must be'):
+        client.write(99).wait()
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
+def test_progress_is_iterated(memory, client, kind):
+    context = rclpy.Context()
+    rclpy.init(args=[], context=context)
+    node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
+    robot = MemoryClient(node, memory.element)
+    robot.read().wait()
+    client.write(0).wait()
+
+    async def watch():
+        write = robot.write(7)
+        told = [feedback async for feedback in write]
+        return told, await write
+
+    from test_client import in_a_callback
+
+    told, content = in_a_callback(node, kind(context=context), watch)
+    assert content.level == 7
+    shares = [each.share for each in told]
+    assert shares == sorted(shares)
+    assert shares[-1] > 0.5
+    node.destroy_node()
+    rclpy.try_shutdown(context=context)
+
+
+def test_a_client_cancels_its_own_goal(client):
+    client.write(0).wait()
+    write = client.write(7)
+    assert write.cancel_goal()
+    begun = time.monotonic()
+    with pytest.raises(RequestFailed, match='canceled'):
+        write.wait()
+    assert time.monotonic() - begun < 5.0
+    assert client.write(1).wait().level == 1
+    assert not write.cancel_goal()
+
+
+def test_without_actions_there_is_nothing_to_iterate_and_nothing_to_cancel(client, memory):
+    plain = MemoryClient(client.node, memory.element, actions=False)
+    read = plain.read()
+    assert not read.cancel_goal()
+    read.wait()
+    with pytest.raises(StopAsyncIteration):
+        aiter(read).__anext__().send(None)
+
+
+def test_the_types_of_another_build_are_none(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'mlmem_interfaces.action', SimpleNamespace(Write=Write))
+    assert goals.action_types() == {}
+
+
+def test_at_the_end_who_waits_is_told(client, memory):
+    client.write(0).wait()
+    client.pause().wait()
+    write = client.write(7)
+    client.pause(False).wait()
+    memory.terminate()
+    with pytest.raises(RequestFailed, match='shut down'):
+        write.wait()
+    assert memory.exit_status() == 0
