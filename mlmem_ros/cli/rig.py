@@ -10,6 +10,7 @@ prints first is the address that `device.address` wants.
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import replace
 
 from .command import JSON, command, option
@@ -63,6 +64,7 @@ def rig(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({'address': address})
     else:
-        print(address, flush=True)
+        print(address)
+    sys.stdout.flush()  # for whoever starts a rig and waits for its address
     server.run()
     return 0
