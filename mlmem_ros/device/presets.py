@@ -203,7 +203,7 @@ PRESETS = {
         right=(0.701, 20.0, 7.2e-4),
         patience=6800.0,
         rest=500.0,
-        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, second=0.85, levels=10),
+        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, second=0.8, levels=10),
     ),
     'bits_6': _nine_cells(
         N=666,
