@@ -10,7 +10,7 @@ from ..clipped import clipped
 from ..physics.potential import Array
 from .commands import FollowTrajectory
 from .errors import Refused
-from .motion import Motion, Ramp
+from .motion import Motion, Ramp, shaped
 from .settings import ActuatorSettings
 from .trajectory import planned
 
@@ -70,14 +70,22 @@ class Actuator:
         self.check(strain)  # an abrupt start or stop was seen to push the wall on
         self._begin(Ramp.limited(self.strain, strain, 0.0, self.settings.by_hand))
 
-    def ramp_to(self, strain: float, duration: float) -> None:
+    def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
         """Move to a strain smoothly in a time, or longer if the rate limit asks for it.
+
+        Args:
+            strain: Where to.
+            duration: In time units.
+            delay: If not 0, the move is made in two half steps so far apart (see `shaped`), where
+                it takes long enough.
 
         Raises:
             Refused: The strain is not finite or beyond the limit.
         """
         self.check(strain)
-        self._begin(Ramp.limited(self.strain, strain, duration, self.settings.max_rate))
+        two = 0.0 < delay < duration
+        ramp = Ramp.limited(self.strain, strain, duration - two * delay, self.settings.max_rate)
+        self._begin(shaped(ramp, delay) if two else ramp)
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
         """Move along a timed profile, from where the strain is.

@@ -58,6 +58,27 @@ class Ramp:
         return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
 
 
+def shaped(ramp: Ramp, delay: float) -> Profile:
+    """Return a smooth move in two half steps, the second of which cancels what the first rings.
+
+    The zero-vibration shaper of Singer & Seering (1990, doi 10.1115/1.2894142), without damping:
+    what swings with twice the delay for its period is left at rest.
+
+    Args:
+        ramp: The move.
+        delay: Between the half steps; the move takes as much longer.
+    """
+    T = ramp.duration
+    times = np.unique((0.0, delay, T, T + delay))
+    x = np.clip((times - np.array(((0.0,), (delay,)))) / T, 0.0, 1.0)
+    way = ramp.target - ramp.start
+    strains = ramp.start + way * (x * x * (3.0 - 2.0 * x)).mean(axis=0)
+    rates = way / T * (6.0 * x * (1.0 - x)).mean(axis=0)
+    return Profile(
+        tuple(times.tolist()), (*strains[:-1].tolist(), ramp.target), tuple(rates.tolist())
+    )
+
+
 @dataclass(frozen=True)
 class Cycle:
     """Ramps and waits, one after the other.

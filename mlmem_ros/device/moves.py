@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -141,6 +142,14 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
     else:
         cycle = Cycle.planned(settings.erase, settings.erase.compression, rate)
         yield Move(How.ERASE, start, BLANK, (start + 2) * cycle.duration + ringing(design))
+
+
+def half_period(design: Design) -> float:
+    """Return half a period of the inactive cells all in step, as a ramp makes them swing.
+
+    At that edge of their band waves stand: they ring at the right end until they are damped.
+    """
+    return math.pi / math.sqrt(design.k_s1)
 
 
 def ringing(design: Design) -> float:

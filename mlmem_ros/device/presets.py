@@ -150,7 +150,7 @@ def _write(
     return WriteSettings(
         ramp=ramp, hold=hold, ease=ease, ease_to=ease_to, release=release, settle=0.0,
         final_settle=1000.0, last_release=60.0, compression=peaks[0], tension=peaks[1],
-        start_strain=0.02, launch_speed=0.002,
+        start_strain=0.02, launch_speed=0.002, shaped=True,
     )  # fmt: skip
 
 

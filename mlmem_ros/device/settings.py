@@ -92,7 +92,11 @@ class WriteSettings(CycleSettings):
         0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
     )
     final_settle: float = described(
-        0.0, 'further rest after the last cycle of a write', unit='time', low=0.0, high=1e6
+        0.0,
+        'longest further rest after the last cycle of a write: until the ends are quiet',
+        unit='time',
+        low=0.0,
+        high=1e6,
     )
     last_release: float = described(
         0.0,
@@ -100,6 +104,11 @@ class WriteSettings(CycleSettings):
         unit='time',
         low=0.0,
         high=1e6,
+    )
+    shaped: bool = described(
+        False,
+        'ramps of a step up in two half steps, half a period of the cells at the right end apart: '
+        'they ring less, and are read sooner',
     )
     attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
     escalation: float = described(

@@ -20,6 +20,7 @@ from mlmem_ros.device import (
     preset,
     snapshot,
 )
+from mlmem_ros.device.procedures import climbing
 from mlmem_ros.device.trims import (
     AS_SET,
     QUICKER,
@@ -31,11 +32,12 @@ from mlmem_ros.device.trims import (
     trimmed,
 )
 from mlmem_ros.physics import StateError, level_of
+from mlmem_ros.physics.equilibrium import resting_wall
 
 BITS_2 = preset('bits_2')
 
 
-def made_by_chance(settings=BITS_2.settings, seed=3):
+def made_by_chance(settings=BITS_2.settings, seed=4):
     """Return an element whose cells differ by 1.5 per cent, so that the wall sticks on its way."""
     element = new_element(BITS_2.design, settings)
     element.apply(SetFaults(Faults(disorder_alpha=0.015, seed=seed)))
@@ -60,8 +62,7 @@ def trained():
 
 
 def test_what_fails_untrained_is_learnt(trained):
-    untrained = made_by_chance()
-    assert not untrained.perform(Write(2)).success
+    assert wrong_writes(made_by_chance()) == [2, 3]
     assert set(trained.calibration.trims.steps) - {AS_SET}
     assert not wrong_writes(trained)
 
@@ -78,6 +79,21 @@ def test_an_element_as_designed_has_nothing_to_learn():
     assert element.perform(Calibrate()).success
     assert element.calibration.trims is None
     assert 'trims' not in element.calibration.as_dict()
+
+
+def test_a_step_that_runs_over_leaves_no_level_out(monkeypatch):
+    element, drive, late = new_element(BITS_2), climbing.drive, [1]
+
+    def too_far(element, place, level, **how):
+        yield from drive(element, place, level, **how)
+        if level in late:
+            late.remove(level)
+            element.chain.place(resting_wall(element.chain.specimen, level + 1))
+
+    monkeypatch.setattr(climbing, 'drive', too_far)
+    assert element.perform(Calibrate()).success
+    assert not late
+    element.calibration.check(BITS_2.design.levels)
 
 
 def test_what_was_learnt_outlives_the_process_to_the_bit(trained, tmp_path):

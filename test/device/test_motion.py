@@ -10,7 +10,7 @@ import pytest
 from mlmem_ros.device import Settings
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.instrument import Instrument
-from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.motion import Cycle, Ramp, shaped
 from mlmem_ros.device.procedures.blocks import play, run
 from mlmem_ros.device.settings import ActuatorSettings, CycleSettings
 from mlmem_ros.physics import CASE_II
@@ -64,3 +64,34 @@ def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
     assert moved.advance(t) == pytest.approx(seen, abs=1e-15)
     ramps = np.concatenate([each.strain(np.arange(0.0, each.duration)) for each in pulse.motions])
     assert pulse.strain(np.arange(500.0)) == pytest.approx(ramps, abs=1e-15)
+
+
+@pytest.mark.parametrize('delay', [6.7, 40.0, 55.0])
+def test_a_move_in_two_half_steps_is_the_mean_of_two_moves(delay):
+    """Also where the second begins when the first has ended."""
+    ramp, t = Ramp(0.01, PEAK, 40.0), np.linspace(0.0, 120.0, 1201)
+    moved = shaped(ramp, delay)
+    assert moved.duration == 40.0 + delay
+    assert moved.target == PEAK
+    late = np.where(t < delay, ramp.start, ramp.strain(np.maximum(t - delay, 0.0)))
+    assert moved.strain(t) == pytest.approx(0.5 * (ramp.strain(t) + late), abs=1e-15)
+
+
+def test_two_half_steps_leave_an_oscillator_of_their_period_at_rest():
+    """What rings after a move is the Fourier transform of its rate at that frequency."""
+    ramp, delay = Ramp(0.0, PEAK, 50.0), 6.7
+    t = np.arange(0.0, 60.0, 0.01)
+
+    def rings(motion, omega):
+        return abs(np.sum(np.gradient(motion.strain(t)) * np.exp(1j * omega * t)))
+
+    assert rings(shaped(ramp, delay), np.pi / delay) < 1e-4 * rings(ramp, np.pi / delay)
+    assert rings(shaped(ramp, delay), 0.1) > 0.9 * rings(ramp, 0.1)
+
+
+def test_an_actuator_makes_a_move_in_two_half_steps_in_the_same_time():
+    actuator = Actuator(ActuatorSettings(max_rate=1.0))
+    actuator.ramp_to(PEAK, 40.0, 6.7)
+    assert actuator.left == pytest.approx(40.0)
+    actuator.ramp_to(0.0, 5.0, 6.7)  # too short for it
+    assert actuator.left == 5.0

@@ -27,6 +27,7 @@ def different(name):
     said = {'design': dataclasses.asdict(design), **settings.as_dict()}
     plain = {'design': dataclasses.asdict(CASE_II), **Settings().as_dict()}
     said['erase']['method'], said['write']['last_release'] = 'kink', 0.0
+    said['write']['shaped'] = False
     groups = {
         group: {key: value for key, value in values.items() if value != plain[group][key]}
         for group, values in said.items()

@@ -81,14 +81,16 @@ def catch_up(element: Instrument) -> Procedure[None]:
     yield from wait(element, element.driver.lag * element.tick)
 
 
-def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]:
+def ramp(
+    element: Instrument, strain: float, duration: float, delay: float = 0.0
+) -> Procedure[None]:
     """Move the strain smoothly and wait until it is there.
 
     Raises:
         ProcedureFailed: The actuator does not follow, though it was waited for as long again.
     """
     element.progress.phase = STRAINING
-    element.actuator.ramp_to(strain, duration)
+    element.actuator.ramp_to(strain, duration, delay)
     while element.actuator.moving:
         yield element.next_look(element.actuator.left)
     allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
@@ -103,13 +105,13 @@ def ramp(element: Instrument, strain: float, duration: float) -> Procedure[None]
         yield 1
 
 
-def play(element: Instrument, cycle: Cycle) -> Procedure[None]:
+def play(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[None]:
     """Strain the element through ramps and waits; see `ramp` and `wait`."""
     for motion in cycle.motions:
         if motion.still and not element.actuator.moving:
             yield from wait(element, motion.duration)
         else:
-            yield from ramp(element, motion.target, motion.duration)
+            yield from ramp(element, motion.target, motion.duration, delay)
 
 
 def launch(

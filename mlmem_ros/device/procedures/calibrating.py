@@ -53,7 +53,7 @@ def _learn(element: Memory) -> Procedure[Calibration]:
     heard = yield from climb(element, BLANK, element.design.levels - 1)
     blank = empty.delay if empty else None
     tables: dict[End, tuple[float, ...]] = {
-        end: tuple(heard[level][end].delay or 0.0 for level in sorted(heard))
+        end: tuple(heard[level][end].delay or 0.0 for level in range(element.design.levels))
         for end in element.calibration.ends
     }
     try:

@@ -65,7 +65,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
         if lessons[place + 1].passed(margin):
             place += 1
         elif lessons[place + 1].another(margin):
-            place = _place(heard[place + 1])
+            here = _place(heard[place + 1])
+            place = here if here <= place else UNDECODABLE  # beyond, a level would be left out
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {place + 1} again')
     found = learnt((lesson.trim for lesson in lessons), settings)

@@ -7,11 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..memory import Memory
-from ..moves import How, cycle_of, gentle, paper_way, route
+from ..moves import How, cycle_of, gentle, half_period, paper_way, route
 from ..reading import BLANK, UNDECODABLE
 from ..trims import Trim, trimmed
-from .blocks import Procedure, launch, play, wait
+from .blocks import Procedure, launch, play
 from .erasing import erase
+from .listening import settle
 
 
 def drive(
@@ -53,5 +54,6 @@ def drive(
         given = gentle(settings) if move is moves[-1] else settings
         if move.how is How.STEP:
             given = trimmed(given, trims[move.target])
-        yield from play(element, cycle_of(design, given, move, force))
-    yield from wait(element, settings.write.final_settle)
+        delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
+        yield from play(element, cycle_of(design, given, move, force), delay)
+    yield from settle(element, settings.write.final_settle)

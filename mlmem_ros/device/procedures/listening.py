@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..echo import TAIL, Echo, listening_time, threshold
-from ..end import BOTH, End, ends
+from ..end import BOTH, End, ends, read_from
 from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
@@ -37,9 +37,10 @@ FALLING = 0.7
 def quiet(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
 
-    Both, because a wave that still runs to and fro at one end is on its way to the other. The
-    noise of a sensor never falls silent, and is not waited for: it raises the threshold. Nor
-    does an element that is shaken, which hums (see `hum`).
+    Both, because a wave that still runs to and fro at one end is on its way to the other; where
+    one alone is read from, as quiet as its detector needs. The noise of a sensor never falls
+    silent, and is not waited for: it raises the threshold. Nor does an element that is shaken,
+    which hums (see `hum`).
 
     Raises:
         ProcedureFailed: They did not become quiet within `read.patience`.
@@ -48,19 +49,23 @@ def quiet(element: Instrument) -> Procedure[None]:
         yield element.next_look(element.actuator.left)
     yield from catch_up(element)
     element.progress.phase = QUIETING
-    transducer, share = element.transducer, element.settings.read.quiet
-    limits = {end: share * probe.v_th for end, probe in transducer.probes.items()}
     patience = math.ceil(element.settings.read.patience / element.tick)
-    while element.base.still and (
-        loud := [end for end, limit in limits.items() if _restless(element, end, limit)]
-    ):
+    while element.base.still and (loud := _loud(element)):
         if patience == 0:
+            end, limit = loud
             raise ProcedureFailed(
-                f'the {loud[0]} end does not come to rest: it moves by '
-                f'{transducer.unrest(loud[0]):.2g} and at most {limits[loud[0]]:.2g} lets an '
-                'echo be heard'
+                f'the {end} end does not come to rest: it moves by '
+                f'{element.transducer.unrest(end):.2g} and at most {limit:.2g} lets an echo be '
+                'heard'
             )
         patience -= 1
+        yield 1
+
+
+def settle(element: Instrument, longest: float) -> Procedure[None]:
+    """Rest until both ends are quiet, or for a time at most."""
+    end = element.ticks + math.ceil(longest / element.tick)
+    while element.ticks < end and (_loud(element) or not element.base.still):
         yield 1
 
 
@@ -94,6 +99,16 @@ def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
             break
     element.transducer.release()
     return loud
+
+
+def _loud(element: Instrument) -> tuple[End, float] | None:
+    """Return an end that is not quiet, if there is one, and how much it may move."""
+    heard, probes = read_from(element.settings), element.transducer.probes
+    for end in probes:
+        limit = element.settings.read.quiet * probes[end if end in heard else end.opposite].v_th
+        if _restless(element, end, limit):
+            return end, limit
+    return None
 
 
 def _restless(element: Instrument, end: End, limit: float) -> bool:

@@ -20,6 +20,7 @@ from ...device import UNDECODABLE, Faults, MemoryElement, SetFaults
 from ...device.end import End
 from ...device.errors import ProcedureFailed
 from ...device.procedures import run
+from ...device.procedures.blocks import wait
 from ...device.procedures.driving import drive
 from ...device.procedures.listening import probe
 from ...device.settings import Settings
@@ -146,6 +147,7 @@ class _Made:
         """Drive the wall to the next level, and return that at which it rests then."""
         element, design = self._element, self._element.design
         run(element, drive(element, level, level + 1), self._shake)
+        run(element, wait(element, element.settings.write.final_settle), self._shake)
         configuration = element.chain.configuration
         reached = level_of(design, configuration, design.J / 2)
         if reached < 0:
