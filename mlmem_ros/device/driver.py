@@ -17,8 +17,8 @@ class Driver(ABC):
     """Strains an element, holds an end of it, and tells what both ends do, sample by sample.
 
     It is made open: its class is called with design, settings and `device.address`, and raises
-    `DriverError` or `SettingsError` where that does not do. All methods are called by one thread
-    at a time.
+    `DriverError` or `SettingsError` where that does not do. It is opened, played and closed in a
+    thread of its own (see `Watched`); what it tells is asked for while that waits.
 
     What only a simulation can tell or suffer hangs on `chain`: field, wall and views, state
     hashes and replay, restoring a content, faults of the material, a base that is shaken.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 
 from ..clipped import clipped, printable
 from ..physics import Design, DesignError
@@ -12,6 +13,7 @@ from .driver import Driver
 from .errors import DriverError, SettingsError
 from .settings import Settings
 from .simulation import Simulation
+from .watched import Watched
 
 SIMULATION = 'sim'
 
@@ -40,14 +42,18 @@ def opened(name: str, address: str, design: Design, settings: Settings) -> Drive
         return Simulation.of(design, settings.time)
     make = loaded(name)
     try:
-        return make(design, settings, address)  # type: ignore[call-arg]
+        return Watched(name, lambda: make(design, settings, address), settings.scale.time)
     except (SettingsError, DriverError, DesignError):
         raise
     except Exception as error:
         raise DriverError(f'device.driver {name} fails: {printable(repr(error), 300)}') from error
 
 
-def loaded(name: str) -> type[Driver]:
+Make = Callable[[Design, Settings, str], Driver]
+"""A class of a driver."""
+
+
+def loaded(name: str) -> Make:
     """Return the class of a driver.
 
     Raises:

@@ -15,6 +15,7 @@ from .. import threads
 from ..device import (
     Abort,
     Command,
+    DriverError,
     Event,
     Faults,
     Loop,
@@ -229,7 +230,10 @@ class Host:
             self._store.close()
         if self.element is not None:
             with self.journal.guarded('letting the element go'):
-                self.element.driver.close()
+                try:
+                    self.element.driver.close()
+                except DriverError as error:
+                    self.journal.error(str(error))
         self.element = self._store = None
 
     def close(self) -> None:

@@ -4,6 +4,7 @@
 
 import re
 import sys
+import threading
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import (
+    Driver,
     DriverError,
     Erase,
     MemoryElement,
@@ -21,6 +23,7 @@ from mlmem_ros.device import (
     drivers,
 )
 from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.watched import Watched
 from mlmem_ros.physics import CASE_II, Drive, substep_times
 
 from .lines import calibration
@@ -87,18 +90,61 @@ def bench(monkeypatch, tmp_path):
 def test_the_driver_of_the_page_writes_and_reads(bench):
     settings = Settings()
     driver = drivers.opened(bench, 'slot 2', CASE_II, settings)
-    assert driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
+    assert driver.driver._card.rate == pytest.approx(40e3)  # 80 samples in 2 ms
     element = MemoryElement(CASE_II, settings, calibration(), driver)
     for command in (Write(3), Read('both'), Erase(), Write(1)):
         outcome = element.perform(command)
         assert outcome.success, outcome.error
     reading = element.perform(Read()).reading
     assert reading.delay == pytest.approx(element.calibration.left.delays[1], abs=2.0)
-    driver._card.fails = True
+    driver.driver._card.fails = True
     with pytest.raises(DriverError, match='the card has failed: cable'):
         element.advance()
     driver.close()
-    assert driver._card.closed
+    assert driver.driver._card.closed
+
+
+class Hangs(Driver):
+    """Hangs in one of its methods until the test is over."""
+
+    def __init__(self, where, until):
+        self._where, self._until = where, until
+        self._simulation = Simulation.of(CASE_II, Settings().time)
+        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
+        self._pass('opening')
+
+    def _pass(self, here):
+        if here == self._where:
+            self._until.wait()
+
+    def advance(self, *given):
+        self._pass('playing')
+        return self._simulation.advance(*given)
+
+    def end(self, site):
+        return self._simulation.end(site)
+
+    def close(self):
+        self._pass('closing')
+
+
+@pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
+def test_nobody_hangs_with_a_driver_that_does(where):
+    over = threading.Event()
+
+    def live():
+        driver = Watched('bench:Bench', lambda: Hangs(where, over), 1e-4, patience=0.05)
+        element = MemoryElement(CASE_II, Settings(), calibration(), driver)
+        element.advance()
+        driver.close()
+
+    try:
+        with pytest.raises(
+            DriverError, match=f'bench:Bench hangs: {where} takes longer than 0.05'
+        ):
+            live()
+    finally:
+        over.set()
 
 
 @pytest.mark.parametrize(
