@@ -242,11 +242,12 @@ def test_the_picture_of_one_write_shows_its_verifying_echo():
     assert r'$\Delta_j$' in [axes.get_title() for axes in figure_of(session).get_axes()]
 
 
-def test_the_picture_of_a_session_without_an_echo_says_so():
+def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
     session = load(DATA / 'life')
-    session.outcomes = []
+    session.outcomes, session.configuration = [], []
     titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
     assert '(b) no echo from the left end told a level' in titles
+    assert '(a) configuration: not told' in titles
 
 
 def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):
