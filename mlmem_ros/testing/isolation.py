@@ -12,6 +12,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from ..ros.announcing import profile_variable
+
 # The defaults take up to 3 s to discover a peer and leave segments in /dev/shm after a SIGKILL.
 FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
@@ -67,8 +69,8 @@ def isolate() -> int:
         ROS_LOG_DIR=str(home / 'log'),
         ROS_PYTHON_CHECK_FIELDS='1',
         RMW_IMPLEMENTATION='rmw_fastrtps_cpp',
-        FASTRTPS_DEFAULT_PROFILES_FILE=str(profile),
     )
+    os.environ[profile_variable(os.environ)] = str(profile)
     return domain
 
 

@@ -5,12 +5,14 @@
 import math
 
 import pytest
+from rclpy.parameter import Parameter
 from robot import values
 
 from mlmem_ros.device import preset
 
 LIMIT = preset('case_2').settings.actuator.max_strain
 LEVEL = 2
+INTEGER = Parameter.Type.INTEGER
 
 
 @pytest.fixture(scope='module')
@@ -110,9 +112,9 @@ def test_a_bad_trajectory_is_refused_in_one_line(memory, written, points, joint,
     [
         ('target_level', 8, ['target_level', 'range']),
         ('target_level', -1, ['target_level', 'range']),
-        ('target_level', 'five', ['INTEGER', 'STRING']),  # the words are rclpy's
-        ('target_level', 2.0, ['INTEGER', 'DOUBLE']),
-        ('target_level', True, ['INTEGER', 'BOOL']),
+        ('target_level', 'five', [f"'{INTEGER}'", f"'{Parameter.Type.STRING}'"]),  # rclpy's words
+        ('target_level', 2.0, [f"'{INTEGER}'", f"'{Parameter.Type.DOUBLE}'"]),
+        ('target_level', True, [f"'{INTEGER}'", f"'{Parameter.Type.BOOL}'"]),
         ('design.N', 100, ['design.N']),  # fixed while the element exists
         ('no.such_parameter', 1, ['undeclared']),
     ],

@@ -13,6 +13,7 @@ import rclpy
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from mlmem_ros import (
@@ -172,7 +173,7 @@ def test_a_whole_number_is_a_double_where_one_is_meant(client):
     assert client.parameters('time.speed', 'faults.seed').wait() == {
         'time.speed': 2.0, 'faults.seed': 3,
     }  # fmt: skip
-    with pytest.raises(RequestRefused, match='BOOL'):
+    with pytest.raises(RequestRefused, match=f"'{Parameter.Type.BOOL}'"):
         client.set_parameters({'time.speed': True}).wait()
     client.set_parameters({'time.speed': 1, 'faults.seed': 0}).wait()
 

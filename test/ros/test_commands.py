@@ -17,7 +17,7 @@ from robot import BLANK, Robot
 from mlmem_ros.cli.main import main
 from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
-from mlmem_ros.ros.announcing import announce_often
+from mlmem_ros.ros.announcing import announce_often, profile_variable
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.session.data import load
 
@@ -154,12 +154,15 @@ def test_a_node_announces_itself_often_unless_it_was_told_otherwise(tmp_path, mo
     monkeypatch.chdir(tmp_path)
     environment = {}
     announce_often(environment)
-    profile = ElementTree.parse(environment['FASTRTPS_DEFAULT_PROFILES_FILE'])
+    profile = ElementTree.parse(environment[profile_variable({})])
     (period,) = profile.iterfind('.//{*}leaseAnnouncement/{*}nanosec')
     assert float(period.text) < 0.5e9
     given = {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
     announce_often(given)
     assert given == {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
+    (tmp_path / 'share' / 'fastdds').mkdir(parents=True)
+    third = profile_variable({'AMENT_PREFIX_PATH': str(tmp_path)})
+    assert third == 'FASTDDS_DEFAULT_PROFILES_FILE'
 
 
 def test_self_test(memory, inside):

@@ -20,6 +20,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.timer import Timer
 
 from ...contract import answers
 from ...host import REFUSALS, Journal
@@ -88,9 +89,14 @@ class Boundary:
 
         return call
 
-    def every(self, seconds: float, where: str, callback: Callable[[], None]) -> None:
+    def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
         """Call back again and again by the machine's clock, also where simulated time stands."""
-        self._node.create_timer(seconds, self.guarded(where, callback), clock=self._steady)
+        guarded = self.guarded(where, callback)
+
+        def call() -> None:  # from Kilted on, who takes arguments is given the timer's times
+            guarded()
+
+        return self._node.create_timer(seconds, call, clock=self._steady)
 
     def guard_services(self) -> None:
         """Let no exception out of any service of the node, rclpy's own too; it is answered."""

@@ -23,7 +23,7 @@ class Namesakes:
         self._node = node
         self._journal = journal
         self._left = LOOKS
-        self._timer = node.create_timer(PERIOD, boundary.guarded('the graph', self.look))
+        self._timer = boundary.every(PERIOD, 'the graph', self.look)
 
     def look(self) -> None:
         """Look at the graph."""
