@@ -8,8 +8,8 @@ import threading
 from collections.abc import Sequence
 from typing import Any
 
-import rclpy
 from rclpy.context import Context
+from rclpy.utilities import try_shutdown
 
 from ..contract.errors import RequestRefused
 from ..host import REFUSALS
@@ -52,8 +52,8 @@ class NodeHere(RunningNode):
             """A node whose log is kept."""
 
             def get_logger(self) -> Any:
-                logger = super().get_logger()  # in Kilted one that we have made
-                return logger if isinstance(logger, Kept) else Kept(logger, said)
+                made: Any = super().get_logger()  # type: ignore[no-untyped-call]
+                return made if isinstance(made, Kept) else Kept(made, said)  # in Kilted it is ours
 
         context = Context()
         try:
@@ -61,7 +61,7 @@ class NodeHere(RunningNode):
                 ros_arguments(arguments), context, Overheard, elements
             )
         except BaseException:
-            rclpy.try_shutdown(context=context)
+            try_shutdown(context=context)
             raise
         self._thread = threading.Thread(target=self._run, name='mlmem-node', daemon=True)
         self._thread.start()

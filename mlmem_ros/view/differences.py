@@ -34,7 +34,7 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
     texts = [[_text(event) for event in each.events] for each in (left, right)]
     events: list[dict[str, Any]] = []
     alike = 0
-    matcher = SequenceMatcher(None, *texts, autojunk=False)
+    matcher = SequenceMatcher(a=texts[0], b=texts[1], autojunk=False)
     for tag, a, b, c, d in matcher.get_opcodes():
         if tag == 'equal':
             alike += b - a

@@ -44,9 +44,9 @@ class Ear:
         for topic in ALWAYS:
             self._subscribe(topic)
         for name, action in action_types().items():
-            topic = f'{client.name}/{name}/_action/feedback'
+            feedback = f'{client.name}/{name}/_action/feedback'
             kind = action.Impl.FeedbackMessage
-            client.node.create_subscription(kind, topic, partial(tell, name), RELIABLE)
+            client.node.create_subscription(kind, feedback, partial(tell, name), RELIABLE)
 
     def watch(self, on: bool) -> None:
         """Listen to the streams, or no longer."""

@@ -57,4 +57,4 @@ def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16
     """
     inactive, active = phases
     scaled = (np.asarray(field, dtype=np.float32) - inactive) * (COUNTS / (active - inactive))
-    return np.clip(np.nan_to_num(scaled), -32768, 32767).astype(np.int16)
+    return np.asarray(np.clip(np.nan_to_num(scaled), -32768, 32767), dtype=np.int16)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import hmac
 import time
 from collections.abc import Awaitable, Callable
+from typing import Any
 
 from aiohttp import web
 
@@ -40,7 +41,7 @@ class Guard:
     def __init__(self, token: str = '') -> None:
         self.token = token
 
-    def middleware(self) -> Callable[[web.Request, Handler], Awaitable[web.StreamResponse]]:
+    def middleware(self) -> Any:
         """Return what the server asks first."""
 
         @web.middleware
