@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node over an emulated rig in short: what it tells, records and does when the rig disappears.
+"""A node over an emulated rig in short: what it tells, records, and does when the rig restarts.
 
 All of the contract over a rig in another process is in test_contract.py, where it is slow.
 """
@@ -8,8 +8,8 @@ All of the contract over a rig in another process is in test_contract.py, where 
 import threading
 
 import pytest
-from lifecycle_msgs.msg import State
-from lifecycle_msgs.srv import GetState
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from robot import Robot, values
 
 from mlmem_ros.bag.errors import BagError
@@ -21,6 +21,8 @@ from mlmem_ros.rig.server import Line, Server
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import calibration_of, redecode
 from mlmem_ros.session.replay import replay
+
+UNKNOWN = -2
 
 
 @pytest.fixture
@@ -58,7 +60,7 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
         robot.set(target_level=2)
         answer = robot.send('write')
         robot.wait(lambda: node.node.host.element.procedure, 'the write')
-        server.close()
+        server.restart()
         refused = robot.answer(answer)
         assert not refused.success
         assert 'the device has stopped: ' in refused['error']
@@ -70,8 +72,14 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
         robot.wait(unconfigured, 'the node unconfigured')
         told = robot.next('/diagnostics', lambda report: told_of(report, 'loop').level == b'\2')
         assert told_of(told, 'loop').message.startswith('the device has stopped: tcp://127.0.0.1')
+        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            request = ChangeState.Request(transition=Transition(id=transition))
+            assert robot.response(robot.send('change_state', request, ChangeState)).success
+        assert robot.latest('level', lambda level: level.data == UNKNOWN)
+        assert robot.write(0)['level'] == 0
     assert 'its content is in the element' in node.output
-    assert state.exists()
+    assert f'calibration and statistics restored from {state}' in node.output
+    assert server.clients == 2
     check_session(tmp_path / 'bag')
 
 

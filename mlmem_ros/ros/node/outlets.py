@@ -40,7 +40,7 @@ class Outlets:
         }
         self._contour = Contour(element, settings) if element.simulated else None
         self._markers = ChainMarkers(element, settings)
-        if element.reading is not None:  # it was restored
+        if element.reading is not None or not element.simulated:  # restored, or for an echo to say
             self.publish(topics.LEVEL, messages.level(element.reading))
 
     def close(self) -> None:
