@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ...described import Description, descriptions
-from ...device import PRESETS, SettingsError, preset
+from ...device import PRESETS, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...host import Host
 from ...host.design_check import SKIP, WAS_SKIP
@@ -86,6 +86,8 @@ class ParameterSet:
             _declare(node, live, default, description)
         _declare(node, 'autostart', *AUTOSTART)
         _declare(node, 'view', *VIEW)
+        started = node.get_parameter('device.driver').value  # no client has others imported
+        self._drivers = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_pre_set_parameters_callback(self._meant)  # of two, rclpy would take both answers
@@ -154,6 +156,12 @@ class ParameterSet:
             if parameter.name == 'files.root':
                 return SetParametersResult(
                     successful=False, reason='files.root may be set only at the start of the node'
+                )
+            if parameter.name == 'device.driver' and parameter.value not in self._drivers:
+                return SetParametersResult(
+                    successful=False,
+                    reason='device.driver may name a class only at the start of the node; now it '
+                    f'may be {", ".join(self._drivers)}',
                 )
             if parameter.name in PATHS and parameter.value:
                 try:
