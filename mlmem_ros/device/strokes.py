@@ -38,7 +38,8 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
     """Return the strokes of nine cells to a level: one law for all such elements.
 
     The longer the element the more its far end is shaken: it is swung over more slowly, and its
-    low levels, which take the strongest strokes, have none from even levels.
+    low levels, which take the strongest strokes, have none from even levels; beyond 400 cells no
+    even level has one by this law.
 
     Args:
         levels: Their number.
@@ -52,7 +53,7 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
             release=660.0, settle=0.0, peak=-round(0.0082 * (288.0 / site) ** 0.77, 4),
             growth=0.77, lowest=3,
         )  # fmt: skip
-    if levels > even_from + 1:
+    if levels > even_from + 1 and N <= 400:
         found['down_even'] = StrokeSettings(
             ramp=580.0, hold=20.0, ease=float(round(61.0 * (N / 207.0) ** 0.3)), ease_to=-0.948,
             release=800.0, settle=0.0, peak=-round(5.46 / site, 4), growth=1.0, levels=2,

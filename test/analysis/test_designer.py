@@ -11,10 +11,14 @@ import dataclasses
 import pytest
 
 from mlmem_ros.analysis.checks import Verdict
-from mlmem_ros.analysis.designer import DesignNotFound, propose
+from mlmem_ros.analysis.designer import DesignNotFound, propose, searched
+from mlmem_ros.analysis.designer.going_back import going_back
 from mlmem_ros.analysis.designer.right_pulse import CLEAR
+from mlmem_ros.analysis.moves_down import moved
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.moves import How, cycle_of, moves_from
+from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
 
@@ -41,6 +45,35 @@ def test_the_designer_finds_what_is_shipped(bits):
     assert design.levels == 2**bits
     assert design.bits == bits
     assert found.report.verdict is not Verdict.FAIL
+
+
+@pytest.mark.parametrize('name', ['bits_2', 'bits_4', 'bits_5'])
+def test_the_rules_strokes_and_throws_take_walls_down(name):
+    design, shipped = preset(name)
+    settings = going_back(design, dataclasses.replace(shipped, throw=ThrowSettings()))
+    assert settings.throw.peak > 0.0
+    for level in range(0, design.levels, 5):
+        for move in moves_from(design, settings, level):
+            if move.how in (How.STROKE, How.THROW):
+                left = moved(design, cycle_of(design, settings, move), level, dt=1.0)
+                assert left == move.target
+
+
+def test_no_window_no_throw():
+    design, settings = preset('bits_6')
+    assert going_back(design, settings).throw.peak == 0.0
+
+
+@pytest.mark.slow
+def test_what_is_searched_for_is_what_there_was():
+    pytest.importorskip('cmaes')
+    design, settings = preset('bits_2')
+    plain = dataclasses.replace(settings, throw=ThrowSettings())
+    assert searched(design, dataclasses.replace(plain, down_odd=StrokeSettings()), 1) == (
+        dataclasses.replace(plain, down_odd=StrokeSettings())
+    )
+    found = searched(design, plain, 1)
+    assert dataclasses.replace(found, down_odd=settings.down_odd) == plain
 
 
 def test_three_bits_are_the_papers():

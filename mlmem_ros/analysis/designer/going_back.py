@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -26,6 +25,12 @@ FAR = 2.5
 WIDE = 1.5
 """Least factor between letting go too fast, so that cells slip, and too slowly for that reach."""
 
+BETWEEN = 0.4
+"""Where a throw's time lies between the two, as an exponent: 0 is too fast, 1 too slow."""
+
+LONG = 225
+"""Cells from which on far walls need pulse after pulse, of falling strength."""
+
 SAMPLE = 5
 """Levels that a search begins from, at most."""
 
@@ -34,13 +39,15 @@ def going_back(design: Design, settings: Settings) -> Settings:
     """Return settings with strokes and a throw, as far as a law or a window is known.
 
     Peaks of strokes fall with the site by the law of nine cells to a level. A throw lets go in
-    the geometric mean of what is too fast for the far end and too slow for the wall.
+    a time between what is too fast for the far end and what is too slow for the wall.
     """
     usual = design.J == 9 and design.eta == 1 / 250
     back: dict[str, Any] = by_9(design.levels, design.N) if usual else {}
     fast, slow = shortest_ease(design, PEAK), reach(design, PEAK, 1.0) / FAR
     if slow >= WIDE * fast:
-        back['throw'] = throw(PEAK, 400.0, float(round(math.sqrt(fast * slow))), -0.1, 600.0)
+        more: dict[str, Any] = {'second': 0.8, 'levels': 10} if design.N > LONG else {}
+        ease = float(round(fast * (slow / fast) ** BETWEEN))
+        back['throw'] = throw(PEAK, 400.0, ease, -0.1, 700.0, **more)
         back['erase'] = replace(settings.erase, method='pulse')
     if back:
         back['actuator'] = actuator(settings.actuator.by_hand)
