@@ -50,15 +50,15 @@ def calibrate(element: Memory) -> Procedure[Result]:
 def _learn(element: Memory) -> Procedure[Calibration]:
     """Erase, step through all levels, and return what they sound like."""
     empty = (yield from erase(element)).reading
-    heard = yield from climb(element, BLANK, element.design.levels - 1)
     blank = empty.delay if empty else None
-    tables: dict[End, tuple[float, ...]] = {
-        end: tuple(heard[level][end].delay or 0.0 for level in range(element.design.levels))
-        for end in element.calibration.ends
-    }
     try:
+        heard = yield from climb(element, BLANK, element.design.levels - 1)
+        tables = {
+            end: tuple(heard[level][end].delay or 0.0 for level in range(element.design.levels))
+            for end in element.calibration.ends
+        }
         left = DelayTable(tables[End.LEFT]) if End.LEFT in tables else None
         right = DelayTable(tables[End.RIGHT], blank)
-    except SettingsError as error:
+    except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
     return replace(element.calibration, left=left, right=right)

@@ -128,9 +128,7 @@ def _margin(element: Memory, level: int, heard: Heard) -> tuple[float, str]:
             return NOWHERE, f'level {level} gives no echo at the {end} end'
         nearest, margin = element.calibration.table(end).nearest(reading.delay)
         if nearest != level:
-            return NOWHERE, (
-                f'the calibration was not taken: on the way to level {level} the {end} end '
-                f'hears {describe_level(nearest)}, at {reading.delay:.2f}'
-            )
+            said = f'{describe_level(nearest)}, at {reading.delay:.2f}'
+            return NOWHERE, f'on the way to level {level} the {end} end hears {said}'
         margins.append(margin)
     return min(margins), ''
