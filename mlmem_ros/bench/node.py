@@ -34,6 +34,9 @@ READS = 15
 NAMES = {
     'share': 'processor, nobody listens, % of a core',
     'heard': 'processor, the streams are listened to, % of a core',
+    'shaken': 'processor, the same with an IMU of 200 Hz, % of a core',
+    'lost': 'ticks skipped with the IMU',
+    'writing': 'processor, it writes and writes, % of a core',
     'seen': 'processor, a page is open, % of a core',
     'busy': 'work per tick, us',
     'p50': 'tick lateness p50, ms',
@@ -87,6 +90,9 @@ def _short_runs(repeats: int) -> list[dict[str, float]]:
             node.watch(SETTLED)
             seen = {'ready': node.ready, **node.watch(SECONDS)}
             seen['heard'] = robot.listen(node, SECONDS)['share']
+            shaken = robot.listen(node, SECONDS, shaken=True)
+            seen |= {'shaken': shaken['share'], 'lost': shaken['overruns']}
+            seen['writing'] = robot.write(node, SECONDS)['share']
             with open_page('mlmem'):
                 node.watch(SETTLED)
                 page = node.watch(SECONDS)

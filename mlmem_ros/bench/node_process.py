@@ -15,6 +15,12 @@ from typing import Any
 TICK = 2.0
 """Milliseconds of a tick at the defaults."""
 
+IMU_RATE = 200.0
+"""Messages a second of a base that shakes."""
+
+SHAKE = 0.01
+"""Its acceleration in m/s^2."""
+
 
 class NodeProcess:
     """A `node_probe` that runs within a `with`, of one node or several.
@@ -66,17 +72,22 @@ class Robot:
         os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
         import rclpy
-        from rclpy.executors import SingleThreadedExecutor
+        from rcl_interfaces.srv import SetParametersAtomically
+        from sensor_msgs.msg import Imu
         from std_srvs.srv import Trigger
+
+        from ..ros.events import events_executor
 
         rclpy.init()
         self._node = rclpy.create_node('robot', start_parameter_services=False)
-        self._executor = SingleThreadedExecutor()
+        self._executor = events_executor()
         self._executor.add_node(self._node)
         self._request = Trigger.Request
         self._clients = {
             name: self._node.create_client(Trigger, f'/mlmem/{name}') for name in ('read', 'step')
         }
+        self._request_client = self._node.create_client(SetParametersAtomically, '/mlmem/request')
+        self._base = self._node.create_publisher(Imu, '/mlmem/disturbance', 10)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -95,8 +106,21 @@ class Robot:
         taken = 1e3 * (time.monotonic() - begun)
         return taken - TICK * float(json.loads(future.result().message).get('ticks', 0))
 
-    def listen(self, node: NodeProcess, seconds: float) -> dict[str, float]:
-        """Listen to the streams while a node watches itself; return what it saw."""
+    def write(self, node: NodeProcess, seconds: float) -> dict[str, float]:
+        """Write one level after the other while a node watches itself; return what it saw."""
+        from ..contract.requests import message_of
+
+        assert self._request_client.wait_for_service(10.0)
+        node.ask(seconds)
+        end, level = time.monotonic() + seconds, 0
+        while time.monotonic() < end:
+            level = (level + 3) % 8
+            future = self._request_client.call_async(message_of('write', level=level))
+            self._executor.spin_until_future_complete(future, timeout_sec=20.0)
+        return node.told()
+
+    def listen(self, node: NodeProcess, seconds: float, shaken: bool = False) -> dict[str, float]:
+        """Listen to the streams, of a base that shakes or not, while a node watches itself."""
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import JointState
         from std_msgs.msg import Float32MultiArray, Float64MultiArray
@@ -112,10 +136,20 @@ class Robot:
         ]
         self._turn(1.0)  # they are found by the node
         node.ask(seconds)
+        shaking = self._node.create_timer(1.0 / IMU_RATE, self._shake) if shaken else None
         self._turn(seconds)
+        if shaking is not None:
+            self._node.destroy_timer(shaking)
         for subscription in subscriptions:
             self._node.destroy_subscription(subscription)
         return node.told()
+
+    def _shake(self) -> None:
+        from sensor_msgs.msg import Imu
+
+        message = Imu()
+        message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
+        self._base.publish(message)
 
     def _turn(self, seconds: float) -> None:
         end = time.monotonic() + seconds

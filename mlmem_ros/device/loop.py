@@ -43,7 +43,10 @@ LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop looks again whether the clock has jumped."""
 
 LONGEST_REST = 0.04
-"""Seconds for which ticks are put off at most."""
+"""Seconds for which ticks are put off at most where somebody hears of them."""
+
+LONGEST_UNHEARD = 0.1
+"""The same where nobody does: a command waits until they are made up for, up to 2 ms."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -90,7 +93,7 @@ class Loop:
                 time where every tick that matters to it is a multiple of this number.
             publish_every: No run of ticks goes on beyond a multiple of this number of ticks.
             heard: Tells whether anybody waits for the ticks that are multiples of `batch`: if not,
-                they are put off with the others.
+                they are put off with the others, and longer.
             failed: Called in the loop's thread once a failure has stopped it.
         """
         self.element = element
@@ -243,7 +246,7 @@ class Loop:
             for number in range(run):
                 self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * self._period, ticks - run
-        return latest
+        return self._after(latest - self._period, self._pacer.now())
 
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
@@ -283,8 +286,10 @@ class Loop:
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
-        rested = LONGEST_REST if self._at_once > 1 and self.element.foreseen else 0.0
-        borne = max(self._period, self._pacer.slack, rested)  # what may be put off may be late
+        borne = max(self._period, self._pacer.slack)
+        if lag > borne and self.element.foreseen:  # what may be put off may be late
+            put_off = self._at_once > 1 if self._heard() else self._unheard > 0
+            borne = max(borne, LONGEST_REST if put_off else 0.0)
         skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
@@ -319,6 +324,7 @@ class Loop:
         """Run at a speed: how long a tick lasts, and how many a rest may put off."""
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
+        self._unheard = int(LONGEST_UNHEARD / self._period) if speed > 0.0 else 0
         longest = LONGEST_REST + 1e-9  # a rest of that length is not lost by rounding
         self._at_once = max(
             ticks
@@ -328,12 +334,9 @@ class Loop:
 
     def _due(self, late: float) -> int:
         """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
-        if self._at_once == 1:
-            return 0
-        in_time = 1 if self._heard() else 0
-        ticks = self._at_once - self.element.ticks % self._at_once - in_time
-        ticks = min(ticks, self.element.foreseen)
-        if not self._box.command_waits:
+        in_time = self._at_once - self.element.ticks % self._at_once
+        ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
+        if not ticks or not self._box.command_waits:
             return ticks
         return min(ticks, max(0, int(late / self._period)))
 

@@ -207,7 +207,7 @@ def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
     until(lambda: len(heard) >= 9)
     loop.submit(SetStrain(0.03))
     clock.end = 0.2
-    until(lambda: element.ticks >= 70)
+    until(lambda: len(heard) >= 13)
     loop.stop()
     assert heard[:9] == [10, 19, 20, 30, 39, 40, 50, 59, 60]
     assert heard[9:13] == [61, 70, 79, 80]
@@ -237,18 +237,32 @@ def test_ticks_of_rest_are_those_one_by_one(faults):
 
 
 def test_where_nobody_listens_all_ticks_are_put_off(start):
-    """And where somebody does again, the last one comes in time from then on."""
-    clock, begun, heard = Clock(end=0.0181), [], []
+    """Fifty, in runs of ten; where somebody does again, tick 60 comes in time."""
+    clock, element, heard, told = Clock(end=0.0981), rig.device(), [], []
     start(
-        rig.device(), lambda *_: begun.append(clock.time),
-        pacer=clock, speed=1.0, batch=5, heard=lambda: bool(heard),
+        element, lambda *_: told.append((element.ticks, clock.time)),
+        pacer=clock, speed=1.0, batch=10, publish_every=10, heard=lambda: bool(heard),
     )  # fmt: skip
-    until(lambda: len(begun) == 10)
+    until(lambda: len(told) == 5)
     heard.append('somebody')
-    clock.end = 0.0281
-    until(lambda: len(begun) == 15)
-    expected = [0.008] * 5 + [0.018] * 5 + [0.026] * 4 + [0.028]
-    assert begun == pytest.approx(expected, abs=1e-12)
+    clock.end = 0.1181
+    until(lambda: len(told) == 7)
+    ticks, times = zip(*told, strict=True)
+    assert ticks == (10, 20, 30, 40, 50, 59, 60)
+    assert times == pytest.approx([0.098] * 5 + [0.116, 0.118], abs=1e-12)
+
+
+def test_time_that_nobody_listened_to_is_not_sprinted_after_either(start):
+    """A machine slept for ten seconds: they are counted, and skipped."""
+    clock = Clock(end=0.0981)
+    loop = start(rig.device(), pacer=clock, speed=1.0, batch=10, heard=lambda: False)
+    until(lambda: loop.element.ticks == 50)
+    clock.end = clock.time = 10.0981
+    until(lambda: loop.element.ticks == 100)
+    clock.end = 10.1001
+    time.sleep(0.05)
+    assert loop.element.ticks == 100
+    assert loop.statistics.overruns == pytest.approx(4950, abs=1)
 
 
 def test_a_procedure_goes_on_in_time_and_what_lies_between_is_put_off(start):
