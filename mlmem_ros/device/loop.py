@@ -45,8 +45,8 @@ LONGEST_SLEEP = 0.1
 LONGEST_REST = 0.04
 """Seconds for which ticks are put off at most where somebody hears of them."""
 
-LONGEST_UNHEARD = 0.1
-"""The same where nobody does: a command waits until they are made up for, up to 2 ms."""
+LONGEST_UNHEARD = 0.06
+"""The same where nobody does: it takes 1 ms to make up for them, and a command waits for it."""
 
 SHUT_DOWN = 'the device is shut down'
 
