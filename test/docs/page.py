@@ -22,6 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
 from markdown_it import MarkdownIt
 
 from mlmem_ros.cli.main import main as mlmem
@@ -72,21 +73,8 @@ class Page:
             return
         Path('test_of_the_page.py').write_text('\n\n'.join(tests))
         tests.clear()
-        status = subprocess.run(
-            [
-                sys.executable,
-                '-m',
-                'pytest',
-                '-q',
-                '-p',
-                'no:cacheprovider',
-                'test_of_the_page.py',
-            ],
-            capture_output=True,
-            text=True,
-            timeout=PATIENCE,
-        )
-        assert status.returncode == 0, status.stdout + status.stderr
+        options = ['-q', '-p', 'no:cacheprovider', '-c', os.devnull, '--rootdir', '.']
+        assert pytest.main([*options, '--import-mode=importlib', 'test_of_the_page.py']) == 0
 
     def _command(self, command: str, expected: str) -> None:
         words = shlex.split(command)
