@@ -1,8 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags as rosbag2 writes them: recorded safely, read tolerantly. It knows no ROS graph.
+"""Bags in rosbag2's format: recorded safely, read tolerantly.
 
-A part is imported when it is first used: only what reads or writes needs `mcap` and `rosbags`.
+Nothing here needs a ROS graph. Modules are imported on first use: only readers and writers need
+`mcap` and `rosbags`.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ _HOMES = {
     'repairing': ('Repaired', 'repair'),
     'writer': ('BagWriter',),
 }
-"""Modules, and the names that are at home there."""
+"""Modules, and the names they define."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What comes out of a bag: messages, and word of those that were lost."""
+"""What a bag yields: messages, and records of those that were lost."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class Message(NamedTuple):
 
     Attributes:
         topic: Name of the topic.
-        type: Name of the message type; empty when the bag does not tell.
+        type: Name of the message type; empty when the bag does not say.
         log_time: When it was received, in nanoseconds.
-        publish_time: When it was sent, in nanoseconds; the log time where a bag has no other.
+        publish_time: When it was sent, in nanoseconds; the log time if the bag has none.
         cdr: The encoded message.
     """
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Message types: their definition, their hash, and CDR to and from Python objects.
 
-All of it comes from `rosbags`, so that bags are written and read where no ROS is installed.
+All of it comes from `rosbags`, so bags can be written and read without a ROS installation.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .schema_text import dependencies, parse_schema, schema_text
 _HEADER_SIZE = 4  # bytes of CDR encapsulation
 _NOTHING = 'structure_needs_at_least_one_member', (Nodetype.BASE, ('uint8', 0))
 _WIDE = {'float64', 'int64', 'uint64'}
-# What rosbags' parsers, code generators and generated code raise on input that is not right.
+# What rosbags' parsers, code generators and generated code raise on invalid input.
 _FAULTS = (
     SerdeError,
     TypesysError,
@@ -51,7 +51,7 @@ class Definition:
     Attributes:
         type: Name of the type, such as ``std_msgs/msg/Float64``.
         text: Definition of the type and of all it depends on.
-        encoding: Language of the text, ``ros2msg`` or ``ros2idl``; another word, or none, where
+        encoding: Language of the text, ``ros2msg`` or ``ros2idl``; anything else, or empty, if
             there is no text. (An empty ``ros2msg`` defines a message without fields.)
         hash: The type's RIHS01 hash; empty when unknown.
     """
@@ -70,7 +70,7 @@ class Codec:
 
         Args:
             store: Holds them.
-            refused: Types whose definition is not believed, and why.
+            refused: Types whose definition is rejected, and why.
         """
         self._store = store
         self._refused = refused or {}
@@ -200,14 +200,12 @@ class Codec:
                 f'The {len(cdr)} bytes must be CDR of a {type_name}: {printable(str(error), 200)}.'
             ) from error
         if size > len(body):
-            raise BagError(
-                f'A {type_name} of {size} bytes must be there in whole; got {len(body)}.'
-            )
+            raise BagError(f'A {type_name} of {size} bytes must be complete; got {len(body)}.')
         return message, _HEADER_SIZE + size
 
     def _require(self, type_name: str) -> None:
         if not self.knows(type_name):
-            reason = self._refused.get(type_name, 'give its text along with it')
+            reason = self._refused.get(type_name, 'pass its text as well')
             raise BagError(f'The definition of {clipped(type_name)} is not known here; {reason}.')
 
     def _has_wide_sequence(self, type_name: str) -> bool:
@@ -231,9 +229,9 @@ def jazzy() -> Codec:
 def codec_of(definitions: Iterable[Definition]) -> Codec:
     """Build a codec for the definitions a bag holds.
 
-    Types that ship with ROS 2 Jazzy are Jazzy's, whatever a bag says; should it say that its own
-    has other fields, its messages are refused, for they would decode to nonsense or not at all.
-    Other types are as the bag defines them, within the limits of `schema_limits`.
+    Types that ship with ROS 2 Jazzy are Jazzy's, whatever a bag says. If the bag defines one with
+    other fields, its messages are refused: they would decode to nonsense or not at all. Other
+    types are as the bag defines them, within the limits of `schema_limits`.
 
     Args:
         definitions: Definitions with all they depend on. One that cannot be parsed is left out.
@@ -263,13 +261,13 @@ def _own_types(definition: Definition) -> dict[str, Any]:
     """Return the types of a definition that do not ship with ROS 2 Jazzy.
 
     Raises:
-        BagError: One that does is another here, or it is not a definition of its type. On text
-            that is not of its language the parsers raise various errors.
+        BagError: A type that ships differs from Jazzy's, or the text does not define its type. On
+            text in another language the parsers raise various errors.
     """
     name, ours = definition.type, jazzy()
     if ours.knows(name) and _is_hash(definition.hash):
         if definition.hash != ours.definition(name).hash:
-            raise BagError(f'its hash is {definition.hash}, that of ROS 2 Jazzy is another')
+            raise BagError(f'its hash is {definition.hash}, ROS 2 Jazzy has another')
         return {}
     try:
         types = parse_schema(name, definition.text, definition.encoding)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one error a bag raises."""
+"""The one error that bags raise."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class BagError(Exception):
 
 @contextmanager
 def storage_errors(action: str) -> Iterator[None]:
-    """Turn what the file system refuses into a `BagError`.
+    """Turn file system errors into a `BagError`.
 
     Args:
-        action: What was tried, to follow "Cannot", such as ``'create /data/session'``.
+        action: What was attempted, to follow "Cannot", such as ``'create /data/session'``.
 
     Raises:
         BagError: The body raised an OSError, for instance because the disk is full, or a

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One MCAP file, written by `mcap` so that all that was synced survives the writer's death."""
+"""One MCAP file, written by `mcap` so that all synced data survives the writer's death."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ METADATA_NAME = 'rosbag2'
 COMPRESSIONS = {'zstd': CompressionType.ZSTD, 'none': CompressionType.NONE}
 """Compressions that a chunk can have, by name."""
 
-_CHUNK_SIZE = 256 * 1024  # bytes; small, for what is damaged is lost chunk by chunk
-_MESSAGE_HEAD = 31  # bytes of a message besides its data
+_CHUNK_SIZE = 256 * 1024  # bytes; small, because damage loses a whole chunk
+_MESSAGE_HEAD = 31  # bytes of a message in addition to its data
 
 
 def check_library() -> None:
-    """Raise a `BagError` where `mcap` is too old to be synced by."""
+    """Raise a `BagError` if `mcap` is too old to sync."""
     if not hasattr(Writer, 'flush'):
         raise BagError('Recording needs mcap 1.6 or later: python3 -m pip install --upgrade mcap')
 
@@ -33,8 +33,7 @@ def check_library() -> None:
 class McapFile:
     """A new MCAP file of profile ``ros2``: chunks with CRC, indexes, statistics, summary.
 
-    Every method raises `BagError` when the file system refuses; the file is then of no more
-    use except to `abandon` it.
+    Every method raises `BagError` on a file system error; after that only `abandon` is of use.
     """
 
     def __init__(self, path: Path, compression: str) -> None:
@@ -135,7 +134,7 @@ class McapFile:
             self._writer.add_metadata(METADATA_NAME, {'serialized_metadata': text})
 
     def sync(self) -> None:
-        """Finish the open chunk and wait until the disk has all that was written.
+        """Finish the open chunk and wait until everything written is on the disk.
 
         Raises:
             BagError: The disk is full, failed, or the file was deleted meanwhile.
@@ -159,7 +158,7 @@ class McapFile:
             self._file.close()
 
     def abandon(self) -> None:
-        """Let go of the file as it is, after an error."""
+        """Close the file as it is, after an error."""
         durable.close_quietly(self._file)
 
     def _sync(self) -> None:

@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading one MCAP file as far as it can be read, be it whole, cut off or damaged.
+"""Read one MCAP file as far as possible, whether whole, truncated or damaged.
 
-The records are gone through from the front, in the order they were written, and parsed by `mcap`,
-each chunk checked by its CRC. No index and no summary is needed or trusted, for a killed recorder
-leaves neither. A chunk is taken whole or not at all: the start of a damaged one may look right
-and be wrong. What lies behind a damaged length is not searched for.
+The records are read from the front, in the order they were written, and parsed by `mcap`; each
+chunk is checked by its CRC. Indexes and summaries are neither needed nor trusted: a killed
+recorder leaves none. A chunk is read whole or not at all: the start of a damaged one may look
+right and be wrong. Nothing after a damaged length field is recovered.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _COMPRESSIONS = {'', 'lz4', 'zstd'}
 
 
 class DamageError(Exception):
-    """A record is not what it claims to be; the text says in which way."""
+    """A record is not what it claims to be; the text says how."""
 
 
 @dataclass
 class Block:
-    """Messages that lie together in a file: a chunk, or a run of messages outside chunks.
+    """Contiguous messages in a file: a chunk, or a run of messages outside chunks.
 
     Attributes:
         offset: Where the block begins in the file, in bytes.
@@ -68,8 +68,8 @@ class McapScan:
         path: The file.
         schemas: Message types by id.
         channels: Channels by id.
-        blocks: Where the messages are, in order of the file.
-        metadata: The metadata record that rosbag2 wrote last, as text; None without one.
+        blocks: Where the messages are, in file order.
+        metadata: The last metadata record that rosbag2 wrote, as text; None without one.
         losses: What could not be read.
     """
 
@@ -100,10 +100,10 @@ class McapScan:
 
         Args:
             block: One of `blocks`.
-            channels: Ids of the channels wanted.
+            channels: Ids of the wanted channels.
 
         Yields:
-            The messages as they lie in the block.
+            The messages in block order.
 
         Raises:
             BagError: The file has changed since it was scanned.
@@ -120,7 +120,7 @@ class McapScan:
                         if record.channel_id in channels:
                             yield record
             if count != block.counts.total():
-                raise DamageError(f'of {block.counts.total()} messages {count} are left')
+                raise DamageError(f'{count} of {block.counts.total()} messages remain')
         except DamageError as damage:
             raise BagError(f'{self.path} must not change while it is read: {damage}.') from damage
 
@@ -129,7 +129,7 @@ class McapScan:
         opcode, told = 0, ''
         for opcode, offset, end in _spans(stream, start):
             if opcode == Opcode.DATA_END:
-                told = '; all messages come before'
+                told = '; all messages precede it'
             elif opcode in _READ:
                 try:
                     records = _parsed(stream, offset, end)
@@ -142,7 +142,7 @@ class McapScan:
         stream.seek(end)
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
             end = min(end, size)
-            reason = 'it was cut off or damaged' if end < size else 'the file was not closed'
+            reason = 'it was truncated or damaged' if end < size else 'the file was not closed'
             self.losses.append(Loss(self.path, end, size - end, reason + told))
 
     def _take(self, records: list[McapRecord], offset: int, end: int, chunked: bool) -> None:
@@ -170,12 +170,12 @@ class McapScan:
         for block in self.blocks:
             unknown = sum(n for channel, n in block.counts.items() if channel not in self.channels)
             if unknown:
-                reason = f'{unknown} messages are of channels whose definition is lost'
+                reason = f'{unknown} messages belong to channels whose definition is lost'
                 self.losses.append(Loss(self.path, block.offset, 0, reason))
 
 
 def _spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of every record, up to a footer or one that is not whole."""
+    """Yield opcode, begin and end of every record, up to a footer or an incomplete one."""
     size = stream.seek(0, 2)
     opcode = 0
     while opcode != Opcode.FOOTER:
@@ -185,14 +185,14 @@ def _spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
             return
         opcode, length = _HEAD.unpack(head)
         end = offset + _HEAD.size + length
-        if not opcode or end > size:  # zeros are what some file systems leave after a power cut
+        if not opcode or end > size:  # some file systems leave zeros after a power cut
             return
         yield opcode, offset, end
         offset = end
 
 
 def _parsed(stream: BinaryIO, offset: int, end: int) -> list[McapRecord]:
-    """Return the record that lies there, or those of a chunk; raise `DamageError`."""
+    """Return the record there, or those of a chunk; raise `DamageError`."""
     stream.seek(offset)
     content = BytesIO(stream.read(end - offset))
     try:
@@ -203,17 +203,19 @@ def _parsed(stream: BinaryIO, offset: int, end: int) -> list[McapRecord]:
         return breakup_chunk(record, validate_crc=True)
     except DamageError:
         raise
-    except Exception as error:  # parsers and decompressors share no error
+    except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
 
 
 def _check_claims(chunk: Chunk) -> None:
-    """Refuse a chunk that would fill the memory: what it claims to hold would be allocated."""
+    """Refuse a chunk that would exhaust memory: its claimed size would be allocated."""
     if chunk.compression not in _COMPRESSIONS:
-        raise DamageError(f'its compression {chunk.compression!r} is none of lz4 and zstd')
+        raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
     claimed = chunk.uncompressed_size
     if chunk.compression == 'zstd':
         size = zstandard.get_frame_parameters(chunk.data).content_size
         claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
     if claimed > _LARGEST_CHUNK:
-        raise DamageError(f'it claims to hold {claimed} bytes; at most {_LARGEST_CHUNK} are taken')
+        raise DamageError(
+            f'it claims to hold {claimed} bytes; at most {_LARGEST_CHUNK} are accepted'
+        )

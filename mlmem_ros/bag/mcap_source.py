@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages of a bag that consists of MCAP files."""
+"""The messages of a bag made of MCAP files."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class McapSource:
             files: The files, in the order they were written.
 
         Raises:
-            BagError: No file of them can be read.
+            BagError: None of the files can be read.
         """
         self.topics: dict[str, TopicInfo] = {}
         self.definitions: list[Definition] = []
@@ -75,10 +75,10 @@ class McapSource:
         """Read messages in the order of their log times.
 
         Args:
-            topics: Names of the topics wanted.
+            topics: Names of the wanted topics.
 
         Yields:
-            Messages; those of equal log time in the order they were written.
+            Messages; those with equal log times in the order they were written.
 
         Raises:
             BagError: A file has changed since it was opened.
@@ -105,7 +105,7 @@ class McapSource:
 
 
 def _labels(scan: McapScan, topics: Collection[str]) -> dict[int, tuple[str, str]]:
-    """Return topic and type of the channels that are wanted, by their ids."""
+    """Return topic and type of the wanted channels, by id."""
     return {
         number: (channel.topic, _type_name(scan, channel))
         for number, channel in scan.channels.items()
@@ -116,9 +116,9 @@ def _labels(scan: McapScan, topics: Collection[str]) -> dict[int, tuple[str, str
 def _entries(
     number: int, scan: McapScan, block: Block, labels: Mapping[int, tuple[str, str]]
 ) -> Iterator[tuple[int, int, int, Message | None]]:
-    """Yield the messages of a block with what orders them: time, block, place in the block.
+    """Yield the messages of a block with their sort key: time, block, place in the block.
 
-    The first entry holds none, so that a block is read only once a merge has come to its start.
+    The first entry holds no message, so that a block is read only when a merge reaches its start.
     """
     yield block.earliest, number, -1, None
     yield from sorted(
@@ -148,7 +148,7 @@ def _profiles(text: str) -> tuple[QosProfile, ...]:
     try:
         return parse_profiles(text)
     except BagError:
-        return ()  # what was offered is no reason to refuse the messages
+        return ()  # bad QoS is no reason to refuse the messages
 
 
 def _definition(schema: Schema) -> Definition:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""rosbag2's ``metadata.yaml``, version 9: what Jazzy writes, in the words of PyYAML."""
+"""rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it, by PyYAML."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TopicInfo:
 
 @dataclass
 class FileInfo:
-    """One storage file of a bag. Times are in nanoseconds, since the epoch or of the clock."""
+    """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock."""
 
     path: str
     starting_time: int = NEVER
@@ -57,7 +57,7 @@ class BagMetadata:
     """What ``ros2 bag info`` shows. Times are in nanoseconds.
 
     Raises:
-        BagError: Custom data holds something else than strings.
+        BagError: Custom data holds something other than strings.
     """
 
     topics: tuple[TopicInfo, ...] = ()
@@ -84,7 +84,7 @@ class BagMetadata:
     def of(
         cls, topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
     ) -> BagMetadata:
-        """Describe a bag by its topics and files; raises as the class."""
+        """Describe a bag by its topics and files; raises as the class does."""
         filled = [file for file in files if file.message_count]
         start = min((file.starting_time for file in filled), default=NEVER)
         end = max((file.starting_time + file.duration for file in filled), default=start)
@@ -99,11 +99,11 @@ class BagMetadata:
         )
 
     def text(self) -> str:
-        """Give the content of ``metadata.yaml``."""
+        """Return the content of ``metadata.yaml``."""
         return dump({_ROOT: self._node()})
 
     def record_text(self) -> str:
-        """Give the text that the MCAP metadata record ``rosbag2`` holds: the same, no root."""
+        """Return the text of the MCAP metadata record ``rosbag2``: the same without the root."""
         return dump(self._node())
 
     def write(self, directory: Path) -> None:
@@ -138,13 +138,13 @@ class BagMetadata:
 
 
 def parse_metadata(text: str) -> BagMetadata:
-    """Read the metadata of any rosbag2 version, of a file or of an MCAP record.
+    """Read the metadata of any rosbag2 version, from a file or an MCAP record.
 
     Args:
         text: YAML text with or without the root key.
 
     Returns:
-        The metadata; what its version did not know yet has the default.
+        The metadata; fields its version did not have yet get their defaults.
 
     Raises:
         BagError: The text is not rosbag2 metadata.
@@ -223,7 +223,7 @@ def _topic(item: dict[str, Any]) -> TopicInfo:
         name=_text(topic['name']),
         type=_text(topic['type']),
         serialization_format=_text(topic['serialization_format']),
-        # Before version 9 the profiles are YAML within YAML.
+        # Before version 9 the profiles are YAML inside YAML.
         offered_qos_profiles=(
             parse_profiles(profiles) if isinstance(profiles, str) else profiles_of(profiles)
         ),
@@ -242,7 +242,7 @@ def _file(item: dict[str, Any]) -> FileInfo:
 
 
 def _text(value: object) -> str:
-    # A list of aliases of lists of aliases has no end when it is written out.
+    # Nested lists of aliases expand without bound when written out.
     if not isinstance(value, str):
         raise ValueError(f'got {clipped(value)} for a text')
     return value

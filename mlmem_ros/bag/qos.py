@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Offered quality of service, in the words of rosbag2 Jazzy."""
+"""Offered quality of service, as rosbag2 Jazzy spells it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class QosProfile:
     what ``ros2 bag record`` writes too.
 
     Raises:
-        BagError: A policy is not one of ROS's words.
+        BagError: A policy is not one that ROS names.
     """
 
     history: str = 'unknown'
@@ -67,7 +67,7 @@ class QosProfile:
                 )
 
     def node(self) -> Node:
-        """Give the profile as a YAML mapping in rosbag2's order of keys."""
+        """Return the profile as a YAML mapping with rosbag2's key order."""
         return {
             field.name: _duration_node(getattr(self, field.name))
             if field.name in _DURATIONS
@@ -80,7 +80,7 @@ RELIABLE = QosProfile()
 """Reliable and volatile, the default of ROS publishers."""
 
 LATCHED = QosProfile(durability='transient_local')
-"""Reliable and transient local: who comes late still gets the last message."""
+"""Reliable and transient local: late subscribers still get the last message."""
 
 SENSOR_DATA = QosProfile(reliability='best_effort')
 """Best effort and volatile: a late sample is worth less than the next."""
@@ -153,7 +153,7 @@ def _profile(item: dict[str, Any]) -> QosProfile:
 def _word(policy: str, value: str) -> str:
     words = _POLICIES[policy]
     if value.lstrip('-').isdigit():
-        # Newer enumerators and garbage are both "unknown" to a reader.
+        # A reader maps newer enumerators and garbage to "unknown".
         return words[int(value)] if 0 <= int(value) < len(words) else 'unknown'
     return value if value in words else 'unknown'
 

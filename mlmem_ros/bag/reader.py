@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading a bag, whoever recorded it and however the recording ended."""
+"""Read a bag, whichever recorder wrote it and however the recording ended."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class BagReader:
     """Reads a bag directory, a single ``.mcap`` file or a single ``.db3`` file.
 
-    Opening the bag reads all of it once, a few chunks at a time; from then on `topics` and
-    `losses` are exact. What cannot be read is left out and told in `losses`.
+    Opening the bag reads all of it once, a few chunks at a time; after that `topics` and `losses`
+    are exact. Whatever cannot be read is left out and listed in `losses`.
     """
 
     def __init__(self, path: str | PathLike[str]) -> None:
@@ -34,7 +34,7 @@ class BagReader:
             path: The bag.
 
         Raises:
-            BagError: There is no bag at the path or nothing of it can be read.
+            BagError: There is no bag at the path, or nothing in it can be read.
         """
         self.path = Path(path)
         with storage_errors(f'read {self.path}'):
@@ -50,7 +50,7 @@ class BagReader:
         if metadata is None:
             metadata = _parsed(self._source.metadata_text)
         self.metadata = metadata
-        """What the recorder wrote last about the bag; None when it wrote nothing."""
+        """The last metadata the recorder wrote; None when it wrote none."""
 
     def __iter__(self) -> Iterator[Message]:
         return self.messages()
@@ -62,12 +62,12 @@ class BagReader:
 
     @property
     def losses(self) -> tuple[Loss, ...]:
-        """What cannot be read; empty for a whole bag."""
+        """What cannot be read; empty for an intact bag."""
         return (*self._losses, *self._source.losses)
 
     @property
     def message_count(self) -> int:
-        """Messages that can be read."""
+        """Number of messages that can be read."""
         return sum(info.message_count for info in self.topics.values())
 
     @property
@@ -77,18 +77,17 @@ class BagReader:
 
     @property
     def custom_data(self) -> Mapping[str, str]:
-        """What the recording application wrote beside the messages."""
+        """What the recording application stored besides the messages."""
         return self.metadata.custom_data if self.metadata else {}
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Read messages in the order of their log times, across all files.
 
         Args:
-            topics: Names of the topics wanted; all by default. One the bag does not have is
-                simply not found.
+            topics: Names of the wanted topics; all by default. Unknown names are ignored.
 
         Yields:
-            Messages; those of equal log time in the order they were written.
+            Messages; those with equal log times in the order they were written.
 
         Raises:
             BagError: The bag has changed since it was opened.
@@ -96,7 +95,7 @@ class BagReader:
         return self._source.messages(self.topics if topics is None else set(topics))
 
     def definition(self, type_name: str) -> Definition:
-        """Give the definition of a type as the bag holds it.
+        """Return the definition of a type as the bag holds it.
 
         Args:
             type_name: Name of the type.
@@ -113,8 +112,8 @@ class BagReader:
     def deserialize(self, message: Message) -> Any:
         """Decode a message, by Jazzy's definition where it has one, else by that in the bag.
 
-        A definition is looked at with the first message of its type; see `codec_of` for what
-        is believed.
+        A definition is parsed with the first message of its type; see `codec_of` for which are
+        accepted.
 
         Args:
             message: A message of this bag.
@@ -123,8 +122,7 @@ class BagReader:
             An object with the fields as attributes; arrays of numbers are numpy arrays.
 
         Raises:
-            BagError: The type is not known or not believed, or the bytes are not a message of
-                it.
+            BagError: The type is unknown or rejected, or the bytes are not a message of it.
         """
         codec = self._codecs.get(message.type)
         if codec is None:
@@ -141,7 +139,7 @@ class BagReader:
             return None
 
     def _listed(self, metadata: BagMetadata | None) -> list[Path]:
-        # rosbag2 before version 4 wrote the name of the directory too.
+        # rosbag2 before version 4 wrote the directory's name too.
         names = metadata.relative_file_paths if metadata else ()
         return [self.path / Path(name).name for name in names]
 

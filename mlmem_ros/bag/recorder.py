@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recording from a real-time loop: the loop hands over and goes on, a thread writes."""
+"""Record from a real-time loop: the loop hands messages over, a thread writes them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .errors import BagError
 from .writer import BagWriter
 
 DROPPED_KEY = 'dropped_messages'
-"""Key of the custom data that tells how many messages are missing; absent when none is."""
+"""Custom data key with the number of missing messages; absent when none are."""
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
-_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins: the rest is for the disk
-_POLL_INTERVAL = 0.05  # seconds; a poll wakes no one, where a signal would cost the loop
+_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins: the rest is the disk's
+_POLL_INTERVAL = 0.05  # seconds; polled, because a signal would cost the loop time
 
 
 class _Item(NamedTuple):
@@ -33,19 +33,19 @@ class _Item(NamedTuple):
 
 @dataclass(frozen=True)
 class RecorderStatus:
-    """How a recording stands.
+    """Status of a recording.
 
     Attributes:
         path: The bag.
         state: ``recording``, ``failed`` or ``closed``.
-        messages: Messages written, the counts of dropped ones included.
+        messages: Messages written, including the counts of dropped ones.
         size: Bytes written.
         files: Files begun.
-        queued: Messages that wait to be written.
-        dropped: Messages refused because too many waited.
+        queued: Messages waiting to be written.
+        dropped: Messages refused because too many were waiting.
         error: Why the recording failed.
-        longest_wait: Longest time in seconds from the put of a message until it was safe on the
-            disk, or until now where it still waits.
+        longest_wait: Longest time in seconds from the `put` of a message until it was safe on the
+            disk, or until now if it still waits.
     """
 
     path: Path
@@ -63,12 +63,12 @@ class Recorder:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
 
     A sync begins once the oldest message that is not safe yet has waited for half of the
-    writer's sync interval. Whether it ends in time is up to the disk, and to who else wants the
-    processor: how long a message really waited is measured.
+    writer's sync interval. Whether it ends in time depends on the disk and on the processor's
+    load, so the actual wait is measured.
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
-    running count goes into the bag, as a message on `dropped_topic` each time it has grown and
-    as custom data, so that no gap is silent.
+    running count is recorded, as a message on `dropped_topic` whenever it grows and as custom
+    data, so that no gap is silent.
     """
 
     def __init__(
@@ -98,14 +98,14 @@ class Recorder:
         self._max_queued = max_queued
         self._max_queued_bytes = max_queued_bytes
         self._on_error = on_error
-        self._changed = threads.Condition()  # held for a few instructions, never while writing
+        self._changed = threads.Condition()  # held for a few instructions, never during a write
         self._queue: list[_Item] = []
         self._queued_bytes = 0
         self._dropped = 0
         self._last_dropped_time = 0
         self._accepting = True
         self._recorded_dropped = 0
-        self._oldest: float | None = None  # when the first message that is not safe was put
+        self._oldest: float | None = None  # when the oldest unsynced message was put
         self._longest_wait = 0.0
         self._messages = 0
         self._size = 0
@@ -116,7 +116,7 @@ class Recorder:
         self._thread.start()
 
     def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
-        """Hand over a message; cheap, waits for nothing, raises nothing. Any thread may call.
+        """Hand over a message: cheap, never blocks, never raises. Any thread may call it.
 
         Args:
             topic: Name of a topic of the bag.
@@ -125,13 +125,13 @@ class Recorder:
             publish_time: When it was sent, in nanoseconds; by default the log time.
 
         Returns:
-            Whether the message was taken. It is not when the queue is full, which is counted,
-            or when the recording has failed or was closed.
+            Whether the message was accepted. It is not when the queue is full, which is counted,
+            or when the recording has failed or is closed.
         """
         try:
             size = len(cdr)
         except TypeError:
-            size = 0  # no bytes: the writer will say so, where it disturbs no loop
+            size = 0  # not bytes: the writer reports it, in its own thread
         with self._changed:
             if not self._accepting:
                 return False
@@ -146,7 +146,7 @@ class Recorder:
 
     @property
     def status(self) -> RecorderStatus:
-        """How the recording stands."""
+        """Status of the recording."""
         if self._error is not None:
             state = 'failed'
         else:
@@ -164,10 +164,10 @@ class Recorder:
         )
 
     def close(self, timeout: float | None = None) -> RecorderStatus:
-        """Take no more messages, write those that wait, and finish the bag.
+        """Accept no more messages, write those that wait, and finish the bag.
 
         Args:
-            timeout: Longest time to wait in seconds; None waits as long as it takes.
+            timeout: Longest wait in seconds; None waits as long as it takes.
 
         Returns:
             The final status. Its state is still ``recording`` if the time was too short.
@@ -187,7 +187,7 @@ class Recorder:
                 items, dropped, dropped_time = self._take()
                 for item in items:
                     self._write(item)
-                # What was dropped came after all that fitted into the queue.
+                # The dropped messages came after all that fitted into the queue.
                 self._record_dropped(dropped, dropped_time)
                 self._sync_if_due()
                 self._observe()
@@ -196,7 +196,7 @@ class Recorder:
             self._observe()
         except BagError as error:
             self._fail(error)
-        except Exception as error:  # a defect of ours must end the recording, not the robot
+        except Exception as error:  # a bug here must end the recording, not the robot
             self._fail(BagError(f'Cannot record into {self._writer.path}: {error!r}.'))
 
     def _refuses(self) -> bool:
@@ -218,8 +218,8 @@ class Recorder:
 
     def _sync_if_due(self) -> None:
         if self._writer.unsynced:
-            # Between two syncs as much is written as comes to half an interval: a disk that once
-            # was slow would otherwise be synced after every message of the backlog.
+            # Write half an interval's worth between two syncs: otherwise a disk that was slow once
+            # would be synced after every message of the backlog.
             due = _SYNC_SHARE * self._writer.sync_interval
             if self._waited() < due or self._writer.since_sync < due:
                 return
@@ -227,12 +227,12 @@ class Recorder:
         self._safe()
 
     def _safe(self) -> None:
-        """Take down that all that was written is safe on the disk."""
+        """Note that everything written is safe on the disk."""
         self._longest_wait = max(self._longest_wait, self._waited())
         self._oldest = None
 
     def _waited(self) -> float:
-        """Return how long the oldest message that is not safe yet has waited, in seconds."""
+        """Return how long the oldest unsynced message has waited, in seconds."""
         return 0.0 if (oldest := self._oldest) is None else threads.monotonic() - oldest
 
     def _record_dropped(self, dropped: int, log_time: int) -> None:
@@ -255,7 +255,7 @@ class Recorder:
             self._accepting = False
             self._queue = []
         with suppress(BagError):
-            # Finishes the bag after an unsuitable message; does nothing if the storage failed.
+            # Finish the bag after a bad message; this does nothing if the storage failed.
             self._writer.close()
         if self._on_error is not None:
             self._on_error(error)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Making a whole bag from what can be read of a damaged one."""
+"""Make a whole bag from the readable part of a damaged one."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .reader import BagReader
 from .writer import BagWriter
 
 LOST = 'mlmem_ros.lost'
-"""Custom datum of a repaired bag: what could not be read of the damaged ones, a line each."""
+"""Custom data key of a repaired bag: what could not be read, one line each."""
 
 
 @dataclass(frozen=True)
 class Repaired:
-    """What a repair did.
+    """Result of a repair.
 
     Attributes:
         source: The damaged bag, unchanged.
         destination: The new bag.
         messages: Messages the new bag holds.
-        losses: What could not be read of the damaged one.
+        losses: What could not be read of the damaged bag.
     """
 
     source: Path
@@ -38,7 +38,7 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
     """Copy all that can be read of a bag into a new one.
 
     Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
-    custom data tell what was lost.
+    custom data lists what was lost.
 
     Args:
         source: The bag; it is only read.
@@ -52,8 +52,8 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
     """
     reader = BagReader(source)
     if not reader.message_count:
-        reasons = '; '.join(map(str, reader.losses)) or 'it is empty'
-        raise BagError(f'{source} must hold a message that can be read; {reasons}.')
+        reasons = '; '.join(map(str, reader.losses)) or 'the bag is empty'
+        raise BagError(f'{source} must hold at least one readable message; {reasons}.')
     custom_data = dict(reader.custom_data)
     if lost := [*custom_data.get(LOST, '').splitlines(), *map(str, reader.losses)]:
         custom_data[LOST] = '\n'.join(lost)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The messages of SQLite bags and of bags compressed as a whole, read by way of `rosbags`."""
+"""The messages of SQLite bags and of bags compressed as a whole, read by `rosbags`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _ENCODINGS = {
 
 
 class RosbagsSource:
-    """Reads what `rosbags` can read.
+    """Reads any bag that `rosbags` can read.
 
     Attributes:
         topics: The topics by name, with the number of messages that can be read.
@@ -46,7 +46,7 @@ class RosbagsSource:
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
-        """Read everything once, to know what there is and how far it can be read.
+        """Read everything once, to learn what is there and how far it is readable.
 
         Args:
             paths: SQLite files in the order they were written, or one bag directory.
@@ -80,10 +80,10 @@ class RosbagsSource:
         """Read messages in the order of their log times.
 
         Args:
-            topics: Names of the topics wanted.
+            topics: Names of the wanted topics.
 
         Yields:
-            Messages; those of equal log time in the order they were written.
+            Messages; those with equal log times in the order they were written.
 
         Raises:
             BagError: The bag has changed since it was opened.
@@ -94,7 +94,7 @@ class RosbagsSource:
                 yield message
 
     def _read(self, path: Path, count: int) -> Iterator[Message]:
-        # As many as could be read when the bag was opened: behind them lies the damage.
+        # As many as could be read when the bag was opened: damage follows them.
         with _opened(path) as reader:
             for connection, log_time, cdr in islice(reader.messages(), count):
                 yield Message(connection.topic, connection.msgtype, log_time, log_time, cdr)
@@ -125,7 +125,7 @@ def _opened(path: Path) -> Iterator[Reader]:
     try:
         with Reader(path) as reader:
             yield reader
-    except Exception as error:  # SQLite, zstd and rosbags each have errors of their own
+    except Exception as error:  # SQLite, zstd and rosbags each raise their own errors
         raise BagError(f'Cannot read {path}: {error}') from error
 
 

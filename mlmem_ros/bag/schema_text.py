@@ -18,8 +18,8 @@ _RULE = '=' * 80
 def schema_text(store: Typestore, type_name: str) -> str:
     """Write the definition of a type in the layout of rosbag2.
 
-    It lacks the comments of the ``.msg`` files, which are not everywhere at hand, and so is the
-    same with ROS installed or not.
+    It lacks the comments of the ``.msg`` files, which are not always available, so it is the same
+    with or without a ROS installation.
 
     Args:
         store: Holds the type.
@@ -40,8 +40,8 @@ def parse_schema(type_name: str, text: str, encoding: str) -> dict[str, Any]:
         encoding: Language of the text, ros2msg or ros2idl.
 
     Returns:
-        Types to be registered in a store of rosbags. On text that is not of the language the
-        parsers raise various errors.
+        Types to be registered in a rosbags store. On text in another language the parsers raise
+        various errors.
 
     Raises:
         LimitError: It asks for more than a message type needs.
@@ -54,7 +54,7 @@ def parse_schema(type_name: str, text: str, encoding: str) -> dict[str, Any]:
 
 
 def _parse_idl(text: str) -> dict[str, Any]:
-    # rosbag2 puts a rule and a line "IDL: pkg/msg/Type" above each IDL file, others need not.
+    # rosbag2 puts a rule and a line "IDL: pkg/msg/Type" above each IDL file; others may not.
     header, *sections = text.split(f'{_RULE}\nIDL: ')
     files = [section.partition('\n')[2] for section in sections] or [header]
     types: dict[str, Any] = {}
@@ -74,14 +74,14 @@ def dependencies(store: Typestore, type_name: str) -> Iterator[str]:
         Names of nested types; none for numbers and strings.
     """
     for _, (_, detail) in store.fielddefs[type_name][1]:
-        # A nested type stands as its name, alone or as the item of an array.
+        # A nested type appears by name, alone or as the item of an array.
         nested = detail[0][1] if isinstance(detail[0], tuple) else detail
         if isinstance(nested, str):
             yield nested
 
 
 def _full_text(store: Typestore, type_name: str, seen: set[str]) -> str:
-    # Depth first, siblings sorted, each type once: the order of rosbag2.
+    # Depth first, siblings sorted, each type once: rosbag2's order.
     text = store.generate_msgdef(type_name, ros_version=2)[0].split(_RULE, 1)[0]
     for dependency in sorted(set(dependencies(store, type_name))):
         if dependency not in seen:

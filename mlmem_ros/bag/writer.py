@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing a bag directory that rosbag2, Foxglove, PlotJuggler and rosbags open."""
+"""Write a bag directory that rosbag2, Foxglove, PlotJuggler and rosbags open."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .mcap_file import COMPRESSIONS, McapFile, check_library
 from .metadata import BagMetadata, FileInfo, TopicInfo
 from .qos import RELIABLE, QosProfile, dump_profiles
 
-_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage demands
+_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires
 _LATEST_TIME = 2**63 - 1
 
 
@@ -37,11 +37,9 @@ class _Channel:
 class BagWriter:
     """Writes one bag: ``NAME/metadata.yaml``, ``NAME/NAME_0.mcap``, ``NAME/NAME_1.mcap`` ...
 
-    All that was synced survives the death of the program or the machine, and
-    ``metadata.yaml`` always agrees with the last sync. After an error of the storage the
-    writer is of no more use: every call but `close` raises that error again.
-
-    To be used by one thread at a time; `Recorder` gives it a thread of its own.
+    All synced data survives a crash of the program or the machine, and ``metadata.yaml`` always
+    agrees with the last sync. After a storage error the writer is unusable: every call but `close`
+    raises that error again. Only one thread may use it at a time; `Recorder` gives it its own.
     """
 
     def __init__(
@@ -58,14 +56,14 @@ class BagWriter:
 
         Args:
             path: Directory of the bag; must not exist. Missing parents are made.
-            max_bytes: Begin a new file once the current one has this size; 0 never does. A
+            max_bytes: Begin a new file once the current one reaches this size; 0 never does. A
                 file exceeds it by less than one message and its summary.
             max_duration: Begin a new file once the current one spans this many seconds of
                 log time; 0 never does.
-            sync_interval: Time in seconds after which the next message brings a sync;
+            sync_interval: Time in seconds after which the next message triggers a sync;
                 ``math.inf`` leaves it to `sync` and `close`.
             compression: Compression of the chunks, ``'zstd'`` or ``'none'``.
-            custom_data: What ``metadata.yaml`` holds for the application.
+            custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
             BagError: An argument is out of range, the path exists or cannot be created, or `mcap`
@@ -83,7 +81,7 @@ class BagWriter:
             raise BagError(f'compression must be one of {names}; got {compression!r}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
-        """Goes into ``metadata.yaml`` with the next sync, split or close; may be changed."""
+        """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
         self._max_bytes = max_bytes
         self._max_duration = round(max_duration * 1e9)
         self.sync_interval = sync_interval
@@ -93,12 +91,12 @@ class BagWriter:
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
-        self._metadata()  # refuses unsuitable custom data before anything is created
+        self._metadata()  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
         self._last_sync = threads.monotonic()
         self.unsynced = False
-        """Whether there are messages that are not safe on the disk yet."""
+        """Whether some messages are not safe on the disk yet."""
 
     def __enter__(self) -> BagWriter:
         return self
@@ -108,7 +106,7 @@ class BagWriter:
 
     @property
     def message_count(self) -> int:
-        """Messages written so far, those repeated at splits included."""
+        """Messages written so far, including those repeated at splits."""
         return sum(file.message_count for file in self._files)
 
     @property
@@ -131,28 +129,28 @@ class BagWriter:
         definition: Definition | None = None,
         serialization_format: str = 'cdr',
     ) -> None:
-        """Declare a topic; needed once before its first message.
+        """Declare a topic, once, before its first message.
 
-        With `latch`, the topic's last message is repeated as the first in every new file, so
-        that each file of a split bag can be understood alone. A repetition is a message like
-        any other: it is counted, and ``ros2 bag play`` publishes it. Its log time is that of
-        the split, its publish time the original one, by which a reader knows it.
+        With `latch`, the topic's last message is repeated as the first in every new file, so that
+        each file of a split bag can be understood alone. A repeated message is like any other: it
+        is counted, and ``ros2 bag play`` publishes it. Its log time is that of the split, its
+        publish time the original one, which tells a reader that it is repeated.
 
         Args:
             name: Full name of the topic.
             type_name: Name of its type, such as ``std_msgs/msg/Float64``.
             qos: The offered QoS of each of its publishers.
             latch: Repeat the last message in every new file.
-            definition: The type's definition; that of Jazzy by default.
+            definition: The type's definition; Jazzy's by default.
             serialization_format: Encoding of the messages.
 
         Raises:
             BagError: The topic is there already, the type is not known, the bag is closed, or the
-                storage refuses.
+                storage fails.
         """
         self._require_open()
         if name in self._channels:
-            raise BagError(f'Topic {name} must be added once; it is in {self.path} already.')
+            raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
         definition = definition or jazzy().definition(type_name)
         info = TopicInfo(name, type_name, serialization_format, tuple(qos), definition.hash)
         channel = _Channel(info, definition, latch)
@@ -172,8 +170,8 @@ class BagWriter:
             publish_time: When it was sent, in nanoseconds; by default the log time.
 
         Raises:
-            BagError: The topic was not added, the message is no bytes, a time is out of range,
-                the bag is closed, or the storage refuses.
+            BagError: The topic was not added, the message is not bytes, a time is out of range,
+                the bag is closed, or the storage fails.
         """
         self._require_open()
         channel = self._channels.get(topic)
@@ -190,10 +188,10 @@ class BagWriter:
         self.sync_if_due()
 
     def sync(self) -> None:
-        """Make all messages written so far safe on the disk and renew ``metadata.yaml``.
+        """Make all messages so far safe on the disk and update ``metadata.yaml``.
 
         Raises:
-            BagError: The storage refuses, or the bag was removed, or it is closed.
+            BagError: The storage fails, or the bag was removed or is closed.
         """
         self._require_open()
         if self.unsynced:
@@ -205,11 +203,11 @@ class BagWriter:
 
     @property
     def since_sync(self) -> float:
-        """Seconds since the last sync has ended."""
+        """Seconds since the last sync ended."""
         return threads.monotonic() - self._last_sync
 
     def sync_if_due(self) -> None:
-        """Sync when the sync interval has passed; `write` does it by itself.
+        """Sync if the sync interval has passed; `write` does this itself.
 
         Raises:
             BagError: As for `sync`.
@@ -221,7 +219,7 @@ class BagWriter:
         """Finish the bag. Closing again, or after an error of the storage, does nothing.
 
         Raises:
-            BagError: The storage refuses; what was synced before stays readable.
+            BagError: The storage fails; what was synced before stays readable.
         """
         if self._closed:
             return
@@ -237,7 +235,7 @@ class BagWriter:
         if self._error is not None:
             raise self._error
         if self._closed:
-            raise BagError(f'{self.path} must be open to be written; it was closed.')
+            raise BagError(f'{self.path} must be open for writing; it is closed.')
 
     @contextmanager
     def _storage(self) -> Iterator[None]:
@@ -254,8 +252,7 @@ class BagWriter:
                 make_directory(self.path)
             except FileExistsError as error:
                 raise BagError(
-                    f'{self.path} exists already and a bag is never overwritten; '
-                    'choose another path.'
+                    f'{self.path} exists already; a bag is never overwritten: choose another path.'
                 ) from error
 
     def _open_file(self) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""YAML by PyYAML, as rosbag2's documents want it: keys in their order, no line folded."""
+"""YAML by PyYAML in rosbag2's style: keys in their own order, no folded lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Node: TypeAlias = 'str | int | bool | Mapping[str, Node] | Sequence[Node] | None
 
 _NO_WIDTH = 2**31 - 1
 _LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
-_DEEPEST = 50  # levels, of which rosbag2 has six; libyaml's composer overflows the stack
+_DEEPEST = 50  # levels (rosbag2 has six): libyaml's composer can overflow the stack
 
 
 class _Dumper(SafeDumper):  # type: ignore[misc]
@@ -47,15 +47,14 @@ def dump(node: Node) -> str:
             node, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=_NO_WIDTH
         )
     except (yaml.YAMLError, ValueError) as error:  # ValueError: a lone surrogate
-        raise BagError(f'YAML must be of texts and numbers; got {clipped(node)}.') from error
+        raise BagError(f'YAML must hold only strings and numbers; got {clipped(node)}.') from error
     return text.rstrip('\n')
 
 
 def load(text: str) -> object:
-    """Read a document, leaving every scalar the string it is.
+    """Read a document, leaving every scalar a string.
 
-    rosbag2 leaves ``seed: 42`` unquoted although it is a string, so types are for the caller to
-    decide.
+    rosbag2 leaves ``seed: 42`` unquoted although it is a string, so the caller decides on types.
 
     Args:
         text: One YAML document.

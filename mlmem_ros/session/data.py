@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded bag of a memory node as values: what is replayed, listed, drawn, decoded again."""
+"""A recorded bag of a memory node as values: to replay, list, draw and decode again."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RecordedEcho:
-    """An echo and what was decoded from it.
+    """An echo and what the node decoded from it.
 
     Attributes:
-        time: When it was heard, in seconds from the start of the bag.
+        time: When it was received, in seconds from the start of the bag.
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
-        level: The level that was told next to it, by `~/level` or by the outcome of what it
-            ended, or None where none was.
+        level: The level published with it, by `~/level` or by the outcome of the procedure it
+            ended, or None.
     """
 
     time: float
@@ -50,15 +50,15 @@ class RecordedEcho:
 
 @dataclass
 class SessionData:
-    """What a bag tells of one memory node.
+    """What a bag holds of one memory node.
 
     Attributes:
         node: Full name of the node.
         start: Log time of the first message in nanoseconds.
-        header: All a replay starts from, or None for a bag of another recorder.
+        header: Where a replay starts, or None for another recorder's bag.
         stamped: Commands with the tick at which they took effect; empty without a header.
-        commands: Messages on the command topics: seconds and the command they ask for.
-        refused: Messages on these topics that are no command: seconds and why.
+        commands: Messages on the command topics: seconds and the requested command.
+        refused: Messages on these topics that are not valid commands: seconds and why.
         hashes: Hashes of the state.
         field_time: Seconds of every configuration.
         configuration: Delta_j over time, one array of shape (N,) each.
@@ -66,7 +66,7 @@ class SessionData:
         end_displacement: Substrate end displacement in metres.
         echoes: Every probe, in order.
         outcomes: How every procedure ended: seconds, and its keys and values.
-        lost: What was recorded and cannot be read, or found no room in the recording: a line
+        lost: What was recorded but cannot be read, or was dropped from the recording: one line
             each.
     """
 
@@ -87,26 +87,26 @@ class SessionData:
 
     @property
     def design(self) -> Design:
-        """The element, as the header tells it; a BagError where there is none."""
+        """The element, from the header; raises BagError without one."""
         return self._head().design
 
     @property
     def settings(self) -> Settings:
-        """The instrument's settings, as the header tells them; raises as `design`."""
+        """The instrument's settings, from the header; raises as `design` does."""
         return self._head().settings
 
     def _head(self) -> Header:
         if self.header is None:
             raise BagError(
-                f'the bag holds no session of {self.node}: another recorder wrote it, so design '
-                'and settings must be given'
+                f'the bag holds no session of {self.node}: another recorder wrote it, '
+                'so give design and settings'
             )
         return self.header
 
     def reads(
         self, end: str = 'left', procedures: Collection[str] = ('read',)
     ) -> list[tuple[RecordedEcho, dict[str, str]]]:
-        """Return the echo with which every success of procedures ended, and its outcome.
+        """Return the last echo of every successful procedure, and its outcome.
 
         Args:
             end: The end that was probed.
@@ -122,7 +122,7 @@ class SessionData:
 
 
 def _is_decoded(values: Mapping[str, str]) -> bool:
-    """Return whether an outcome is a success that told a level and its delay."""
+    """Return whether an outcome is a success with a level and its delay."""
     try:
         int(values['level'])
         return 'error' not in values and math.isfinite(float(values['delay']))
@@ -133,16 +133,16 @@ def _is_decoded(values: Mapping[str, str]) -> bool:
 def load(
     path: str | PathLike[str] | BagReader, node: str = '', units: Units | None = None
 ) -> SessionData:
-    """Read what a bag tells of a memory node.
+    """Read what a bag holds of a memory node.
 
     Args:
         path: The bag, or a reader that opened it.
         node: Full name of the node; by default the only one in the bag.
-        units: What the units of a bag without a header are in SI; by default Case II's.
+        units: The SI values of the units of a bag without a header; by default Case II's.
 
     Raises:
-        BagError: The bag cannot be read, tells of no node or of several, or a message is not
-            what its topic promises; the text names the message and what is wrong with it.
+        BagError: The bag cannot be read, holds no node or several, or a message is not what its
+            topic requires; the text names the message and what is wrong with it.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
@@ -170,11 +170,11 @@ class _Collector:
     def __init__(self, session: SessionData, units: Units) -> None:
         self._session = session
         self._units = units
-        self._untold = False  # whether the level of the last echo may yet come
+        self._untold = False  # whether the level of the last echo may still come
         self._dropped = 0
 
     def handlers(self) -> dict[str, tuple[str, Handler]]:
-        """Return, for every topic below the node's name, its type and what takes its messages."""
+        """Return the type and the handler of every topic below the node's name."""
         return {
             HEADER: (STRING, self._header),
             COMMAND: (STRING, self._stamped),
@@ -194,8 +194,8 @@ class _Collector:
         }
 
     def dropped(self) -> list[str]:
-        """Return what the recorder itself says is missing, in at most one line."""
-        lost = f'{self._dropped} messages found no room in the recording'
+        """Return what the recorder itself reports missing, in at most one line."""
+        lost = f'{self._dropped} messages were dropped from the recording'
         return [lost] if self._dropped else []
 
     def _header(self, _: float, message: Any) -> None:
@@ -211,7 +211,7 @@ class _Collector:
         configuration = np.asarray(message.data, dtype=np.float32)
         known = self._session.configuration
         if known and len(known[0]) != len(configuration):
-            raise BagError(f'data must be of {len(known[0])} cells; got {len(configuration)}')
+            raise BagError(f'data must have {len(known[0])} cells; got {len(configuration)}')
         self._session.field_time.append(seconds)
         known.append(configuration)
 
@@ -256,9 +256,9 @@ class _Collector:
 
 
 def _lost(reader: BagReader, node: str) -> Iterator[str]:
-    """Yield what of a node cannot be read: stretches of files, and messages that are counted.
+    """Yield what cannot be read of a node: stretches of files, and messages by count.
 
-    What a repair has left behind is lost still.
+    What a repair could not save is still lost.
     """
     yield from map(str, reader.losses)
     yield from filter(None, reader.custom_data.get(LOST, '').splitlines())
@@ -273,7 +273,7 @@ def _lost(reader: BagReader, node: str) -> Iterator[str]:
 
 
 def _only_node(reader: BagReader) -> str:
-    """Return the full name of the one memory node that a bag tells of."""
+    """Return the full name of the only memory node in a bag."""
     marks = {HEADER: STRING}
     marks |= {topic.name: topic.type for topic in topics.COMMANDS}
     found = {
@@ -286,10 +286,10 @@ def _only_node(reader: BagReader) -> str:
         return found.pop()
     if found:
         raise BagError(
-            f'{reader.path} tells of several nodes: name one of {clipped(sorted(found), 300)}'
+            f'{reader.path} holds several nodes: name one of {clipped(sorted(found), 300)}'
         )
     raise BagError(
-        f'{reader.path} must tell of a memory node: it has none of the topics '
+        f'{reader.path} must hold a memory node: it has none of the topics '
         f'{", ".join(f"~/{mark}" for mark in marks)}; '
         f'got {clipped(sorted(reader.topics), 300)}'
     )

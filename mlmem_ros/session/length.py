@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How long a replay of a session is: as its records have it, where they can be believed.
+"""How long a replay of a session is: as its records say, if they are plausible.
 
-A session tells a state hash every so many ticks. So its records cannot lie far apart, and a tick
-that was made up, or damaged, is told from one that was reached.
+A session records a state hash at a fixed interval of ticks. So its records cannot lie far apart,
+which tells a forged or damaged tick from one that was reached.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..bag.errors import BagError
 from .data import SessionData
 from .records import MOST_HASH_EVERY, Header
 
-_HASHES_MISSING = 100  # in a row, at most: of a bag that is damaged, or grew on a slow disk
+_HASHES_MISSING = 100  # missing in a row, at most: from damage or a slow disk
 
 
 def longest_silence(header: Header) -> int:
@@ -31,14 +31,13 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
         silence: The most ticks that may lie between two of its records.
 
     Raises:
-        BagError: A record is of a tick that was not reached, or of another element.
+        BagError: A record has a tick that was not reached, or is of another element.
     """
     hashed = [recorded.tick for recorded in session.hashes]
     ticks = sorted([first, *hashed, *(tick for tick, _ in session.stamped)])
     if ticks[0] < first:
         raise BagError(
-            f'the records of a session must be of tick {first}, its first, or later; '
-            f'got {ticks[0]}'
+            f'the records of a session must start at tick {first} or later; got {ticks[0]}'
         )
     for before, tick in itertools.pairwise(ticks):
         if tick - before > silence:
@@ -49,7 +48,7 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
     for recorded in session.hashes:
         if len(recorded.v) != session.design.N:
             raise BagError(
-                f'the state hash of tick {recorded.tick} must tell of N = {session.design.N} '
+                f'the state hash of tick {recorded.tick} must have N = {session.design.N} '
                 f'cells; got {len(recorded.v)}'
             )
     return max([first, *hashed, *(tick + 1 for tick, _ in session.stamped)])

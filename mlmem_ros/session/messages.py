@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session holds for a replay, beside the topics: where it began, what entered, hashes.
+"""What a session records for a replay besides the topics: its start, its commands, hashes.
 
-It travels as JSON in messages of type std_msgs/msg/String on three topics of its own, so that
-every tool that opens the bag keeps it, splits and all.
+It is JSON in std_msgs/msg/String messages on three topics of its own, so every tool that opens the
+bag keeps it, even when it splits the bag.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from ..device import commands as device_commands
 from ..physics import ARITHMETIC
 
 FORMAT = 1
-"""Version of what is described here."""
+"""Version of this format."""
 
 HEADER = 'session'
-"""Topic, below the node's name, of the one message that tells where the session began."""
+"""Topic, below the node's name, of the one message with the session's start."""
 
 COMMAND = 'session/command'
 """Topic of the commands, each with the tick at which it took effect."""
@@ -36,12 +36,12 @@ STATE_HASH = 'session/state_hash'
 """Topic of hashes of the material's state, each with its tick; the last one ends the session."""
 
 DROPPED = 'session/dropped'
-"""Topic of the running count of messages that found no room in the recording."""
+"""Topic of the running count of messages dropped from the recording."""
 
 STRING = 'std_msgs/msg/String'
 
 PACKAGES = ('mcap', 'rosbags', 'rclpy')
-"""Packages whose versions are recorded although the bits do not depend on them."""
+"""Packages whose versions are recorded although the results do not depend on them."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class SessionTopics:
 
 
 def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
-    """Return the message that tells all a replay starts from, as CDR.
+    """Return the message from which a replay starts, as CDR.
 
     Args:
         element: An idle device.
@@ -92,15 +92,14 @@ def command(tick: int, given: Command) -> bytes:
 def state_hash(element: MemoryElement) -> bytes:
     """Return the message with the hash of the present state, as CDR.
 
-    It holds the displacements too, to the bit, so that a replay that differs can tell by how
-    much.
+    It also holds the exact displacements, so that a replay that differs can say by how much.
     """
     v = [number.hex() for number in element.chain.v.tolist()]
     return _string({'tick': element.ticks, 'hash': snapshot.digest(element), 'v': v})
 
 
 def versions() -> dict[str, str]:
-    """Return what the bits may depend on: package, arithmetic, libraries and processor."""
+    """Return what the results may depend on: package, arithmetic, libraries, processor."""
     return {
         'mlmem_ros': __version__,
         'arithmetic': ARITHMETIC,
@@ -114,7 +113,7 @@ def _found(packages: Iterable[str]) -> dict[str, str]:
     return {name: _version(name) for name in packages}
 
 
-@functools.cache  # it is looked up on the disk, which no tick shall wait for
+@functools.cache  # it is looked up on the disk, which no tick may wait for
 def _version(package: str) -> str:
     try:
         return metadata.version(package)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The records of a session, checked: header, commands and state hashes, from JSON to values.
 
-`session` writes them. Here nothing that a file says is believed: what comes out is finite, of
-the right kind and within bounds, and what is not is refused with the name of the field.
+`session` writes them. Nothing in a file is trusted: every value returned is finite, of the right
+type and within bounds; anything else is refused with the name of the field.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Header:
         design: The element.
         settings: The instrument's settings.
         initial: The state of the device, for `snapshot.restore` to judge.
-        versions: What the bits may depend on: versions by name.
+        versions: What the results may depend on: versions by name.
         hash_every: Ticks between two hashes.
     """
 
@@ -54,7 +54,7 @@ class Header:
 
     @property
     def simulated(self) -> bool:
-        """Whether it tells the state of a material, as of a real element nobody can."""
+        """Whether it holds the state of a material, which a real element cannot give."""
         return 'state' in self.initial
 
 
@@ -69,13 +69,13 @@ class StateHash:
 
 @contextmanager
 def naming(where: str) -> Iterator[None]:
-    """Name the record in what its content raises, foreseen or not.
+    """Add the record's name to any error its content causes.
 
     Args:
         where: The record, such as ``'session/command at 12.3 s'``.
 
     Raises:
-        BagError: The body raised one, or an error that values of the wrong kind cause.
+        BagError: The body raised one, or an error caused by values of the wrong type.
     """
     try:
         yield
@@ -89,7 +89,7 @@ def naming(where: str) -> Iterator[None]:
 
 
 def read_header(text: str) -> Header:
-    """Return the header that a JSON text is; raises `BagError` or what `naming` names."""
+    """Parse the header from JSON; raises `BagError` or what `naming` converts."""
     values = _object(text)
     if values.get('format') != FORMAT:
         _refuse('format', str(FORMAT), values.get('format'))
@@ -97,7 +97,7 @@ def read_header(text: str) -> Header:
         design = Design(**_mapping(values, 'design'))
     with naming('settings'):
         settings = Settings.from_dict(_mapping(values, 'settings'))
-        steps_per_tick(design, settings.time)  # which refuses a tick that takes too long
+        steps_per_tick(design, settings.time)  # which refuses too long a tick
     versions = _mapping(values, 'versions')
     for name, version in versions.items():
         if not isinstance(version, str):
@@ -110,7 +110,7 @@ def read_header(text: str) -> Header:
 
 
 def read_command(text: str) -> tuple[int, Command]:
-    """Return the tick and the command that a JSON text is; raises as `read_header`."""
+    """Parse a tick and its command from JSON; raises as `read_header` does."""
     values = _object(text)
     tick = _whole(values, 'tick', 0, MOST_TICKS)
     del values['tick']
@@ -124,7 +124,7 @@ def read_command(text: str) -> tuple[int, Command]:
 
 
 def read_state_hash(text: str) -> StateHash:
-    """Return the state hash that a JSON text is; raises as `read_header`."""
+    """Parse a state hash from JSON; raises as `read_header` does."""
     values = _object(text)
     tick = _whole(values, 'tick', 0, MOST_TICKS)
     digest, told = values.get('hash'), values.get('v')
@@ -150,7 +150,7 @@ def _object(text: str) -> dict[str, Any]:
 
 
 def _no_constant(name: str) -> NoReturn:
-    raise ValueError(f'{name} is no JSON')
+    raise ValueError(f'{name} is not JSON')
 
 
 def _mapping(values: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -194,4 +194,4 @@ _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
         lambda value: isinstance(value, list) and all(map(_is_finite, value)),
     ),
 }
-"""What a field of a command must be, by its annotation: in words, and how it is told."""
+"""What a field of a command must be, by its annotation: in words, and its check."""

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decoding recorded echoes again, from their waveforms and without a device."""
+"""Decode recorded echoes again, from their waveforms and without a device."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from .records import naming
 
 @dataclass(frozen=True)
 class Redecoded:
-    """What a recorded waveform tells.
+    """What a recorded waveform says.
 
     Attributes:
-        end: The end that was probed, told by the pulse itself.
+        end: The end that was probed, identified by the pulse itself.
         delay: Delay of the first crossing, or None.
-        level: The calibrated level next to the delay (-1 for blank), or None without an echo.
+        level: The calibrated level nearest to the delay (-1 for blank), or None without an echo.
         level_margin: How clear that is: 1 on the calibrated delay, 0 half-way to the next.
         threshold_margin: Greatest v_c over the threshold.
     """
@@ -42,9 +42,9 @@ class Redecoded:
         return confidence(self.level_margin, self.threshold_margin)
 
     def agrees(self, recorded: int | None) -> bool:
-        """Whether it is the level that was told at the time (undecodable, or none: with all).
+        """Whether it is the level published at the time (true if undecodable or none was).
 
-        An echo alone does not tell the phases of the ends, which can make it undecodable.
+        An echo alone does not show the phases of the ends, which can make it undecodable.
         """
         return recorded is None or recorded < BLANK or self.level == recorded
 
@@ -53,7 +53,7 @@ def calibration_of(session: SessionData) -> Calibration:
     """Return the calibration with which a session began.
 
     Raises:
-        BagError: There is none in its header.
+        BagError: Its header has none.
     """
     levels = session.design.levels
     assert session.header is not None

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Replay: the recorded commands through a device without ROS, compared with what was recorded."""
+"""Replay: run the recorded commands through a device without ROS, and compare."""
 
 from __future__ import annotations
 
@@ -29,33 +29,33 @@ from .records import StateHash, naming
 from .report import Difference, ReplayReport, ending
 
 Progress = Callable[[int, int], None]
-"""Called now and then with the ticks done and the ticks to do."""
+"""Called periodically with the ticks done and the ticks to do."""
 
 MOST_TICKS = 10**9
-"""Ticks that a replay by the stamps of messages may take: three weeks of a robot's time."""
+"""Most ticks for a replay by message stamps: three weeks of a robot's time."""
 
 PROGRESS_EVERY = 500
 """Ticks between two calls of a progress callback."""
 
 
 def element_of(session: SessionData) -> MemoryElement:
-    """Return the device of a session in the state in which the session began.
+    """Return the device of a session in the state where the session began.
 
     Raises:
-        BagError: The header is missing, describes no device, or one that is real.
+        BagError: The header is missing, describes no device, or a real one.
     """
     design, settings = session.design, session.settings
     assert session.header is not None
     if not session.header.simulated:
         raise BagError(
-            'a session of a real element cannot be run again, for its state is not known; '
-            'its echoes are decoded again by mlmem inspect'
+            'a session of a real element cannot be replayed, since its state is unknown; '
+            'mlmem inspect decodes its echoes again'
         )
     unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
     with naming('the initial state in the session header'):
         element = MemoryElement(design, settings, Calibration(unknown, unknown))
         initial = dict(session.header.initial)
-        # Its delays are those of these very settings, however a later version makes the key.
+        # Its delays belong to exactly these settings, however a later version makes the key.
         initial.pop('calibration_key', None)
         snapshot.restore(element, initial)
     return element
@@ -66,11 +66,11 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
 
     Args:
         session: A session that a memory node recorded.
-        progress: Called now and then.
+        progress: Called periodically.
 
     Raises:
-        BagError: The header is missing or describes no device, the records are not those of a
-            session, or the material blows up.
+        BagError: The header is missing or describes no device, the records are not a session's, or
+            the material diverges.
     """
     element = element_of(session)
     assert session.header is not None
@@ -87,19 +87,19 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
 def replay_commands(
     element: MemoryElement, session: SessionData, progress: Progress | None = None
 ) -> ReplayReport:
-    """Run the command messages of any recorder's bag through a device, at their stamps.
+    """Run the commands in any recorder's bag through a device, at their stamps.
 
     Args:
         element: The device they go to.
-        session: What the bag tells.
-        progress: Called now and then.
+        session: What the bag holds.
+        progress: Called periodically.
 
     Returns:
         The report; there are no states to compare, but levels and endings where they were
         recorded.
 
     Raises:
-        BagError: The stamps span more than a robot's life, or the material blows up.
+        BagError: The stamps span too long a time, or the material diverges.
     """
     report = _report_of(session)
     report.foreign = True
@@ -110,7 +110,7 @@ def replay_commands(
     longest = MOST_TICKS * tick_seconds
     if any(time > longest for time, _ in session.commands):
         raise BagError(
-            f'the commands must come within {longest:.3g} s; the last of {session.node} comes at '
+            f'the commands must span at most {longest:.3g} s; the last of {session.node} is at '
             f'{max(time for time, _ in session.commands):.3g} s'
         )
     stamped = [(first + round(time / tick_seconds), given) for time, given in session.commands]
@@ -152,7 +152,7 @@ class _Player:
         """Advance until the running procedure has ended.
 
         Args:
-            session: Where all that it tells has been heard, do not go on.
+            session: Stop once all its echoes have been received.
             ticks: Most ticks to go on for.
         """
         last = self._element.ticks + ticks
@@ -173,7 +173,7 @@ class _Player:
             self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
 
     def _run(self, last: int) -> None:
-        """Advance by a run of ticks, to the next at which something is due, or to the last."""
+        """Advance by a run of ticks, to the next event that is due, or to the last."""
         begun = self._element.ticks
         place = bisect_right(self._stops, begun)
         stop = min([last, *self._stops[place : place + 1]])
@@ -217,7 +217,7 @@ class _Player:
 
 
 def _report_of(session: SessionData) -> ReplayReport:
-    """Return a report of nothing yet, with what was recorded and what is missing."""
+    """Return an empty report, with what was recorded and what is missing."""
     return ReplayReport(
         recorded_levels=[echo.level for echo in session.echoes],
         recorded_endings=[ending(values) for _, values in session.outcomes],

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay compared, how much of it agrees, what was missing, and the verdict."""
+"""What a replay compared, how much agrees, what was missing, and the verdict."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 from ..device import BLANK, UNDECODABLE, Outcome
 
 ROUNDING = 1e-6
-"""Greatest difference, in cells, that another build's rounding can make.
+"""Greatest difference, in cells, that another build's rounding can cause.
 
-Every displacement of every tick rounded anew, by four times what a processor rounds, moves the
-recorded lives by less than 1e-12 cells: they forget. What differs by more differs otherwise.
+Rounding every displacement at every tick, by four times a processor's rounding, moves the recorded
+lives by less than 1e-12 cells: they forget. A greater difference has another cause.
 """
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a replay leaves the recording.
+    """Where a replay departs from the recording.
 
     Attributes:
         tick: The first hashed tick whose state differs.
@@ -44,15 +44,15 @@ class ReplayReport:
         difference: The first that differs, or None.
         state_difference: Greatest difference of a displacement at any of them, in cells.
         levels: Levels decoded by the replay, in order.
-        recorded_levels: Levels that were recorded, by echo; None where none was told.
-        equal_echoes: Recorded echoes that the replay heard with the same bits.
+        recorded_levels: Recorded levels, by echo; None where there was none.
+        equal_echoes: Recorded echoes that the replay reproduced bit for bit.
         echo_difference: Greatest difference between a recorded and a replayed echo, in cells.
-        other_echoes: Recorded echoes of another number of samples than the replayed ones.
+        other_echoes: Recorded echoes with another number of samples than the replayed ones.
         outcomes: How the procedures ended in the replay.
-        recorded_endings: How they ended when they were recorded; see `ending`.
-        lost: What is missing of the recording, a line each.
-        foreign: Whether another recorder wrote the bag: it promises levels, no bits.
-        other_build: What differs in the versions that the bits may depend on.
+        recorded_endings: How they ended in the recording; see `ending`.
+        lost: What is missing from the recording, one line each.
+        foreign: Whether another recorder wrote the bag: it guarantees levels, not bits.
+        other_build: Differences in the versions that the bits may depend on.
     """
 
     ticks: int = 0
@@ -85,7 +85,7 @@ class ReplayReport:
 
     @property
     def levels_agree(self) -> bool:
-        """Whether every level that was recorded was decoded again, and every ending come to."""
+        """Whether every recorded level was decoded again, and every ending reached."""
         return all(
             agreeing(then, now) == comparable(then)
             for then, now in (
@@ -96,7 +96,7 @@ class ReplayReport:
 
     @property
     def exact(self) -> bool:
-        """Whether states, echoes and levels are, where they were recorded, the same to the bit."""
+        """Whether all recorded states, echoes and levels are the same to the bit."""
         return (
             self.difference is None
             and self.echo_difference == 0.0
@@ -112,10 +112,10 @@ class ReplayReport:
 
     @property
     def passed(self) -> bool:
-        """Whether there was something to compare, and all of it agrees as is promised.
+        """Whether there was something to compare, and all of it agrees as guaranteed.
 
-        The levels in any case; of a session, every bit on the build that recorded it, and
-        nothing beyond rounding on another one.
+        Levels must always agree; a session's states and echoes to the bit on the build that
+        recorded it, and to rounding on another.
         """
         if not self.compared or not self.levels_agree:
             return False
@@ -124,12 +124,12 @@ class ReplayReport:
 
     @property
     def whole(self) -> bool:
-        """Whether nothing that was recorded is missing."""
+        """Whether nothing is missing from the recording."""
         return not self.lost
 
     @property
     def verdict(self) -> str:
-        """The answer in one sentence: in capitals what keeps it from being yes."""
+        """The verdict in one sentence, with any reason against it in capitals."""
         if not self.compared:
             return (
                 'NOTHING TO COMPARE: the bag tells neither ~/outcome, nor ~/echo and ~/level, '
@@ -145,11 +145,11 @@ class ReplayReport:
                 f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
             )
             agree = 'exact: the same bits' if self.exact else other
-        lost = '' if self.whole else 'NOT WHOLE: part of the recording is lost; in what is left, '
+        lost = '' if self.whole else 'NOT WHOLE: part of the recording is lost; in what remains, '
         return lost + agree
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the report for a program: plain values alone."""
+        """Return the report as plain values, for programs."""
         return {
             'verdict': self.verdict,
             'passed': self.passed,
@@ -180,13 +180,13 @@ class ReplayReport:
             return ', commands that took effect are refused'
         if self.rounded:
             return ''
-        return ' by more than any rounding: design, settings or commands are not those recorded'
+        return ' by more than rounding: design, settings or commands are not the recorded ones'
 
 
 def ending(values: Mapping[str, Any]) -> str:
-    """Return in words how a procedure ended, from what its outcome or `~/outcome` says.
+    """Return in words how a procedure ended, from its outcome or `~/outcome`.
 
-    Such as `write 3`, `erase blank` or `write failed`: the same words say the same.
+    Such as `write 3`, `erase blank` or `write failed`: the same words mean the same.
     """
     procedure = str(values.get('procedure', 'a procedure'))
     if 'error' in values:
@@ -197,11 +197,11 @@ def ending(values: Mapping[str, Any]) -> str:
 
 
 def comparable(recorded: Sequence[object]) -> int:
-    """Return how many there are to compare with: those that are not None."""
+    """Return how many there are to compare with, that is, not None."""
     return len(recorded) - list(recorded).count(None)
 
 
 def agreeing(recorded: Sequence[object], found: Sequence[object]) -> int:
-    """Return how many of what was recorded was found again, in order."""
+    """Return how many of the recorded values were found again, in order."""
     pairs = zip(recorded, found, strict=False)
     return sum(then is not None and then == now for then, now in pairs)

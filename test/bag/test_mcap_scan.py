@@ -133,7 +133,7 @@ def test_a_cut_summary_costs_no_message(whole):
     path.write_bytes(path.read_bytes()[:-20])
     scan = McapScan(path)
     assert found(scan) == [0, 1, 2, 3, 4]
-    assert scan.losses[0].reason.endswith('all messages come before')
+    assert scan.losses[0].reason.endswith('all messages precede it')
 
 
 @pytest.mark.parametrize('compression', list(CompressionType))
@@ -174,7 +174,7 @@ def test_messages_whose_channel_is_lost_are_told(tmp_path):
     path.write_bytes(content)
     scan = McapScan(path)
     reasons = [loss.reason for loss in scan.losses]
-    assert reasons.count('1 messages are of channels whose definition is lost') == 3
+    assert reasons.count('1 messages belong to channels whose definition is lost') == 3
 
 
 def test_what_is_no_mcap_file_is_refused(tmp_path):
@@ -224,7 +224,7 @@ def file_of(**changes):
 @pytest.mark.parametrize(
     ('changes', 'told'),
     [
-        ({'compression': 'lzma'}, "its compression 'lzma' is none of lz4 and zstd"),
+        ({'compression': 'lzma'}, "its compression must be lz4 or zstd; got 'lzma'"),
         ({'uncompressed_size': 2**27 + 1}, 'it claims to hold 134217729 bytes; at most 134217728'),
         (
             {'compression': 'zstd', 'data': zstandard.compress(bytes(2**28))},

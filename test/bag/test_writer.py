@@ -134,7 +134,7 @@ def test_split_files_share_no_time_but_the_border(record):
 def test_an_existing_path_is_never_touched(record, tmp_path):
     path = record()
     before = {file: file.read_bytes() for file in path.iterdir()}
-    with pytest.raises(BagError, match='exists already and a bag is never overwritten'):
+    with pytest.raises(BagError, match='exists already; a bag is never overwritten'):
         BagWriter(path)
     assert {file: file.read_bytes() for file in path.iterdir()} == before
     (tmp_path / 'file').touch()
@@ -167,7 +167,7 @@ def test_a_library_that_cannot_sync_is_refused_before_anything_is_made(tmp_path,
 
 
 def test_mistakes_of_the_caller_are_told_and_do_no_harm(writer):
-    with pytest.raises(BagError, match='/level must be added once'):
+    with pytest.raises(BagError, match='/level must be added only once'):
         writer.add_topic('/level', 'std_msgs/msg/Int16')
     with pytest.raises(BagError, match="definition of 'no_msgs/msg/No' is not known"):
         writer.add_topic('/no', 'no_msgs/msg/No')
@@ -187,7 +187,7 @@ def test_a_closed_bag_takes_no_more(writer):
     writer.close()
     writer.close()  # once more does nothing
     for use in (lambda: writer.write('/level', level(1), 0), writer.sync):
-        with pytest.raises(BagError, match='it was closed'):
+        with pytest.raises(BagError, match='it is closed'):
             use()
 
 
@@ -219,7 +219,7 @@ def test_a_full_disk_leaves_what_was_synced(writer):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     reader = BagReader(writer.path)
     assert list(reader) == [Message('/level', 'std_msgs/msg/Int16', 0, 0, level(1))]
-    assert 'cut off' in reader.losses[0].reason
+    assert 'truncated' in reader.losses[0].reason
     assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
 
 

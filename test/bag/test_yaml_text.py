@@ -40,5 +40,5 @@ def test_what_is_not_yaml_is_an_error_of_ours(text):
 
 @pytest.mark.parametrize('value', [object(), '\ud800'])
 def test_what_has_no_yaml_form_is_refused(value):
-    with pytest.raises(BagError, match='YAML must be of texts and numbers; got'):
+    with pytest.raises(BagError, match='YAML must hold only strings and numbers; got'):
         dump({'what': value})

@@ -140,7 +140,7 @@ def session(**changes):
         (None, OK, 'not recording'),
         (session(), OK, 'recording'),
         (session(full=True), WARN, 'full: the session has ended'),
-        (session(full=True, dropped=3), WARN, '3 messages found no room and are missing'),
+        (session(full=True, dropped=3), WARN, '3 messages were dropped from the recording'),
         (session(error=BagError('no space left'), dropped=3), ERROR, 'no space left'),
     ],
 )

@@ -98,7 +98,7 @@ def check_session(bag):
     session = load(bag)
     assert session.hashes == []
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
-    with pytest.raises(BagError, match='a session of a real element cannot be run again'):
+    with pytest.raises(BagError, match='a session of a real element cannot be replayed'):
         replay(session)
     calibration = calibration_of(session)
     assert len(session.echoes) >= 3

@@ -59,7 +59,7 @@ def test_what_was_written_is_read(element, header):
         (('format',), 2, 'format must be 1; got 2'),
         (('design',), [], 'design must be an object; got []'),
         (('design', 'N'), 10**9, 'design: N must be a whole number from 3 to 100000'),
-        (('design', 'd'), 1e999, 'Infinity is no JSON'),
+        (('design', 'd'), 1e999, 'Infinity is not JSON'),
         (('settings', 'time', 'tick'), 'x' * 10**6, 'tick must be a finite number'),
         (('settings', 'time', 'tick'), 1e4, None),
         (('settings', 'turbo'), {}, 'settings: these are no settings of a device'),
@@ -97,7 +97,7 @@ def test_a_tick_that_takes_a_minute_is_refused(header):
     [
         ('{"tick": null}', 'tick must be a whole number from 0 to 9007199254740992; got None'),
         ('{"tick": 1e999}', 'got inf'),
-        ('{"tick": NaN}', 'NaN is no JSON'),
+        ('{"tick": NaN}', 'NaN is not JSON'),
         ('{"tick": 1.0}', 'got 1.0'),
         ('{"tick": true}', 'got True'),
         ('{"tick": %s}' % ('9' * 5000), 'must be a JSON object'),
@@ -190,24 +190,24 @@ def test_a_tick_that_no_session_reached_is_not_run_to(header):
 def test_a_hash_of_another_element_is_refused(header, element):
     recorded = read_state_hash(text(messages.state_hash(element)))
     other = type(recorded)(1, recorded.hash, recorded.v[:10])
-    with pytest.raises(BagError, match='the state hash of tick 1 must tell of N = '):
+    with pytest.raises(BagError, match='the state hash of tick 1 must have N = '):
         replay(session_of(json.dumps(header), hashes=[other]))
 
 
 def test_a_record_from_before_the_session_is_refused(header):
     late = session_of(json.dumps(header), [(5, SetStrain(0.0))])
-    with pytest.raises(BagError, match='must be of tick 100, its first, or later; got 5'):
+    with pytest.raises(BagError, match='must start at tick 100 or later; got 5'):
         last_tick(late, first=100, silence=500)
 
 
 def test_commands_that_span_more_than_a_robots_life_are_refused(element):
     session = SessionData('/mlmem', 0, None, commands=[(1e9, SetStrain(0.0))])
-    with pytest.raises(BagError, match=r'must come within 2e\+06 s; the last .* at 1e\+09 s'):
+    with pytest.raises(BagError, match=r'must span at most 2e\+06 s; the last .* is at 1e\+09 s'):
         replay_commands(element, session)
 
 
 def test_a_bag_without_a_header_knows_no_design():
-    with pytest.raises(BagError, match='another recorder wrote it, so design and settings must'):
+    with pytest.raises(BagError, match='another recorder wrote it, so give design and'):
         SessionData('/mlmem', 0, None).design  # noqa: B018
 
 

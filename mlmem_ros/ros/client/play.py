@@ -77,7 +77,7 @@ class Played:
             why = '; see what was otherwise beforehand' if self.hints else ''
             return f'THE LEVELS DIFFER from those that were recorded{why}'
         agree = 'every procedure ended as it was recorded'
-        lost = 'NOT WHOLE: part of the recording is lost; in what is left, '
+        lost = 'NOT WHOLE: part of the recording is lost; in what remains, '
         return f'{lost}{agree}' if self.lost else agree
 
     def as_dict(self) -> dict[str, Any]:

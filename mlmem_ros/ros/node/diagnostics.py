@@ -236,7 +236,7 @@ def recorder(host: Host) -> Health:
     if status.error is not None:
         return Health(ERROR, str(status.error), values)
     if status.dropped:
-        return Health(WARN, f'{status.dropped} messages found no room and are missing', values)
+        return Health(WARN, f'{status.dropped} messages were dropped from the recording', values)
     if recording.full:
         return Health(WARN, 'full: the session has ended at record.most_megabytes', values)
     return Health(OK, status.state, values)
