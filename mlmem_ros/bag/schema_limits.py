@@ -16,7 +16,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.serde.utils import SIZEMAP
 
 MOST_TEXT = {'ros2msg': 2**16, 'ros2idl': 2**14}
-"""Characters of a definition with all it depends on, comments and blanks removed: parsed in 1 s."""
+"""Characters of a definition with all it depends on, without comments or blanks: parsed in 1 s."""
 
 MOST_RAW_TEXT = 2**20
 """Characters of it including them."""

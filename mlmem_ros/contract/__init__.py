@@ -2,6 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is public in ROS: topics, messages, requests, answers; for node, clients and sessions.
 
-`topics`, `commands` and `told` need no ROS, `requests` and `answers` no device. Nothing here
-keeps a state, and nothing knows a node.
+`topics`, `commands` and `told` need no ROS, `requests` and `answers` no device. Nothing here holds
+state or depends on a node.
 """

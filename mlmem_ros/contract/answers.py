@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a memory node answers, as values with types."""
+"""What a memory node answers, as typed values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Answer:
     """A request that was fulfilled.
 
     Attributes:
-        details: All that the node said, by the names in its JSON object.
+        details: The node's whole answer, by the names in its JSON object.
     """
 
     details: Mapping[str, Any] = field(repr=False, compare=False)
@@ -34,10 +34,10 @@ class Answer:
 
 @dataclass(frozen=True)
 class Done(Answer):
-    """A procedure that reached its aim.
+    """A procedure that succeeded.
 
     Attributes:
-        attempts: Tries it took.
+        attempts: Attempts it took.
         ticks: Ticks of the device it took.
     """
 
@@ -50,10 +50,10 @@ class Decoded(Done):
     """What write, read and erase answer: the content as its echo says.
 
     Attributes:
-        level: 0 ... p - 1, or -1 where the element is blank.
-        code: Binary code of the level; empty where it is blank.
+        level: 0 ... p - 1, or -1 if the element is blank.
+        code: Binary code of the level; empty if blank.
         end: The end that was probed: left or right.
-        delay: Echo delay in time units, or None where nothing came back.
+        delay: Echo delay in time units, or None without an echo.
         level_margin: 1 on the calibrated delay, 0 half-way to the next level.
         threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
         confidence: How much may be lost before the answer changes, from 0 to 1: the lesser of
@@ -76,10 +76,10 @@ class Decoded(Done):
 
 @dataclass(frozen=True)
 class Calibrated(Decoded):
-    """What calibrate answers: the content, which it has restored, and what it learnt.
+    """What calibrate answers: the restored content and the learnt delays.
 
     Attributes:
-        delays: Echo delay of every level in time units, by the end that hears it.
+        delays: Echo delay of every level in time units, by the end that receives it.
     """
 
     delays: Mapping[str, tuple[float, ...]]
@@ -87,12 +87,11 @@ class Calibrated(Decoded):
 
 @dataclass(frozen=True)
 class SelfTested(Answer):
-    """A self-test that was made, whatever it found.
+    """A completed self-test, whatever its result.
 
     Attributes:
         passed: Whether every check passed.
-        checks: What every check found, by its name: transducers, erase, actuator, levels,
-            restore.
+        checks: Result of every check, by name: transducers, erase, actuator, levels, restore.
         failed: Names of the checks that did not pass.
     """
 
@@ -103,7 +102,7 @@ class SelfTested(Answer):
 
 @dataclass(frozen=True)
 class Paused(Answer):
-    """Whether time is held.
+    """Whether time is paused.
 
     Attributes:
         paused: True while it is.
@@ -139,9 +138,9 @@ class Stepped(Answer):
 
 
 def ended(outcome: Outcome) -> dict[str, Any]:
-    """Return what is told of a procedure that has ended, by name.
+    """Return the published values of a finished procedure, by name.
 
-    It has the contract's one `margin` beside what the device says: how far from the next level.
+    It adds the contract's single `margin`: how far the delay is from the next level.
     """
     values = outcome.as_dict()
     if 'level_margin' in values:
@@ -150,7 +149,7 @@ def ended(outcome: Outcome) -> dict[str, Any]:
 
 
 def answer(outcome: Outcome, **asked: Any) -> str:
-    """Return the JSON object that answers a service, with what was asked for beside it."""
+    """Return the JSON object that answers a service, along with what was asked for."""
     return json.dumps(ended(outcome) | asked)
 
 
@@ -163,9 +162,9 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
     """Return a service's answer as a value.
 
     Args:
-        kind: What it answers when it succeeds.
+        kind: The type of a successful answer.
         success: Whether it did.
-        message: What it said, which is one JSON object.
+        message: Its message, one JSON object.
 
     Raises:
         RequestRefused: The node did not take the request.
@@ -176,12 +175,12 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
     except ValueError:
         said = None
     if not isinstance(said, dict):
-        raise RequestFailed({'error': f'the answer is no JSON object: {message!r}'})
+        raise RequestFailed({'error': f'the answer is not a JSON object: {message!r}'})
     return understood(kind, success, said)
 
 
 def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
-    """Return what a node said, by name, as a value; raises as `parse`."""
+    """Return a node's answer, by name, as a value; raises as `parse` does."""
     if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
     values = {name: said[name] for name in _names(kind) if name in said}

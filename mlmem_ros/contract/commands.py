@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a message on a command topic, or a request, asks of the device: live or from a bag."""
+"""From messages on command topics, and requests, to device commands: live or from a bag."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from .requests import NAME, REQUESTS, STRING
 
 @dataclass(frozen=True)
 class Record:
-    """What a request asks of the node that is no command of the device: a session, or its end.
+    """A request to the node that is not a device command: start or stop a session.
 
     Attributes:
         on: Whether to begin one.
-        path: Its bag; empty: the parameter `record.path`.
+        path: Its bag; if empty, the parameter `record.path`.
     """
 
     on: bool = True
@@ -44,25 +44,23 @@ class Record:
 
 
 Make = Callable[[Any, Units], Command]
-"""Returns the command that a message is, its SI values in the device's units; or `Refused`."""
+"""Turns a message into a command, from SI into the device's units, or raises `Refused`."""
 
 
 def follow(message: Any, units: Units) -> FollowTrajectory:
-    """Return the command that a JointTrajectory is; the device judges whether it can be followed.
+    """Turn a JointTrajectory into a command; the device judges whether it can follow it.
 
-    Positions are displacements of the substrate's end in m, as `~/joint_states` tells them, and
-    velocities m/s. Stamp, accelerations and efforts are not looked at: a trajectory begins when
-    it is taken.
+    Positions are displacements of the substrate's end in m, as in `~/joint_states`, and velocities
+    m/s. Stamp, accelerations and efforts are ignored: a trajectory begins when it is accepted.
 
     Args:
-        message: A trajectory as rclpy or as `rosbags` gives it.
+        message: A trajectory from rclpy or `rosbags`.
         units: Of the device.
 
     Raises:
-        Refused: A point has not one position, or not as many velocities, one or none, as the
-            others.
+        Refused: A point does not have one position, or only some points have one velocity.
     """
-    points = message.points[: MOST_POINTS + 1]  # one more than may be is too many already
+    points = message.points[: MOST_POINTS + 1]  # one more than allowed is enough to refuse
     rates = min(1, len(points[0].velocities)) if points else 0
     for number, point in enumerate(points, start=1):
         if len(point.positions) != 1:
@@ -86,27 +84,27 @@ def follow(message: Any, units: Units) -> FollowTrajectory:
 
 
 def set_joint(message: Any, units: Units) -> SetStrain:
-    """Return the command that a JointState is which asks for a position.
+    """Turn a JointState that sets a position into a command.
 
     Args:
-        message: It names joints and their positions in m; what else it says is not looked at.
+        message: It names joints and their positions in m; all else is ignored.
         units: Of the device.
 
     Raises:
-        Refused: It tells no position of the device's joint.
+        Refused: It has no position of the device's joint.
     """
     positions = dict(zip(message.name, message.position, strict=False))
     if JOINT not in positions:
         raise Refused(
-            f'there must be a position of the joint {JOINT!r}; got {clipped(list(positions))}'
+            f'it must have a position of the joint {JOINT!r}; got {clipped(list(positions))}'
         )
     return SetStrain(float(positions[JOINT]) / units.elongation)
 
 
 def disturb(message: Any, units: Units) -> Disturb:
-    """Return what an Imu message says of the base, along the chain.
+    """Turn an Imu message into the base's acceleration along the chain.
 
-    An Imu that has no accelerometer says so by its covariance (REP 145): it tells NaN, which
+    An Imu without an accelerometer says so by its covariance (REP 145): the result is NaN, which
     the device refuses.
     """
     if message.linear_acceleration_covariance[0] == -1.0:
@@ -126,7 +124,7 @@ OF_TOPIC: dict[str, Make] = {
 
 
 def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic, Any]:
-    """Return the topic on which a command is sent that is no request, and its message."""
+    """Return the topic and the message that send a command which is not a request."""
     if isinstance(command, SetStrain):
         return topics.STRAIN, topics.STRAIN.kind(data=command.strain)
     message = topics.DISTURBANCE.kind()
@@ -148,13 +146,13 @@ OF_REQUEST: dict[str, type[Any]] = {
 
 
 def requested(parameters: Sequence[Any]) -> Command | Record:
-    """Return what a request asks for; its values are for the device to judge.
+    """Return what a request asks for; the device judges its values.
 
     Args:
         parameters: Of a rcl_interfaces/srv/SetParametersAtomically.
 
     Raises:
-        Refused: It is no request, or its arguments are not its own.
+        Refused: It is not a request, or has the wrong arguments.
     """
     given = {parameter.name: parameter.value for parameter in parameters}
     if len(given) != len(parameters):
@@ -167,8 +165,7 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
     for argument, value in given.items():
         if argument not in types:
             raise Refused(
-                f'{name} must be given {", ".join(types) or "nothing else"}; '
-                f'got {clipped(argument)}'
+                f'{name} takes {", ".join(types) or "no arguments"}; got {clipped(argument)}'
             )
         if value.type != types[argument].number:
             raise Refused(
@@ -185,6 +182,6 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
 
 
 def asked(command: Command) -> tuple[str, dict[str, Any]]:
-    """Return the request that asks for a command, and its arguments: the way back."""
+    """Return the request for a command, with its arguments: the inverse."""
     (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
     return name, {argument: getattr(command, argument) for argument in REQUESTS[name]}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Why a request to a memory node came to nothing."""
+"""Why a request to a memory node failed."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 
 
 class RequestError(Exception):
-    """A request came to nothing; the message says why."""
+    """A request failed; the message says why."""
 
 
 class NoAnswer(RequestError):
-    """The node, or an answer of it, did not come in time: what became of the request is open."""
+    """The node did not appear or answer in time: the result of the request is unknown."""
 
 
 class RequestFailed(RequestError):
-    """The node tried and did not reach what was asked for; the content may have changed.
+    """The node tried and failed; the content may have changed.
 
     Attributes:
         answer: The node's JSON object, with `error`.
@@ -33,7 +33,7 @@ class RequestRefused(RequestFailed):
 
 
 class BankFailed(RequestError):
-    """Some elements did not do what they were asked for; the others did.
+    """Some elements failed to do what was asked; the others succeeded.
 
     Attributes:
         errors: What went wrong, by the full name of the element.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The actions: goals to requests, outcomes to results, and results to answers.
 
-Their types are those of the package `mlmem_interfaces`, which need not be there.
+Their types come from the package `mlmem_interfaces`, which is optional.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ ACTIONS: dict[str, str] = {
     'calibrate': 'Calibrate',
     'self_test': 'SelfTest',
 }
-"""The requests that are actions, too, with the names of their types."""
+"""The requests that are also actions, with the names of their types."""
 
 DELAYS = {'left': 'left_delays', 'right': 'right_delays'}
-"""What a calibration learns at every end, and the field that has it."""
+"""What a calibration learns at each end, and the field that holds it."""
 
 
 UNTOLD = -1
-"""How many walls there are where one end alone cannot tell."""
+"""Number of walls when one end alone cannot tell."""
 
 
 def action_types() -> dict[str, Any]:
-    """Return the types of `ACTIONS` by request; none where the interfaces are not built.
+    """Return the types of `ACTIONS` by request; none if the interfaces are not built.
 
-    In a checkout their source is found in place of them, which has none either.
+    In a checkout Python may find their source instead, which has no types either.
     """
     try:
         module = import_module('mlmem_interfaces.action')
@@ -53,7 +53,7 @@ def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
     Args:
         kind: The action.
         outcome: The end of its procedure.
-        error_code: Of `kind.Result`, why it came to nothing; `NONE` where it did not.
+        error_code: Of `kind.Result`, why it failed; `NONE` if it did not.
     """
     values = ended(outcome)
     for end, name in DELAYS.items():
@@ -67,7 +67,7 @@ def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
 
 
 def failed(kind: Any, error_code: int, error: str) -> Any:
-    """Return the result of an action of which nothing else is to be told."""
+    """Return the result of an action with nothing but an error."""
     result = kind.Result(error_code=error_code, error=error)
     if hasattr(result, 'level'):
         result.level, result.walls = UNDECODABLE, UNTOLD
@@ -95,7 +95,7 @@ def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> Some
 
 
 def said(name: str, result: Any) -> Mapping[str, Any]:
-    """Return what a result says by the names of an answer's JSON object.
+    """Return a result's values by the names of an answer's JSON object.
 
     Args:
         name: The request.
@@ -118,7 +118,7 @@ def said(name: str, result: Any) -> Mapping[str, Any]:
 
 
 def _untold(field: str, value: Any) -> bool:
-    """Return whether an answer has no such name, or not with this value."""
+    """Return whether an answer lacks this name or this value."""
     return (
         field in ('error_code', *DELAYS.values())
         or (field in ('error', 'reason') and value == '')

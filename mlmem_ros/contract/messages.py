@@ -29,12 +29,12 @@ from .answers import ended
 
 
 def level(reading: Reading | None) -> Int16:
-    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or not known."""
+    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
     return Int16(data=UNDECODABLE if reading is None else reading.level)
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:
-    """Return how a procedure ended; the name is the node's full one."""
+    """Return how a procedure ended; `name` is the node's full name."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     values = key_values(ended(outcome))
@@ -48,7 +48,7 @@ def status(outcome: Outcome, name: str) -> DiagnosticStatus:
 
 
 def test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
-    """Return one status for every check of a self-test; one alone where none was made."""
+    """Return one status for every check of a self-test, or a single one without checks."""
     if not outcome.checks:
         return [refused_test(name, outcome.error)]
     return [
@@ -64,7 +64,7 @@ def test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
 
 
 def refused_test(name: str, reason: str) -> DiagnosticStatus:
-    """Return the status of a self-test that was not made."""
+    """Return the status of a self-test that did not run."""
     return DiagnosticStatus(
         level=DiagnosticStatus.ERROR,
         name=f'{name[1:]}: self_test',
@@ -74,7 +74,7 @@ def refused_test(name: str, reason: str) -> DiagnosticStatus:
 
 
 def key_values(values: dict[str, Any]) -> list[KeyValue]:
-    """Return values as diagnostics carry them: texts."""
+    """Return values as diagnostics carry them: as strings."""
     return [
         KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))
         for key, value in values.items()
@@ -122,7 +122,7 @@ def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: st
 def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
     """Return the substrate's end and the transducer cell v_1: m, m/s and N.
 
-    There are no forces where none is measured.
+    There are no forces if none is measured.
     """
     units, driver = element.units, element.driver
     force = driver.force()
@@ -151,7 +151,7 @@ def _matrix(rows: str, columns: str, values: Array) -> Float32MultiArray:
 
 
 def _floats(values: np.ndarray) -> array.array[float]:
-    """Return the values as the one type that rclpy takes without a check of every element."""
+    """Return the values as the one type that rclpy does not check element by element."""
     result = array.array('f')
     result.frombytes(values.tobytes())
     return result

@@ -7,14 +7,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 NAME = 'request'
-"""The parameter that says what is asked for; all others are its arguments."""
+"""The parameter that names the request; all others are its arguments."""
 
 
 class Type(NamedTuple):
     """A type of rcl_interfaces/msg/ParameterValue.
 
     Attributes:
-        name: What it is called; its field is called so too.
+        name: Its name, which is also that of its field.
         number: Its number in rcl_interfaces/msg/ParameterType.
     """
 
@@ -22,7 +22,7 @@ class Type(NamedTuple):
     number: int
 
     def of(self, value: Any) -> Any:
-        """Return what a ParameterValue holds of this type."""
+        """Return a ParameterValue's value of this type."""
         return getattr(value, f'{self.name}_value')
 
 
@@ -39,7 +39,7 @@ REQUESTS: dict[str, dict[str, Type]] = {
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
 }
-"""What may be asked for, and the types of its arguments."""
+"""All requests, with the types of their arguments."""
 
 
 def message_of(name: str, **arguments: Any) -> Any:
@@ -47,7 +47,7 @@ def message_of(name: str, **arguments: Any) -> Any:
 
     Args:
         name: One of `REQUESTS`.
-        arguments: Its arguments; those that are left out have the command's defaults.
+        arguments: Its arguments; omitted ones take the command's defaults.
     """
     from rcl_interfaces.msg import Parameter, ParameterValue
     from rcl_interfaces.srv import SetParametersAtomically

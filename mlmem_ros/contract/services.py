@@ -13,7 +13,7 @@ class Service(NamedTuple):
     Attributes:
         name: Below the node's name.
         type: Of its requests and answers.
-        meaning: What it does, for the reference.
+        meaning: What it does, for the reference page.
     """
 
     name: str

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the node's messages tell, live or from a bag: the way back from `messages`."""
+"""Values from the node's messages, live or from a bag: the inverse of `messages`."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ def echo(message: Any) -> NDArray[np.float64]:
 
 
 def displacement(message: Any) -> float:
-    """Return the displacement of the substrate's end in m that a JointState tells.
+    """Return the displacement of the substrate's end in m from a JointState.
 
     Raises:
-        ValueError: It tells of none.
+        ValueError: It has none.
     """
     places = dict(zip(message.name, message.position, strict=False))
     if JOINT not in places:
-        raise ValueError(f'position must tell of the {JOINT}; got {clipped(places)}')
+        raise ValueError(f'position must include the {JOINT}; got {clipped(places)}')
     return float(places[JOINT])

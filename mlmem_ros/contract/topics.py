@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics of a memory node: names, types, and what they are offered and heard with."""
+"""The topics of a memory node: names, types and quality of service."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 
 class Qos(NamedTuple):
-    """Quality of service, in ROS's words.
+    """Quality of service, in ROS terms.
 
     Attributes:
         depth: How many messages are kept for a slow subscriber; 0: all.
@@ -23,21 +23,20 @@ class Qos(NamedTuple):
 
 
 SENSOR_DATA = Qos(5, reliability='best_effort')
-"""For who listens to a stream of which only the newest matters."""
+"""For subscribers to a stream of which only the newest sample matters."""
 
 STREAM = Qos(5)
-"""What our streams are offered with: shallow, and reliable, so that every subscriber hears them,
-a plain one and a default display too; who wants best effort gets it."""
+"""For the streams we publish: shallow, and reliable, so that every subscriber matches, default
+displays included; one that asks for best effort gets it."""
 
 RELIABLE = Qos(10)
-"""Every message counts, for those who listen."""
+"""Every message counts, for subscribers."""
 
 LATCHED = Qos(1, durability='transient_local')
-"""Who comes late gets the last message."""
+"""Late subscribers get the last message."""
 
 EVERY_ONE = Qos(0)
-"""Of requests and their answers: with rclpy's default, who has more than ten under way at once
-loses some."""
+"""For requests and their answers: with rclpy's default, more than ten at once lose some."""
 
 
 class Topic(NamedTuple):
@@ -46,8 +45,8 @@ class Topic(NamedTuple):
     Attributes:
         name: Below the node's name.
         type: Of its messages.
-        qos: What the node offers it or listens with.
-        meaning: What a message says, for the reference.
+        qos: With which the node publishes or subscribes.
+        meaning: What a message means, for the reference page.
     """
 
     name: str
@@ -57,7 +56,7 @@ class Topic(NamedTuple):
 
     @property
     def kind(self) -> Any:
-        """The class of its messages, which ROS brings."""
+        """The class of its messages, from ROS."""
         package, _, name = self.type.split('/')
         return getattr(import_module(f'{package}.msg'), name)
 
@@ -87,19 +86,19 @@ WRITE_LEVEL = Topic('write_level', 'std_msgs/msg/UInt8', RELIABLE, 'write this l
 DISTURBANCE = Topic(
     'disturbance',
     'sensor_msgs/msg/Imu',
-    SENSOR_DATA,  # hears reliable ones, too
+    SENSOR_DATA,  # also matches reliable publishers
     'acceleration of the base along the chain (`linear_acceleration.x`, in m/s^2), which shakes '
-    'the element; taken at any time',
+    'the element; accepted at any time',
 )
 
 COMMANDS = (STRAIN, STRAIN_TRAJECTORY, JOINT_COMMANDS, PROBE, WRITE_LEVEL, DISTURBANCE)
-"""What the node listens to."""
+"""What the node subscribes to."""
 
 LEVEL = Topic(
     'level',
     'std_msgs/msg/Int16',
     LATCHED,
-    'the content as last decoded, told when a procedure ends; -1: blank; -2: undecodable or '
+    'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
     'unknown',
 )
 OUTCOME = Topic(
@@ -139,7 +138,7 @@ WALL = Topic(
 )
 
 STREAMS = (LEVEL, OUTCOME, ECHO, RANGE, JOINT_STATES, FIELD, WALL)
-"""What the node tells."""
+"""What the node publishes."""
 
 IMAGE = Topic(
     'image',
@@ -155,10 +154,10 @@ MARKERS = Topic(
 )
 
 VIEWS = (IMAGE, MARKERS)
-"""What is made for people alone, and only while somebody looks."""
+"""Views for people, made only while somebody subscribes."""
 
 OF_A_SIMULATION = (FIELD, WALL, *VIEWS)
-"""What nobody can tell of a real element: it is not offered then."""
+"""What nobody can know of a real element: not published then."""
 
 DIAGNOSTICS = Topic(
     '/diagnostics',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a bank of elements answers: one word, and what had to be set right in it."""
+"""What a bank of elements answers: one word, and the corrections made to it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .word_code import WordCode, WordError
 
 @dataclass(frozen=True)
 class Corrected:
-    """A digit that the code has set right.
+    """A digit that the code has corrected.
 
     Attributes:
         element: Full name of the element.
-        read: What it says it holds; -1 where it is blank, None where it could not be read.
+        read: The level it reported; -1 if blank, None if it could not be read.
         digit: What it should hold.
-        why: Why it could not be read; empty where it could.
+        why: Why it could not be read; empty if it could.
     """
 
     element: str
@@ -35,13 +35,13 @@ class Word:
     """What a bank holds.
 
     Attributes:
-        digits: Level of every element, the least significant first, check digits last; -1 where
-            it is blank.
+        digits: Level of every element, the least significant first, check digits last; -1 if
+            blank.
         base: How many levels an element has.
-        answers: What every element said, in the same order; None of one that could not be read.
+        answers: Every element's answer, in the same order; None if it could not be read.
         check: How many of the digits are check digits.
-        corrected: The digits that are not what their elements hold. They hold them once the word
-            is written again.
+        corrected: The digits that differ from what their elements hold, until the word is written
+            again.
     """
 
     digits: tuple[int, ...]
@@ -57,7 +57,7 @@ class Word:
 
     @property
     def value(self) -> int | None:
-        """The word as a number, or None where an element is blank."""
+        """The word as a number, or None if an element is blank."""
         if BLANK in self.digits:
             return None
         value = 0
@@ -66,7 +66,7 @@ class Word:
         return value
 
     def __str__(self) -> str:
-        """Return the digits as a person writes them: the most significant first, none to check."""
+        """Return the digits as a person writes them: most significant first, no check digits."""
         return ' '.join('-' if digit == BLANK else str(digit) for digit in reversed(self._data))
 
     @property
@@ -80,22 +80,22 @@ def word_of(
     answers: Mapping[int, Decoded],
     errors: Mapping[int, RequestError],
 ) -> Word:
-    """Return what elements said as one word.
+    """Return the answers of elements as one word.
 
     Args:
         code: Over the digits.
         names: Of all elements.
-        answers: What was answered, by the place of the element.
-        errors: Why no answer came, by the place of the element.
+        answers: The answers, by the index of the element.
+        errors: Why no answer came, by the index of the element.
 
     Raises:
         BankFailed: An element could not be read or holds no digit, and there is no code.
-        WordError: They hold no word.
+        WordError: The digits are not a word.
     """
     errors = {**errors}
     for place, said in answers.items():
         if said.level >= code.base:
-            errors[place] = RequestError(f'level {said.level} is no digit of base {code.base}')
+            errors[place] = RequestError(f'level {said.level} is not a digit of base {code.base}')
     failed = BankFailed({names[place]: error for place, error in errors.items()}, len(names))
     if errors and not code.check:
         raise failed

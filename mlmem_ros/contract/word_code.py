@@ -2,23 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """A word in several elements: its digits, the code over them, and how it is written.
 
-The code is Reed and Solomon's (1960), shortened: one digit an element, the last ones check digits.
-An element of 2^m levels holds a number of the field GF(2^m), so nothing is packed or split: an
-element that lies is one wrong digit, one that cannot be read is one erasure. With c check digits
-e erasures and w wrong digits are set right wherever e + 2 w <= c, and a code has at most 2^m - 1
-elements. Of an element whose number of levels is no power of two the next lower one is used (4 of
-6); elements of two levels carry no such code.
+The code is a shortened Reed-Solomon code (1960): one digit per element, the last ones check
+digits. An element of 2^m levels holds a number of the field GF(2^m), so nothing is packed or
+split: a misread element is one wrong digit, an unreadable one is one erasure. With c check digits,
+e erasures and w wrong digits are corrected if e + 2 w <= c; a code has at most 2^m - 1 elements.
+If the number of levels is not a power of two, the next lower one is used (4 of 6). Elements of two
+levels cannot carry such a code.
 
-A write is told from a half-written word by its *seal*, the last check digit: its element is
+The *seal*, the last check digit, tells a complete word from a half-written one: its element is
 blanked before any digit changes, and written when all others hold theirs. Whatever a crash leaves,
-the elements of one stroke alone are in doubt. While the digits change the seal is blank, which is
-told as a torn word; while the seal changes the digits are one whole word, old or new, and the seal
-is a digit in doubt as any other, which two check digits bear. So what is read is the old word, the
-new word, or the news that there is none; no chance is involved. The code alone would not do: of
-eight levels, seven elements and two check digits it finds a third word in 58 % of all mixtures of
-two. A number that counts the writes would need an element of its own, and comes round after as
-many writes as it has levels. What the seal costs: a write takes three strokes instead of
-one, and a seal that lost its wall reads as a write that never ended, with all digits sound.
+only the elements of one stroke are in doubt. While the digits change the seal is blank, which
+reads as a torn word; while the seal changes the digits are one whole word, old or new, and the
+seal is one doubtful digit like any other, which two check digits can correct. So a read gives the
+old word, the new word, or the report that there is none; chance plays no part. The code alone
+would not suffice: of eight levels, seven elements and two check digits it finds a third word in
+58 % of all mixtures of two. A write counter would need its own element, and wraps after as many
+writes as it has levels. The cost of the seal: a write takes three strokes instead of one, and a
+seal that lost its wall reads as an unfinished write, with all digits sound.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ from ..words import BLANK
 from .errors import RequestError
 
 POLYNOMIALS = {4: 0x7, 8: 0xB, 16: 0x13, 32: 0x25, 64: 0x43, 128: 0x83, 256: 0x11D}
-"""The primitive polynomial of every field by its size: part of what is stored."""
+"""The primitive polynomial of every field by its size: part of the stored format."""
 
 Stroke = Mapping[int, int]
-"""Levels that are written at the same time, `BLANK` to erase, by the place of their element."""
+"""Levels that are written at the same time, `BLANK` to erase, by the index of their element."""
 
 _FIELD = Lock()
-"""The library keeps the tables of the field that it computes in in its globals."""
+"""The library keeps its current field's tables in globals."""
 
 
 class WordError(RequestError):
-    """The elements hold no word.
+    """The elements do not hold a word.
 
     Attributes:
         read: Level of every element, -1 where it is blank, None where it could not be read.
@@ -55,20 +55,20 @@ class WordError(RequestError):
 
 
 class TornWord(WordError):
-    """A write or an erasure was begun and has not ended: the seal is blank."""
+    """A write or an erasure has begun and not ended: the seal is blank."""
 
 
 class LostWord(WordError):
-    """More digits are wrong or unreadable than the code can set right."""
+    """More digits are wrong or unreadable than the code can correct."""
 
 
 class WordCode:
-    """Turns words into the digits of elements, and what is read of them into words.
+    """Encodes words as the digits of elements, and decodes what is read from them.
 
     Attributes:
         elements: How many there are.
-        base: Levels of an element that are used.
-        check: How many of the elements, the last ones, hold check digits; 0: no code, no seal.
+        base: Levels used per element.
+        check: How many elements, the last ones, hold check digits; 0: no code, no seal.
     """
 
     def __init__(self, elements: int, base: int, check: int = 0) -> None:
@@ -76,11 +76,11 @@ class WordCode:
 
         Args:
             elements: How many there are.
-            base: Levels of an element that are used, from 2; with check digits a power of two.
+            base: Levels used per element, at least 2; with check digits a power of two.
             check: How many of them hold check digits.
 
         Raises:
-            ValueError: There is no such code; the message tells the next that is.
+            ValueError: There is no such code; the message suggests the nearest one.
             ModuleNotFoundError: The library is missing (the extra `code`).
         """
         if base < 2:
@@ -117,9 +117,9 @@ class WordCode:
         return int(self.base ** (self.elements - self.check))
 
     def chance(self, unreadable: int = 0) -> float:
-        """Return the chance that digits drawn at random are taken for a word.
+        """Return the probability that random digits pass for a word.
 
-        It bounds how likely damage beyond what the code can set right is to pass for a word.
+        It bounds the probability that damage beyond what the code can correct passes for a word.
 
         Args:
             unreadable: How many of the digits could not be read.
@@ -134,7 +134,7 @@ class WordCode:
         """Return the digits of a word: the least significant first, check digits last.
 
         Raises:
-            ValueError: The word is no whole number from 0 to `size` - 1.
+            ValueError: The word is not a whole number from 0 to `size` - 1.
         """
         if isinstance(word, bool) or not isinstance(word, int) or not 0 <= word < self.size:
             raise ValueError(
@@ -144,9 +144,9 @@ class WordCode:
         return self._checked([word // self.base**place % self.base for place in places])
 
     def strokes(self, digits: Sequence[int]) -> tuple[Stroke, ...]:
-        """Return how to write digits, or to erase where all are blank: one stroke after the other.
+        """Return how to write digits, or to erase if all are blank, stroke by stroke.
 
-        Each begins when all elements of the one before have said that they hold their level.
+        Each begins when all elements of the previous stroke have confirmed their level.
         """
         whole = dict(enumerate(digits))
         if not self.check:
@@ -156,14 +156,14 @@ class WordCode:
         return ({seal: BLANK}, whole, *([last] if last[seal] != BLANK else []))
 
     def decode(self, read: Sequence[int | None]) -> tuple[int, ...]:
-        """Return the sound digits behind what was read; all of them are blank after an erasure.
+        """Return the corrected digits of what was read; all of them are blank after an erasure.
 
         Args:
             read: Level of every element, -1 where it is blank, None where it could not be read.
 
         Raises:
             TornWord: A write has not ended.
-            LostWord: The digits are none of a word, or too few.
+            LostWord: The digits do not decode to a word, or are too few.
         """
         levels = [BLANK if level is None else level for level in read]
         if all(level == BLANK for level in read):
@@ -175,11 +175,11 @@ class WordCode:
             return tuple(levels)
         if len(erased) > self.check:
             raise LostWord(
-                f'lost: {len(erased)} of {self.elements} digits are unreadable, '
-                f'and the code bears {self.check}',
+                f'lost: {len(erased)} of {self.elements} digits are unreadable; the code can '
+                f'correct {self.check}',
                 read,
             )
-        lost = LostWord('lost: the digits are too far from every word', read)
+        lost = LostWord('lost: the digits are too far from any word', read)
         known = bytearray(0 if place in erased else level for place, level in enumerate(levels))
         try:
             with _FIELD:
@@ -193,7 +193,7 @@ class WordCode:
         )
         data = digits[: self.elements - self.check]
         if len(erased) + 2 * wrong > self.check or self._checked(data) != digits:
-            raise lost  # another user of the library has changed its field meanwhile
+            raise lost  # another user of the library may have changed its field
         return digits
 
     def _checked(self, data: Sequence[int]) -> tuple[int, ...]:

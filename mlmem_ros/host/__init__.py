@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element in service: its life, its requests, its recording, its state file; it knows no ROS.
+"""An element in service: life cycle, requests, recording, state file; independent of ROS.
 
-Every way in ends here in an answer: no exception leaves but one of `REFUSALS`, no request waits
-for a disk that hangs.
+Every call is answered: it raises nothing but `REFUSALS`, and no request waits for a hung disk.
 """
 
 from .errors import REFUSALS, Overdue

@@ -12,20 +12,20 @@ from ..device import Settings
 from ..physics import Design, DesignError
 from . import kept_checks
 
-if TYPE_CHECKING:  # what may be chosen is told without ROS
+if TYPE_CHECKING:  # the choices are known without ROS
     from .journal import Journal
 
 CHOICES = ('refuse', 'warn', 'skip')
-"""What to do about a design that fails: not to configure, to say so, not to look."""
+"""What to do about a design that fails: refuse to configure, warn, or skip the check."""
 
 SKIP = 'skip'
 
 WAS_SKIP = 'off'
-"""The word of 0.1, which YAML 1.1 reads as false; both are understood for one release."""
+"""The word used in 0.1, which YAML 1.1 reads as false; both are accepted for one release."""
 
 
 def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
-    """Check a design and log what is not a pass.
+    """Check a design and log every finding that is not a pass.
 
     Args:
         design: The element.
@@ -42,8 +42,8 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
     failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]
     if failed and mode == 'refuse':
         raise DesignError(
-            f'the design fails its check ({"; ".join(failed)}). `mlmem design check` tells all; '
-            'with design.check: warn it starts all the same'
+            f'the design fails its check ({"; ".join(failed)}). `mlmem design check` shows '
+            'all findings; with design.check: warn it starts anyway'
         )
     for text in failed:
         log.error(f'design check: {text}')
@@ -51,9 +51,9 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
         log.warning(f'design check: {finding.name}: {finding.text}')
 
 
-@lru_cache(maxsize=16)  # who configures a node again has mostly changed nothing
+@lru_cache(maxsize=16)  # a node is mostly configured again without changes
 def findings(design: Design, settings: Settings) -> Report:
-    """Return what a check finds, or once found; what is a pass may be left out."""
+    """Return the findings of a check, new or cached; passes may be left out."""
     if (report := kept_checks.kept(design, settings)) is None:
         report = check(design, settings)
         kept_checks.keep(design, settings, report)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a request may be answered with instead of what was asked for."""
+"""Errors with which a request may be answered."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from ..physics import DesignError, StateError
 
 
 class Overdue(Exception):
-    """The disk does not answer: whether the work is done in the end is open."""
+    """The disk does not answer: the work may or may not still complete."""
 
     def __init__(self, what: str, seconds: float) -> None:
         super().__init__(f'{what} takes longer than {seconds:g} s: the disk does not answer')
 
 
 REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagError, Overdue)
-"""What is expected and has a message for the user; every other exception is a defect."""
+"""Expected errors, with a message for the user; every other exception is a defect."""

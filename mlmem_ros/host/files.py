@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the node may write: anywhere it is told to, or below one folder alone."""
+"""Where the node may write: anywhere it is told to, or only below one folder."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..device import SettingsError
 
 
 def confined(path: str, root: str) -> Path:
-    """Return the path that a parameter means, which lies below the root.
+    """Return the path that a parameter names, which lies below the root.
 
     Args:
-        path: As it was given; `~` is the home folder, a relative path starts at the root.
-        root: The folder it has to stay in, symbolic links and all; empty: it may lie anywhere.
+        path: The parameter's value; `~` is the home folder, a relative path starts at the root.
+        root: The folder it must stay in, after following symbolic links; empty: any.
 
     Raises:
-        SettingsError: It leads out of the root, or can be no file: `~` of nobody, a part that is
-            too long, a NUL, or a folder's own name (`/`, `.`, `..`).
+        SettingsError: It leads out of the root, or cannot be a file: `~` of an unknown user, too
+            long a part, a NUL, or a folder's own name (`/`, `.`, `..`).
     """
     try:
         given = Path(path).expanduser()
@@ -31,9 +31,7 @@ def confined(path: str, root: str) -> Path:
             os.lstat(target)
     except (OSError, RuntimeError, ValueError) as error:
         why = getattr(error, 'strerror', None) or error
-        raise SettingsError(
-            f'{clipped(path)} must be a path that can be written; {why}'
-        ) from error
+        raise SettingsError(f'{clipped(path)} must be a writable path; {why}') from error
     if home and home not in target.parents:
         raise SettingsError(
             f'{clipped(path)} must lie below files.root = {root}; it leads to {target}'

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The host of an element: takes it through its life, and every request to it."""
+"""The host of an element: its life cycle, and every request to it."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ INACTIVE = 'inactive: configure and activate the node first'
 
 
 class Host:
-    """Keeps one element, from its configuration to its release.
+    """Holds one element, from configuration to release.
 
-    Its life is that of a managed node. `configure`, `activate`, `deactivate`, `release`, `fail`
-    and `tend` are called by one thread, the executor's; requests may come from any.
+    Its life cycle is that of a managed node. `configure`, `activate`, `deactivate`, `release`,
+    `fail` and `tend` are called by one thread, the executor's; requests may come from any thread.
 
     Attributes:
-        journal: Where all is told.
-        element: The device, or None while unconfigured.
-        loop: Runs it while active, else None.
+        journal: The log.
+        element: The device; None while unconfigured.
+        loop: Runs it while active; otherwise None.
         sessions: Its recording.
-        stopped: What stopped the device last, until it is configured again; empty: nothing.
+        stopped: Why the device last stopped, until it is configured again; empty if it did not.
         refused: Requests refused since the host was made.
-        lost: Times that content or recording could not be saved at the end of a life.
+        lost: How often content or recording could not be saved at the end of a life.
     """
 
     def __init__(
@@ -80,12 +80,12 @@ class Host:
         name: str = '/mlmem',
         failed: Callable[[], None] = lambda: None,
     ) -> None:
-        """Host nothing yet.
+        """Create an empty host.
 
         Args:
-            log: Where people read.
-            now: The time in nanoseconds that recorded messages are stamped with.
-            name: Of the node, for others who would have its state file.
+            log: Where log lines go.
+            now: Returns the time in nanoseconds for recorded messages.
+            name: Of the node, to name the owner of its state file.
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.journal = Journal(log)
@@ -104,17 +104,17 @@ class Host:
 
     @property
     def failure(self) -> Exception | None:
-        """What stopped the device while active, or None."""
+        """Why the device stopped while active, or None."""
         return self.loop.failure if self.loop is not None else None
 
     @property
     def recording(self) -> Recording | None:
-        """The session that is recorded, or None."""
+        """The session being recorded, or None."""
         return self.sessions.current
 
     @property
     def transcript(self) -> Transcript | None:
-        """What all that happens goes into: a recording, the last seconds, or None."""
+        """What everything is recorded in: a session, the last seconds, or None."""
         return self.sessions.transcript
 
     # --- its life ------------------------------------------------------------------------
@@ -152,15 +152,15 @@ class Host:
         speed: float,
         heard: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Let time run, and record if a path says so.
+        """Start time, and record if a path is set.
 
         Args:
-            given: What was configured, with the present faults and recording.
+            given: The configuration, with the present faults and recording.
             plan: Of the session.
-            listener: Called after ticks with what happened in them.
+            listener: Called after ticks with their events.
             pacer: The clock.
-            speed: Factor on real time; 0: as fast as it can.
-            heard: Tells whether anybody waits for streams; a recording does.
+            speed: Multiple of real time; 0: as fast as possible.
+            heard: Returns whether anybody subscribes to streams; a recording counts.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
@@ -199,11 +199,11 @@ class Host:
         loop.start()
 
     def deactivate(self) -> None:
-        """Abort what runs, bring the strain to zero, close the recording, save the content.
+        """Abort any procedure, bring the strain to zero, close the recording, save the content.
 
         Raises:
             Refused: The node is not active.
-            StateError: The device has failed meanwhile: `fail` is due.
+            StateError: The device has since failed: `fail` is due.
         """
         loop = self.open_loop()
         loop.finish()
@@ -213,7 +213,7 @@ class Host:
         self._put_away(loop.element)
 
     def fail(self) -> None:
-        """Release a device that has failed, with what can be saved of it."""
+        """Release a failed device, saving what can be saved."""
         loop, self.loop = self.loop, None
         element = self.element
         if loop is not None and element is not None:
@@ -225,11 +225,11 @@ class Host:
         self.release()
 
     def release(self) -> None:
-        """Let the device go."""
+        """Release the device."""
         if self._store is not None:
             self._store.close()
         if self.element is not None:
-            with self.journal.guarded('letting the element go'):
+            with self.journal.guarded('releasing the element'):
                 try:
                     self.element.driver.close()
                 except DriverError as error:
@@ -237,7 +237,7 @@ class Host:
         self.element = self._store = None
 
     def close(self) -> None:
-        """End, whatever the device is doing: hold, save and release it."""
+        """Shut down, whatever the device is doing: hold, save and release it."""
         if self.loop is not None:
             try:
                 self.deactivate()
@@ -246,7 +246,7 @@ class Host:
         self.release()
 
     def tend(self) -> None:
-        """Save at intervals, and answer who waits too long for a disk; about once a second."""
+        """Save at intervals, and answer overdue requests; call it about once a second."""
         self.sessions.tend()
         if self._store is not None:
             self._store.tend(self.loop)
@@ -266,13 +266,13 @@ class Host:
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick; see `Loop.submit`.
 
-        What may have changed the content is safe on the disk before its outcome is told, where
-        there is a state file; an outcome that could not be saved is no success.
+        With a state file, any change of the content is safe on the disk before the outcome is
+        reported; an outcome that could not be saved is not a success.
         """
         return self._counted(lambda loop: self._kept(loop, command))
 
     def submit_scaled(self, make: Callable[[Units], Command]) -> Future[Outcome | None]:
-        """Hand in a command made of SI values, which the device's units turn into its own."""
+        """Hand in a command given in SI values, converted to the device's units."""
         return self._counted(lambda loop: self._kept(loop, make(loop.element.units)))
 
     def cancel(self, command: Command) -> Future[Outcome | None]:
@@ -284,7 +284,7 @@ class Host:
         return self._saved(loop, loop.cancel(command))
 
     def feedback(self, command: Command) -> Feedback | None:
-        """Return how far the procedure of a command is, if it runs."""
+        """Return the progress of a command's procedure, if it runs."""
         element = self.element
         return element.feedback() if element is not None and element.runs(command) else None
 
@@ -293,22 +293,22 @@ class Host:
         return self._counted(lambda loop: loop.single_tick())
 
     def pause(self, paused: bool) -> Future[int]:
-        """Hold time or let it run on; see `Loop.pause`."""
+        """Pause or resume time; see `Loop.pause`."""
         return self._counted(lambda loop: loop.pause(paused))
 
     def record(self, plan: SessionPlan | None) -> Future[Path]:
-        """Begin a recording, or end it where there is no plan; see `Sessions`."""
+        """Begin a recording, or end it if there is no plan; see `Sessions`."""
         if plan is None:
             return self._counted(self.sessions.stop)
         return self._counted(lambda loop: self.sessions.start(plan, loop))
 
     def be_faulty(self, faults: Faults) -> None:
-        """Hand in faults where time runs; else they are taken at the next activation."""
+        """Hand in faults while time runs; otherwise they take effect at the next activation."""
         if self.loop is not None:
             self.submit(SetFaults(faults))
 
     def set_speed(self, speed: float) -> None:
-        """Run at another factor on real time; 0: as fast as it can."""
+        """Run at another multiple of real time; 0: as fast as possible."""
         if self.loop is not None and not self.loop.element.driver.own_clock:
             self.loop.set_speed(speed)
 
@@ -336,7 +336,7 @@ class Host:
     # --- ends ----------------------------------------------------------------------------
 
     def _put_away(self, element: MemoryElement) -> bool:
-        """Save all there is of a device whose time does not run; return whether it is saved."""
+        """Save everything of a device whose time does not run; return whether it is saved."""
         self._end_recording(element)
         assert self._store is not None
         kept = self._store.keep(element)
@@ -345,14 +345,14 @@ class Host:
         return saved
 
     def _rescue(self, element: MemoryElement) -> str:
-        """Save what can be saved of a device that has failed; return what that is."""
+        """Save what can be saved of a failed device; return a message that says what."""
         if not element.simulated:
             if not element.procedure:
                 self._put_away(element)
             return 'its content is in the element'
         if not self._let_go(element):
             self.lost += 1
-            return 'what was saved of its content before is what there is'
+            return 'its content is as last saved'
         if self._put_away(element) and self._store is not None and self._store.path is not None:
             return 'its content is saved'
         self._rescued = snapshot.take(element)
@@ -363,7 +363,7 @@ class Host:
             self.lost += 1
 
     def _let_go(self, element: MemoryElement) -> bool:
-        """Bring the strain of a device to zero whose loop has failed; return whether it came."""
+        """Bring the strain to zero after the loop has failed; return whether it got there."""
         most = 1 + math.ceil(
             (element.settings.erase.release + element.settings.erase.settle) / element.tick
         )
@@ -375,22 +375,22 @@ class Host:
                 element.advance()
         except Exception as error:
             if not isinstance(error, REFUSALS):
-                self.journal.exception('letting go', error)
+                self.journal.exception('releasing', error)
         return False
 
     def _restore_rescued(self, element: MemoryElement) -> None:
-        """Give a new device what an older one held that failed, where it fits."""
+        """Give a new device the content of the failed one, if it fits."""
         rescued, self._rescued = self._rescued, None
         if rescued is not None:
             try:
                 snapshot.restore(element, rescued)
-                self.journal.info('the content of the device that failed is restored')
+                self.journal.info('the content of the failed device is restored')
             except StateError:
-                self.journal.warning('the device that failed was another: the element is blank')
+                self.journal.warning('the failed device was a different one: the element is blank')
 
 
 def _line(outcome: Outcome) -> str:
-    """Return how a procedure ended, for the log."""
+    """Return a log line on how a procedure ended."""
     ticks = outcome.end_tick - outcome.start_tick
     if not outcome.success:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'

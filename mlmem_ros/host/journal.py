@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What people are told: never in floods, never at the length of what came in, nothing twice."""
+"""The log that people read: no floods, no overlong lines, nothing twice."""
 
 from __future__ import annotations
 
@@ -13,62 +13,62 @@ from .. import threads
 from ..clipped import printable
 
 AT_ONCE = 10
-"""Lines in the log about one thing that may come at once."""
+"""Lines about one subject that may be logged at once."""
 
 QUIET = 1.0
-"""Seconds until one more may come."""
+"""Seconds until one more is allowed."""
 
 LONGEST = 500
-"""Characters of a line; of a longer one the middle is left out."""
+"""Characters of a line; longer ones lose their middle."""
 
 
 class Log(Protocol):
-    """Where lines go: a ROS logger, or one of the standard library."""
+    """Where lines go: a ROS logger, or one from the standard library."""
 
     def info(self, message: str) -> Any:
-        """Tell what happens."""
+        """Log an event."""
 
     def warning(self, message: str) -> Any:
-        """Tell what was refused or looks odd."""
+        """Log a refusal or an oddity."""
 
     def error(self, message: str) -> Any:
-        """Tell what failed."""
+        """Log a failure."""
 
 
 class Journal:
-    """Writes to a log from any thread, and is where exceptions end that are nobody's answer.
+    """Writes to a log from any thread, and catches exceptions that answer no request.
 
     Attributes:
-        caught: How many of these there were.
+        caught: Number of exceptions caught.
     """
 
     def __init__(self, log: Log) -> None:
         self.caught = 0
         self._log = log
         self._lock = threads.Lock()
-        self._allowed: dict[str, tuple[float, float]] = {}  # lines, and when that was counted
+        self._allowed: dict[str, tuple[float, float]] = {}  # lines left, and when computed
         self._withheld: dict[str, int] = {}
 
     def info(self, text: str, about: str = '') -> None:
-        """Tell what happens; of lines about one thing, a flood comes as one a second."""
+        """Log an event; a flood of lines about one subject is thinned to one a second."""
         if (since := self._due(about)) is not None:
             self._log.info(printable(text, LONGEST) + since)
 
     def warning(self, text: str, about: str = '') -> None:
-        """Tell what looks odd; floods as those of `info`."""
+        """Log an oddity; floods are thinned as in `info`."""
         if (since := self._due(about)) is not None:
             self._log.warning(printable(text, LONGEST) + since)
 
     def error(self, text: str) -> None:
-        """Tell what failed."""
+        """Log a failure."""
         self._log.error(printable(text, LONGEST))
 
     def refused(self, what: str, why: object) -> None:
-        """Tell of something refused; floods as those of `info`."""
+        """Log a refusal; floods are thinned as in `info`."""
         self.warning(f'{what} refused: {why}', what)
 
     def exception(self, where: str, error: BaseException) -> None:
-        """Tell of a defect: an exception that nobody expected, with its traceback."""
+        """Log a defect: an unexpected exception, with its traceback."""
         with self._lock:
             self.caught += 1
         if (since := self._due(where)) is not None:
@@ -77,14 +77,14 @@ class Journal:
 
     @contextmanager
     def guarded(self, where: str) -> Iterator[None]:
-        """Let no exception out of the body."""
+        """Catch and log every exception of the body."""
         try:
             yield
         except Exception as error:
             self.exception(where, error)
 
     def _due(self, key: str) -> str | None:
-        """Return what to add on how much was withheld, or None where it is too early to tell."""
+        """Return a note on how many lines were withheld, or None to withhold this one too."""
         if not key:
             return ''
         with self._lock:

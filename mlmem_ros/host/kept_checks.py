@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What design checks found is kept beside the compiled kernels: the next start is sooner there.
+"""Findings of design checks, cached beside the compiled kernels for a faster next start.
 
-As a compiler's cache it may be deleted, and a change of any file that a check rests on begins a
+Like a compiler's cache it may be deleted; a change to any file that a check depends on starts a
 new one.
 """
 
@@ -21,14 +21,14 @@ from ..physics import NOH_BATHE, Design
 from ..physics.jit import cache_folder
 
 MOST = 64
-"""Designs that are kept, the last ones."""
+"""Number of designs kept, the latest ones."""
 
 RESTS_ON = ('physics', 'device', 'analysis')
-"""Packages whose source a check rests on."""
+"""Packages on whose source a check depends."""
 
 
 def kept(design: Design, settings: Settings) -> Report | None:
-    """Return what is not a pass of a design that was checked before; None: it was not."""
+    """Return the findings, without passes, of a design checked before; None if it was not."""
     found = _read().get(_key(design, settings))
     if found is None:
         return None
@@ -38,7 +38,7 @@ def kept(design: Design, settings: Settings) -> Report | None:
 
 
 def keep(design: Design, settings: Settings, report: Report) -> None:
-    """Keep what is not a pass, where a place can be written."""
+    """Keep the findings, without passes, if a place is writable."""
     found = [
         (each.name, each.verdict.value, each.text)
         for each in report.findings

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The last seconds of an element, in memory: what a session holds of before it was asked for.
+"""The last seconds of an element, in memory: what a session holds from before its start.
 
-A replay begins with the state of an idle device. So the messages are kept in segments, each of
-which begins with one, and the oldest goes once the others reach back far enough.
+A replay begins with the state of an idle device. So the messages are kept in segments, each
+beginning with such a state, and the oldest is dropped once the others reach back far enough.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from .session_plan import SessionPlan
 from .transcript import Message, Transcript
 
 SEGMENTS = 4
-"""Segments that the seconds asked for are cut into; one more is kept, which is being filled."""
+"""Number of segments that cover the requested seconds; one more is being filled."""
 
 MOST_BYTES = 64 * 2**20
-"""Most that is kept, whatever is asked for."""
+"""Most bytes kept, whatever is requested."""
 
 _OVERHEAD = 200
-"""Bytes that a message takes in memory beside its CDR."""
+"""Bytes that a message takes in memory besides its CDR."""
 
 
 class _Segment:
@@ -40,9 +40,9 @@ class _Segment:
 class LastSeconds(Transcript):
     """A ring of segments.
 
-    Seconds are the element's own, ticks: what is kept depends on neither pace nor pauses.
-    While a procedure runs no segment can begin, so a long one is kept from its beginning on;
-    where it does not fit into `MOST_BYTES`, the ring begins anew after it.
+    Seconds are the element's own, counted in ticks: neither pace nor pauses matter. While a
+    procedure runs no segment can begin, so a long one is kept from its beginning; if it does not
+    fit into `MOST_BYTES`, the ring starts again after it.
     """
 
     def __init__(
@@ -52,25 +52,25 @@ class LastSeconds(Transcript):
         now: Callable[[], int],
         element: MemoryElement,
     ) -> None:
-        """Begin with the present state of an idle device.
+        """Start with the present state of an idle device.
 
         Args:
-            plan: What a session shall hold; `record.last_seconds` tells of how long.
-            journal: Where it is told what is left out.
-            now: The time in nanoseconds that messages are stamped with.
+            plan: What a session holds; `record.last_seconds` says how far back.
+            journal: The log, for what is left out.
+            now: Returns the time in nanoseconds for messages.
             element: The device.
         """
         super().__init__(plan, journal, now)
         self._tick_seconds = element.tick * element.settings.scale.time
         self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
         self._ticked = element.ticks
-        self._lock = threads.Lock()  # held for a few instructions
+        self._lock = threads.Lock()  # held for only a few instructions
         self._segments: deque[_Segment] = deque()
         self._held = False
         self._begin(element)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, and the hash; begin a segment where it is due."""
+        """Take the commands of a tick, and the hash; begin a segment when due."""
         super().tick(element, commands)
         self._ticked = element.ticks
         newest = self._segments[-1].tick if self._segments else -self._ticks
@@ -78,38 +78,38 @@ class LastSeconds(Transcript):
             self._begin(element)
 
     def continued(self, plan: SessionPlan) -> SessionPlan:
-        """Return the plan of a session that begins here: only where to and how is up to `plan`."""
+        """Return the plan of a session that begins here; `plan` decides only where and how."""
         every = self.plan.settings.hash_every
         return replace(self.plan, settings=replace(plan.settings, hash_every=every))
 
     @property
     def kept(self) -> dict[str, float]:
-        """How much there is: for diagnostics."""
+        """How much is kept, for diagnostics."""
         with self._lock:
             ticks = self._ticked - self._segments[0].tick if self._segments else 0
             size = sum(each.size for each in self._segments)
         return {'last_seconds': round(ticks * self._tick_seconds, 3), 'last_bytes': size}
 
     def clear(self) -> None:
-        """Forget all; it begins anew with the next idle tick."""
+        """Discard everything; start again with the next idle tick."""
         with self._lock:
             self._segments.clear()
 
     def hold(self) -> list[Message]:
-        """Let nothing go until `release`; return what there is, as one session.
+        """Drop nothing until `release`; return what is kept, as one session.
 
         Returns:
-            The messages from the header on; empty where there is none yet.
+            The messages from the header on; empty if there is none yet.
         """
         with self._lock:
             self._held = bool(self._segments)
             return self._session()
 
     def since(self, count: int) -> list[Message]:
-        """Return what has come since `hold` returned so many messages.
+        """Return what came after the messages that `hold` returned.
 
         Raises:
-            Refused: They were too many to keep.
+            Refused: There were too many to keep.
         """
         with self._lock:
             if not self._held:
@@ -117,17 +117,17 @@ class LastSeconds(Transcript):
             return self._session()[count:]
 
     def release(self) -> None:
-        """Let the oldest go again."""
+        """Allow the oldest to be dropped again."""
         with self._lock:
             self._held = False
 
     def _session(self) -> list[Message]:
-        """Return all messages, but of the headers only the first."""
+        """Return all messages, with only the first of the headers."""
         messages = itertools.chain.from_iterable(each.messages[1:] for each in self._segments)
         return [*(each.messages[0] for each in [*self._segments][:1]), *messages]
 
     def _begin(self, element: MemoryElement) -> None:
-        """Begin a segment, and let go of those that are older than is asked for."""
+        """Begin a segment, and drop those older than requested."""
         segments = self._segments
         begun = _Segment(element.ticks, self._header(element))
         with self._lock:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One session file: the topics of an element, and what a replay needs beside them."""
+"""One session file: the topics of an element, and what a replay needs besides."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Recording(Transcript):
     """A session file: made with all its topics, begun and ended between two ticks, closed.
 
     Attributes:
-        full: Whether it has ended by itself at its greatest size.
+        full: Whether it ended itself at its maximum size.
     """
 
     def __init__(
@@ -34,14 +34,14 @@ class Recording(Transcript):
         now: Callable[[], int],
         before: Sequence[Message] = (),
     ) -> None:
-        """Make the bag; it waits for the disk.
+        """Create the bag; waits for the disk.
 
         Args:
-            plan: What it shall hold.
+            plan: What it records.
             path: The bag; must not exist.
-            journal: Where it is told how it goes.
-            now: The time in nanoseconds that messages are stamped with.
-            before: A session that was kept in memory, from its header on, and goes on here.
+            journal: The log.
+            now: Returns the time in nanoseconds for messages.
+            before: A session kept in memory, from its header on, which continues here.
 
         Raises:
             BagError: The path exists, or cannot be written.
@@ -66,11 +66,11 @@ class Recording(Transcript):
         self._recorder = Recorder(
             writer, dropped_topic=f'{plan.node}/{messages.DROPPED}', on_error=self._tell
         )
-        since = f', with the {len(before)} messages before' if before else ''
+        since = f', with the previous {len(before)} messages' if before else ''
         journal.info(f'recording a session into {writer.path}{since}')
 
     def begin(self, element: MemoryElement) -> None:
-        """Record the present state, from which a replay starts; to be called between ticks.
+        """Record the present state, from which a replay starts; call it between ticks.
 
         Raises:
             Refused: A procedure runs.
@@ -78,7 +78,7 @@ class Recording(Transcript):
         self._keep(self._header(element))
 
     def go_on(self, since: Sequence[Message]) -> None:
-        """Record what came while that before it was written; to be called between ticks."""
+        """Record what came while the earlier messages were written; call it between ticks."""
         for message in since:
             self._keep(message)
 
@@ -87,7 +87,7 @@ class Recording(Transcript):
         return not self.full and super().takes(topic)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Record the commands of a tick, and the state's hash where it is due."""
+        """Record the commands of a tick, and the state's hash when due."""
         if self.full:
             return
         super().tick(element, commands)
@@ -101,15 +101,15 @@ class Recording(Transcript):
             )
 
     def end(self, element: MemoryElement) -> None:
-        """Record the hash of the last state; to be called between ticks."""
+        """Record the hash of the last state; call it between ticks."""
         if not self.full:
             self._put_hash(element)
 
     def close(self) -> None:
-        """Write what waits and finish the bag; it waits for the disk.
+        """Write what waits and finish the bag; waits for the disk.
 
         Raises:
-            BagError: The recording has failed, now or before.
+            BagError: The recording has failed, now or earlier.
         """
         status = self._recorder.close()
         if status.error is not None:
@@ -121,7 +121,7 @@ class Recording(Transcript):
 
     @property
     def status(self) -> RecorderStatus:
-        """How the recording stands."""
+        """Status of the recording."""
         return self._recorder.status
 
     def _keep(self, message: Message) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What shall be recorded; it can be planned where there is nothing to record with."""
+"""What to record; a plan needs no recording packages."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .settings import RecordSettings
 
 @dataclass(frozen=True)
 class SessionPlan:
-    """What a session shall hold.
+    """What a session records.
 
     Attributes:
         node: Full name of the node.
-        settings: Where, and how carefully.
-        topics: All that is published and received, by full names.
+        settings: Where and how.
+        topics: All published and subscribed topics, by full name.
         parameters: The node's parameters, for the record.
     """
 

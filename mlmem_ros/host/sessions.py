@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Starting and stopping session files: one state machine, moved on by one thread."""
+"""Start and stop session files: one state machine, driven by one thread."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STARTING, CLOSING = 'starting the recording', 'closing the recording'
 
 
 class State(Enum):
-    """How far the one recording of an element is."""
+    """The state of an element's one recording."""
 
     IDLE = 'not recording'
     STARTING = 'starting'
@@ -46,26 +46,24 @@ class State(Enum):
 class Sessions:
     """Holds the one recording of an element.
 
-    Requests are done one after the other by the worker's thread, which alone changes `state`,
-    opens and closes files, and may hang on them; what is recorded begins and ends in the loop's
-    thread, between two ticks.
-
-    While there is none, the last seconds may be kept in memory: a recording then begins with
-    them, and one is made of them where the device fails.
+    The worker's thread serves requests one by one; it alone changes `state`, opens and closes
+    files, and may hang on them. What is recorded begins and ends in the loop's thread, between two
+    ticks. While there is no recording, the last seconds may be kept in memory: a recording then
+    begins with them, and they are saved as one if the device fails.
 
     Attributes:
-        state: How far it is.
+        state: The state.
         current: The recording, or None.
-        last: The last seconds, or None where they are not kept; empty while there is a recording.
+        last: The last seconds, or None if they are not kept; empty during a recording.
     """
 
     def __init__(self, root: Callable[[], str], journal: Journal, now: Callable[[], int]) -> None:
-        """Record nothing yet.
+        """Create it idle.
 
         Args:
-            root: What paths are confined to; see `files`.
-            journal: Where it is told how recordings go.
-            now: The time in nanoseconds that messages are stamped with.
+            root: The folder that confines paths; see `files`.
+            journal: The log.
+            now: Returns the time in nanoseconds for messages.
         """
         self.state = State.IDLE
         self.current: Recording | None = None
@@ -77,21 +75,21 @@ class Sessions:
 
     @property
     def transcript(self) -> Transcript | None:
-        """What all that happens goes into, or None."""
+        """What everything is recorded in, or None."""
         return self.current or self.last
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
-        """Keep the last seconds of a device from now on, before time runs.
+        """Keep the last seconds of a device from now on; call it before time runs.
 
         Raises:
-            BagError: Packages are missing that make messages.
+            BagError: Packages that make messages are missing.
         """
         self.last = _made('last_seconds').LastSeconds(plan, self._journal, self._now, element)
         if self.current is not None:
             self.last.clear()
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
-        """Begin a recording before time runs, by `record.path`, else as `start`.
+        """Begin a recording before time runs, at `record.path`; otherwise like `start`.
 
         Raises:
             BagError: It cannot be written, or the path exists and `record.add_time` is off.
@@ -101,13 +99,13 @@ class Sessions:
         self._worker.done(STARTING, lambda: self._start(plan, element, None))
 
     def start(self, plan: SessionPlan, loop: Loop) -> Future[Path]:
-        """Begin a recording while time runs; a path that exists gets the time added, unless it
-        must not (`record.add_time`).
+        """Begin a recording while time runs.
 
         Returns:
-            The path of the new bag, once it holds the last seconds, or else the present state;
-            `Refused` where a recording is under way, or a procedure and no last seconds are
-            kept; else as `begin` raises.
+            The path of the new bag, once it holds the last seconds or the present state; `Refused`
+            if a recording is under way, or a procedure runs and no last seconds are kept;
+            otherwise as `begin` raises. If the path exists and `record.add_time` is on, the time
+            is added to it.
         """
         return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
 
@@ -115,30 +113,30 @@ class Sessions:
         """End the recording while time runs.
 
         Returns:
-            The path of the bag, once it is closed; `Refused` where nothing is recorded, `BagError`
-            where not all is written.
+            The path of the bag, once it is closed; `Refused` if nothing is recorded, `BagError` if
+            not all is written.
         """
         return self._worker.do(CLOSING, lambda: self._stop(loop.element, loop))
 
     def tend(self) -> None:
-        """Answer who waits too long for the disk; about once a second."""
+        """Answer requests that wait too long for the disk; call it about once a second."""
         self._worker.tend()
 
     def close(self, element: MemoryElement | None) -> bool:
-        """End whatever is recorded, when time does not run any more; it waits, but not for long.
+        """End any recording when time no longer runs; waits, but not for long.
 
         Args:
-            element: The device; None where it has failed: its last seconds are saved, and the
-                commands of the tick that failed are not recorded, so no hash may follow.
+            element: The device; None if it has failed: its last seconds are saved, and since the
+                commands of the failed tick are not recorded, no hash may follow.
 
         Returns:
-            Whether all is written that was recorded.
+            Whether everything recorded is written.
         """
         try:
             self._worker.done(CLOSING, lambda: self._close(element))
         except Refused:  # nothing is being recorded
             return True
-        except BagError:  # which has been told as it came
+        except BagError:  # which was logged when it occurred
             return False
         except Overdue as error:
             self._journal.error(str(error))
@@ -155,9 +153,9 @@ class Sessions:
         if last is not None and before:
             plan = last.continued(plan)
         elif element is None:
-            raise Refused('there is nothing to begin with')
+            raise Refused('there is no state to begin with')
         elif element.procedure:
-            raise Refused(f'busy: {element.procedure} is running; a session begins idle')
+            raise Refused(f'busy: {element.procedure} is running; a session must begin while idle')
         self.state = State.STARTING
         try:
             path = _new_path(plan.settings, self._root())
@@ -182,7 +180,7 @@ class Sessions:
         return recording.status.path
 
     def _begin(self, recording: Recording, element: MemoryElement | None, kept: int) -> None:
-        """Let all go into a recording, which begins with so many messages of the last seconds."""
+        """Switch to a recording that begins with this many messages of the last seconds."""
         last = self.last
         if last is not None and kept:
             recording.go_on(last.since(kept))
@@ -212,7 +210,7 @@ class Sessions:
             self.last = None
 
     def _save(self, last: LastSeconds) -> None:
-        """Make a session of the last seconds of a device that has failed."""
+        """Save the last seconds of a failed device as a session."""
         try:
             self._start(last.plan, None, None)
         except (BagError, SettingsError) as error:
@@ -226,7 +224,7 @@ class Sessions:
 
 
 def _made(module: str) -> Any:
-    """Return a module of this package that makes messages; only those need the packages for it."""
+    """Import a module that makes messages; only these need the packages for that."""
     try:
         return importlib.import_module(f'{__package__}.{module}')
     except ModuleNotFoundError as error:
@@ -234,12 +232,12 @@ def _made(module: str) -> Any:
 
 
 def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
-    """Call a function where no tick is under way: in the loop's thread, where there is one."""
+    """Call a function between ticks: in the loop's thread, if there is one."""
     return function() if loop is None else loop.call(function).result()
 
 
 def _new_path(settings: RecordSettings, root: str) -> Path:
-    """Return the configured path, or one with the time where it is empty, or taken."""
+    """Return the configured path, or one with the time if it is empty or taken."""
     path = confined(settings.path or 'session', root)
     if settings.path and not (settings.add_time and durable.exists(path)):
         return path

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be set on the node beside the device: publishing and recording."""
+"""Settings of the node besides the device's: publishing and recording."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..device.settings import Checked
 from ..physics import Design
 
 IMAGE_COLUMNS = 400
-"""Width of an image that shows at least as many ticks."""
+"""Width of an image that covers at least this many ticks."""
 
 
 @dataclass(frozen=True)
 class DeviceSettings(Checked):
-    """What element it is."""
+    """Which element it is."""
 
     driver: str = described(
         'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
@@ -53,30 +53,30 @@ class PublishSettings(Checked):
 
     @property
     def common_ticks(self) -> int:
-        """Largest number of ticks that no stream is published in the middle of.
+        """Largest number of ticks without a stream due inside.
 
-        The views may come that much late: people look at them.
+        The views may be that late: they are for people.
         """
         return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
 
     @property
     def every(self) -> int:
-        """Largest number of ticks in the middle of which nothing at all is published or drawn."""
+        """Largest number of ticks without anything published or drawn inside."""
         views = math.gcd(self.image_every, self.markers_every, self.column_every)
         return math.gcd(self.common_ticks, views)
 
 
 @dataclass(frozen=True)
 class RecordSettings(Checked):
-    """Where a session is recorded."""
+    """Where and how a session is recorded."""
 
     path: str = described('', 'bag directory of a session that starts with the node; empty: none')
     add_time: bool = described(
-        True, 'add the time to the name of a path that exists; false: such a path is refused'
+        True, 'add the time to the name of an existing path; false: refuse an existing path'
     )
     sync_interval: float = described(
         1.0,
-        'time in which what was recorded shall be safe on the disk; a sync begins at half of it',
+        'time within which recorded data is to be safe on the disk; a sync begins at half of it',
         unit='s',
         low=0.0,
         high=3600.0,
@@ -89,7 +89,7 @@ class RecordSettings(Checked):
     )
     most_megabytes: float = described(
         0.0,
-        'end the session at about this size, looked at with every hash; 0: never',
+        'end the session at about this size, checked at every hash; 0: never',
         unit='MB',
         low=0.0,
         high=1e9,
@@ -99,8 +99,8 @@ class RecordSettings(Checked):
     )
     last_seconds: float = described(
         0.0,
-        "seconds of the element's time kept in memory, from its activation on, that a session "
-        'begins with, and that are saved if the device fails; 0: none',
+        "seconds of the element's time kept in memory while active: a session begins with them, "
+        'and they are saved if the device fails; 0: none',
         unit='s',
         low=0.0,
         high=3600.0,
@@ -110,10 +110,10 @@ class RecordSettings(Checked):
 
 @dataclass(frozen=True)
 class FileSettings(Checked):
-    """Where the node may write; set at the start alone, so that no client can lift it."""
+    """Where the node may write; set only at start, so that no client can lift it."""
 
     root: str = described(
-        '', 'folder that record.path and state.path must stay in; empty: they may lie anywhere'
+        '', 'folder that record.path and state.path must stay in; empty: anywhere'
     )
 
 
@@ -124,7 +124,7 @@ class StateSettings(Checked):
     path: str = described('', 'state file; empty: none, every start is blank')
     interval: float = described(
         60.0,
-        'time between two savings while active; 0: only at the end',
+        'time between two saves while active; 0: only at the end',
         unit='s',
         low=0.0,
         high=1e6,
@@ -133,17 +133,17 @@ class StateSettings(Checked):
 
 @dataclass(frozen=True)
 class Parameters:
-    """All that a host is given.
+    """The complete configuration of a host.
 
     Attributes:
         design: The element.
-        check: What a design that fails its check does at configure.
+        check: What configure does with a design that fails its check.
         settings: The instrument's settings.
         publish: How often streams are published.
         record: Where and how a session is recorded.
-        state: Where the content is kept.
-        faults: What is wrong with the device.
-        files: Where may be written.
+        state: Where the content is stored.
+        faults: The device's injected faults.
+        files: Where the node may write.
         device: What drives the element.
     """
 

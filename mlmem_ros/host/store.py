@@ -32,10 +32,10 @@ from .worker import Worker
 
 
 class Store:
-    """Keeps the state of an element in a file, its calibrations beside it; an empty path: none.
+    """Keeps the state of an element in a file, and its calibrations beside it; no path, no file.
 
-    The disk is written in a worker's thread, in the order in which states were taken: neither
-    the loop nor whoever asks waits for it.
+    A worker thread writes the disk, in the order in which states were taken: neither the loop nor
+    a caller waits for it.
 
     Attributes:
         path: The state file, or None.
@@ -49,18 +49,18 @@ class Store:
         worker: Worker,
         owner: str = 'another element',
     ) -> None:
-        """Look at no file yet.
+        """Create it without opening a file.
 
         Args:
             settings: Path and interval.
-            root: What the path is confined to; see `files`.
-            journal: Where it is told what is restored and what cannot be saved.
-            worker: Writes the disk. Stores that follow one another share it, so that what hung
-                comes before what is newer.
-            owner: Who keeps its state here, for a second one that would.
+            root: The folder that confines the path; see `files`.
+            journal: The log, for what is restored and what cannot be saved.
+            worker: Writes the disk. Successive stores share it, so that older pending writes come
+                first.
+            owner: Name of the owner, shown to anyone else who wants the file.
 
         Raises:
-            SettingsError: The path cannot be one, or leads out of the root.
+            SettingsError: The path is invalid, or leads out of the root.
         """
         self.path = confined(settings.path, root) if settings.path else None
         self._calibrations = calibration_file.beside(self.path) if self.path else None
@@ -75,17 +75,16 @@ class Store:
     def new_element(
         self, design: Design, settings: Settings, driver: Driver | None = None
     ) -> MemoryElement:
-        """Return a device, calibrated as it was when it had this design and settings last.
+        """Return a device, with the last calibration for this design and these settings.
 
-        A new combination of them is calibrated on an ideal element, which takes its time, and
-        is known from then on.
+        A new combination is calibrated on an ideal element, which takes time, and is stored.
 
         Raises:
-            StateError: Another element keeps its state in this file; the file of calibrations is
+            StateError: Another element keeps its state in this file; or the calibration file is
                 damaged, or cannot be read or written.
             Overdue: The disk does not answer.
             SettingsError: It cannot be calibrated.
-            DesignError: The step is beyond the stability limit.
+            DesignError: The time step exceeds the stability limit.
         """
         if self._calibrations is None:
             return new_element(design, settings, driver=driver)
@@ -124,11 +123,11 @@ class Store:
         self._journal.info(f'{what} restored from {self.path}')
 
     def keep(self, element: MemoryElement) -> Future[None]:
-        """Save the present state of an idle device; to be called where no tick is under way.
+        """Save the present state of an idle device; call it between ticks.
 
         Returns:
-            None once it is safe on the disk; `StateError` or `Overdue` where it is not, which is
-            logged, too.
+            None once it is safe on the disk; `StateError` or `Overdue` if it is not, which is also
+            logged.
         """
         if self.path is None:
             saved: Future[None] = threads.Future()
@@ -143,26 +142,26 @@ class Store:
     def once_saved(
         self, told: Future[Outcome | None], element: MemoryElement
     ) -> Future[Outcome | None]:
-        """Return what becomes of a procedure, told once what it has changed is safe on the disk.
+        """Return a procedure's final outcome, once its changes are safe on the disk.
 
         Args:
             told: Its outcome, from the loop's thread as it ends.
             element: The device.
 
         Returns:
-            The outcome; where the content could not be saved it is no success.
+            The outcome; a failure if the content could not be saved.
         """
         if self.path is None:
             return told
         answer: Future[Outcome | None] = threads.Future()
-        answer.set_running_or_notify_cancel()  # it is under way, and cannot be withdrawn
+        answer.set_running_or_notify_cancel()  # already under way, cannot be withdrawn
 
         def keep(done: Future[Outcome | None]) -> None:
             if (refusal := done.exception()) is not None:
                 answer.set_exception(refusal)
                 return
             outcome = done.result()
-            if element.procedure:  # an abort, which saves what it leaves
+            if element.procedure:  # an abort, which saves the remaining content
                 answer.set_result(outcome)
                 return
             try:
@@ -177,7 +176,7 @@ class Store:
         return answer
 
     def tend(self, loop: Loop | None) -> None:
-        """Save where the interval is over, answer who waits too long; about once a second."""
+        """Save at intervals, and answer overdue requests; call it about once a second."""
         self._worker.tend()
         if self.path is None or self._interval == 0.0 or loop is None:
             return
@@ -187,11 +186,11 @@ class Store:
             loop.call(lambda: self._keep_if_idle(loop.element))
 
     def settle(self) -> bool:
-        """Wait until all that was kept is saved, but not for long; return whether it is."""
+        """Wait, but not for long, until all pending states are saved; return whether they are."""
         return self._worker.wait()
 
     def close(self) -> bool:
-        """Let others have the file, once all that was kept is saved; return whether it is."""
+        """Release the file once all pending states are saved; return whether they are."""
         if (claim := self._claim) is not None:
             self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
             self._claim = None
@@ -203,7 +202,7 @@ class Store:
             durable.make_directory(self.path.parent, exist_ok=True)
             claim = durable.Claim(self.path, self._owner)
         except durable.Claimed as error:
-            raise StateError(f'{error}: give every element a state.path of its own') from error
+            raise StateError(f'{error}: give every element its own state.path') from error
         except (OSError, ValueError) as error:
             why = durable.reason(error)
             raise StateError(f'the state cannot be kept in {self.path}: {why}') from error
@@ -215,7 +214,7 @@ class Store:
 
     def _keep_if_idle(self, element: MemoryElement) -> None:
         with self._journal.guarded('taking the state'):
-            if not element.procedure:  # else the next time will do
+            if not element.procedure:  # otherwise the next time will do
                 self.keep(element)
 
     def _save(self, taken: dict[str, Any]) -> None:
@@ -232,7 +231,7 @@ class Store:
 
 
 def _judged(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
-    """Return an outcome as it may be told: what is not on the disk is no success."""
+    """Return an outcome to report: without a save on the disk it is not a success."""
     error = saved.exception()
     if error is None or outcome is None:
         return outcome

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What of an element goes into a session, wherever that is kept."""
+"""What of an element goes into a session, in memory or on disk."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ Message = tuple[str, bytes, int]
 
 
 class Transcript(ABC):
-    """Takes the topics of an element, and what a replay needs beside them."""
+    """Collects the topics of an element, and what a replay needs besides."""
 
     def __init__(self, plan: SessionPlan, journal: Journal, now: Callable[[], int]) -> None:
-        """Take nothing yet.
+        """Create it empty.
 
         Args:
-            plan: What it shall hold.
-            journal: Where it is told what is left out.
-            now: The time in nanoseconds that messages are stamped with.
+            plan: What it records.
+            journal: The log, for what is left out.
+            now: Returns the time in nanoseconds for messages.
         """
         self.plan = plan
         self.names = messages.SessionTopics.of(plan.node)
@@ -41,10 +41,10 @@ class Transcript(ABC):
         return topic in self._types
 
     def put(self, topic: str, cdr: bytes) -> None:
-        """Take a message as it goes over the wire, if it is wanted; never waits.
+        """Take a serialized message, if it is wanted; never blocks.
 
-        One that is no message of its topic's type would spoil the bag for its readers: it is
-        left out, which is told.
+        One that is not of its topic's type would spoil the bag for readers: it is left out and
+        logged.
         """
         if self.takes(topic):
             try:
@@ -55,7 +55,7 @@ class Transcript(ABC):
                 self._put(topic, trimmed)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, and the state's hash where it is due."""
+        """Take the commands of a tick, and the state's hash when due."""
         for tick, command in commands:
             self._put(self.names.command, messages.command(tick, command))
         if element.ticks % self.plan.settings.hash_every == 0:
@@ -72,7 +72,7 @@ class Transcript(ABC):
         return self.names.header, header, self._now()
 
     def _put_hash(self, element: MemoryElement) -> None:
-        if element.simulated:  # the state of a real element is not known
+        if element.simulated:  # the state of a real element is unknown
             self._put(self.names.state_hash, messages.state_hash(element))
 
     def _put(self, topic: str, cdr: bytes) -> None:
@@ -80,4 +80,4 @@ class Transcript(ABC):
 
     @abstractmethod
     def _keep(self, message: Message) -> None:
-        """Take a message; any thread may call, and none waits."""
+        """Take a message; any thread may call it, and it never blocks."""

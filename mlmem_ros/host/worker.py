@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that waits for the disk, in a thread of its own: it may hang, and nobody hangs with it."""
+"""Disk work in a thread of its own: it may hang without hanging its callers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .journal import Journal
 T = TypeVar('T')
 
 PATIENCE = 10.0
-"""Seconds after which somebody who waits for the disk is told that it does not answer."""
+"""Seconds after which callers are told that the disk does not answer."""
 
 
 class _Job:
@@ -26,37 +26,37 @@ class _Job:
         self.work = work
         self.anyway = anyway
         self.answer: Future[Any] = threads.Future()
-        self.answer.set_running_or_notify_cancel()  # what is asked for is not withdrawn
+        self.answer.set_running_or_notify_cancel()  # a job cannot be cancelled
         self.deadline = threads.monotonic() + PATIENCE
         self.answered = False
 
 
 class Worker:
-    """Does one job after the other, in a thread that lives while there are any."""
+    """Does one job after another, in a thread that lives while there are any."""
 
     def __init__(self, name: str, journal: Journal) -> None:
-        """Have nothing to do.
+        """Create it without jobs.
 
         Args:
             name: Name of the thread.
-            journal: Where defects are told.
+            journal: The log, for defects.
         """
         self._name = name
         self._journal = journal
         self._changed = threads.Condition()
-        self._jobs: deque[_Job] = deque()  # the first is being done
+        self._jobs: deque[_Job] = deque()  # the first is in progress
 
     def do(self, what: str, work: Callable[[], T], anyway: bool = False) -> Future[T]:
-        """Have something done after all that was asked for before.
+        """Queue a job.
 
         Args:
-            what: What it is, for messages: "saving the state in ...".
+            what: Description for messages: "saving the state in ...".
             work: Called in the worker's thread.
-            anyway: Whether it is done even where nobody waits for it any more.
+            anyway: Whether to do it even when nobody waits for it any more.
 
         Returns:
-            What the work returns or raises; `Overdue` where it takes longer than `PATIENCE`: work
-            that has not begun by then is left undone.
+            What the work returns or raises; `Overdue` if it takes longer than `PATIENCE`; work
+            that has not begun by then is dropped.
         """
         job = _Job(what, work, anyway)
         with self._changed:
@@ -67,7 +67,7 @@ class Worker:
         return job.answer
 
     def done(self, what: str, work: Callable[[], T]) -> T:
-        """Do something in the worker's thread and wait for it, but not for long.
+        """Do a job in the worker's thread and wait for it, but not for long.
 
         Raises:
             Overdue: It takes longer than `PATIENCE`.
@@ -78,7 +78,7 @@ class Worker:
         return answer.result()
 
     def tend(self) -> None:
-        """Answer who has waited too long; to be called about once a second."""
+        """Answer callers who have waited too long; call it about once a second."""
         now = threads.monotonic()
         with self._changed:
             late = [job for job in self._jobs if now >= job.deadline and not job.answered]
@@ -88,9 +88,9 @@ class Worker:
             job.answer.set_exception(Overdue(job.what, PATIENCE))
 
     def wait(self, seconds: float = PATIENCE) -> bool:
-        """Wait until there is nothing to do any more, or for a time; return whether there is not.
+        """Wait until all jobs are done, or for a time; return whether they are.
 
-        Whoever still waits for an answer then is told that it does not come.
+        Callers who still wait then are told that no answer comes.
         """
         with self._changed:
             done = self._changed.wait_for(lambda: not self._jobs, seconds)
@@ -102,10 +102,10 @@ class Worker:
         return done
 
     def unless_given_up(self, step: Callable[[], T]) -> T:
-        """Take a step of the work that is being done, that takes no time, if it is still wanted.
+        """Do a quick step of the current job, if it is still wanted.
 
         Raises:
-            Refused: Whoever asked for the work has been told that it is overdue.
+            Refused: The caller has been told that the job is overdue.
         """
         with self._changed:
             job = self._jobs[0]

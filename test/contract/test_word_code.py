@@ -164,7 +164,7 @@ def test_without_a_code_digits_are_what_is_read():
     code = WordCode(3, 8)
     assert code.decode([3, BLANK, 1]) == (3, BLANK, 1)
     for bad in (None, 8, -2):
-        with pytest.raises(LostWord, match='1 of 3 digits are unreadable, and the code bears 0'):
+        with pytest.raises(LostWord, match='1 of 3 digits are unreadable; the code can correct 0'):
             code.decode([3, bad, 1])
 
 

@@ -321,4 +321,4 @@ def test_another_design_does_not_get_what_a_failed_one_held(serve, log):
     host = serve().host
     host._rescued = {'design': {'N': 3}}
     host.configure(serve().given)
-    assert log.of('warning') == ['the device that failed was another: the element is blank']
+    assert log.of('warning') == ['the failed device was a different one: the element is blank']

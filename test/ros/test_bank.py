@@ -162,7 +162,7 @@ def test_a_smaller_base_uses_fewer_levels(bank):
     bits = MemoryBank(bank.elements, base=2)
     assert bits.write(0b101).wait().digits == (1, 0, 1)
     bank.elements[0].write(2).wait()
-    with pytest.raises(BankFailed, match='level 2 is no digit of base 2'):
+    with pytest.raises(BankFailed, match='level 2 is not a digit of base 2'):
         bits.read().wait()
 
 
@@ -198,7 +198,7 @@ def test_one_wrong_or_two_unreadable_elements_are_corrected_and_told(coded):
     assert (wrong.element, wrong.read, wrong.digit, wrong.why) == (first.name, 6, 5, '')
     nobody = MemoryClient(first.node, '/nobody', patience=0.2)
     torn_off = MemoryBank([first, nobody, seal], check=2)
-    with pytest.raises(LostWord, match='too far from every word; read, from element 0: 6 '):
+    with pytest.raises(LostWord, match='too far from any word; read, from element 0: 6 '):
         torn_off.read().wait()
     with pytest.raises(BankFailed, match='/nobody: no memory node answers'):
         torn_off.write(6).wait()  # and has broken no seal
