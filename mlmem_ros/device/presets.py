@@ -69,6 +69,15 @@ def _case_1() -> Preset:
     return Preset(CASE_I, settings)
 
 
+def _calmer() -> dict[str, Any]:
+    """Return what of `BY_25` rests longer, for quick steps and launches that follow."""
+    throw, jump = BY_25['throw'], BY_25['up_odd']
+    return {
+        'throw': replace(throw, settle=900.0, levels=6),
+        'up_odd': replace(jump, settle=400.0),
+    }
+
+
 def _fast() -> Preset:
     """Return the paper's second element written faster, with less strain: 1800 per level."""
     settings = Settings(
@@ -81,7 +90,7 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-        **BY_25 | {'throw': replace(BY_25['throw'], settle=900.0)},  # a launch follows at once
+        **BY_25 | _calmer(),
     )  # fmt: skip
     return Preset(CASE_II, settings)
 
