@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The material: arrays in, arrays out. It knows no device, no ROS, no files and no clock."""
+"""The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
 from .cases import CASE_I, CASE_II
 from .chain import Chain, Drive, kernel_in_cache

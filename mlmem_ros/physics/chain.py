@@ -44,11 +44,11 @@ class Chain:
 
     Attributes:
         design: The element.
-        specimen: The element as it was made and has become; set it with `become`.
+        specimen: The element as it is now; set it with `become`.
         dt: Step size in time units.
         integrator: How it is stepped.
         steps_done: Steps since the chain was made: its clock.
-        V_N: Present displacement of the substrate's end.
+        V_N: Current displacement of the substrate's end.
         inputs: What the last run was driven by: the arguments of `advance`.
     """
 
@@ -151,11 +151,11 @@ class Chain:
         self.restore(state, V_N=V_N, steps_done=self.steps_done)
 
     def state(self) -> Array:
-        """Return a copy of all that the future depends on beside V_N and the clock.
+        """Return a copy of everything the future depends on, except V_N and the clock.
 
         Returns:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
-            elastic substrate: shape (3, N) or (6, N). PEFRL knows no accelerations: zeros.
+            elastic substrate: shape (3, N) or (6, N). PEFRL has no accelerations: zeros.
         """
         return self._rows()
 
@@ -185,15 +185,15 @@ class Chain:
         return np.array([row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)])
 
     def _set(self, state: Array) -> None:
-        """Set the rows that `_rows` gave; the loop renews the ghost cells."""
+        """Set the rows that `_rows` returned; the loop renews the ghost cells."""
         by_chain = state.reshape(-1, 3, self.design.N)
         for (u, v, A, *_), rows in zip(self._chains(), by_chain, strict=True):
             u[1:-1], v[:], A[:] = rows
 
     def become(self, specimen: Specimen) -> None:
-        """Let another specimen of the design take the place of this one, in the same state.
+        """Replace the specimen by another one of the same design, in the same state.
 
-        Cells that are stuck stop where they are.
+        Stuck cells stop where they are.
 
         Raises:
             DesignError: It is of another design, or the step is beyond its stability limit;
@@ -216,7 +216,7 @@ class Chain:
             )
 
     def _fill(self) -> None:
-        """Make what the loop takes of the specimen."""
+        """Build the loop's arguments from the specimen."""
         made, design = self.specimen, self.design
         mobility = aligned(1.0 / made.masses)
         elastic = design.substrate == 'elastic'
@@ -246,16 +246,16 @@ class Chain:
             drive: A cell held at a prescribed motion at the start of the run.
             shake: Acceleration of the base at the same times, shape (m steps,), finite; the
                 displacements are those relative to the base. None for a base at rest.
-            looks: Equal parts of the run at whose ends it is seen whether a cell has got too
-                far: what they would raise one by one is raised for all of them.
+            looks: Number of equal parts of the run at whose ends the range of all cells is
+                checked: an error in any part is raised for the whole run.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
 
         Raises:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
-                or drive a cell so far that the step is stable no more; the chain is then as it
-                was before.
+                or drive a cell so far that the step becomes unstable; the chain is then as it was
+                before.
         """
         self.check_inputs(V_N, drive, shake)
         self.inputs = V_N, drive, shake
@@ -279,7 +279,7 @@ class Chain:
     def _arguments(
         self, V_N: Array, drive: Drive | None, shake: Array | None, ends: Array, looks: int = 1
     ) -> tuple[Any, ...]:
-        """Return what the loop is called with."""
+        """Return the arguments of the loop."""
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion = NO_MOTION if drive is None else _plain(drive.motion)
         site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
@@ -290,13 +290,13 @@ class Chain:
 
     @property
     def compiled(self) -> bool:
-        """Whether the loop that advances the chain is compiled already, here or on the disk."""
+        """Whether the loop that advances the chain is already compiled, here or on disk."""
         nothing = self._arguments(np.empty(0), None, None, np.empty((2, 0)))
         return in_cache(self.integrator.advance, *nothing)
 
     def _loss(self, strayed: bool) -> str:
-        """Return what is wrong with the state; empty for one that can go on."""
-        # What is not finite anywhere reaches a velocity of the metamaterial within the sub-step.
+        """Return what is wrong with the state; empty if nothing."""
+        # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         if not np.isfinite(self.velocity).all():
             return 'the chain stopped being finite'
         if strayed:
@@ -331,10 +331,10 @@ class Chain:
 
 
 def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
-    """Return whether the loop that advances an element of a design is compiled already."""
+    """Return whether the loop for an element of a design is already compiled."""
     return Chain(design, integrator=integrator).compiled
 
 
 def _plain(array: Array) -> Array:
-    """Return a copy of the one kind (contiguous, writeable) that the kernels are compiled for."""
+    """Return a contiguous, writeable copy: the one kind the kernels are compiled for."""
     return np.array(array, dtype=np.float64, order='C')

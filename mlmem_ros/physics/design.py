@@ -18,17 +18,17 @@ from .errors import DesignError
 from .potential import Array, Potential
 
 RIGIDITY = 10.0
-"""Least ratio of substrate stiffness to the metamaterial's that we let pass as >>."""
+"""Least ratio of substrate stiffness to the metamaterial's that we accept as >>."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """A mechanical multi-level memory element, checked when it is made.
+    """A mechanical multi-level memory element, validated on creation.
 
     Sites are counted from 1 as in the paper; arrays hold site j at index j - 1.
 
     Raises:
-        DesignError: A value is out of range, or the values together make no memory.
+        DesignError: A value is out of range, or the values do not make a memory.
     """
 
     N: int = described(MISSING, 'number of unit cells', low=3, high=100_000)
@@ -122,7 +122,7 @@ class Design:
 
     @cached_property
     def D_barrier(self) -> float:
-        """Configuration of the barrier top between the phases: where a wall is said to be."""
+        """Configuration of the barrier top between the phases, which defines a wall's position."""
         return self.potential.barrier(self.phase)
 
     @cached_property
@@ -142,9 +142,9 @@ class Design:
 
     @cached_property
     def holding_force(self) -> float:
-        """Greatest steady force on all cells alike that drives none over a barrier.
+        """Greatest steady, uniform force that drives no cell over a barrier.
 
-        The gradient's weakest cell counts; a soft defect is held by its neighbours.
+        The weakest cell of the gradient decides; a soft defect is held by its neighbours.
         """
         low, high = self.wells
         edges = (low, self.D_s1, self.D_barrier, self.D_s2, high)
@@ -177,7 +177,7 @@ class Design:
 
     @property
     def levels(self) -> int:
-        """Number p of levels; a defect at the very end (j = N - tail) is none."""
+        """Number p of levels; a defect at the very end (j = N - tail) does not count."""
         return (self.N - self.tail - 1) // self.J
 
     @property
@@ -190,10 +190,10 @@ class Design:
         return (level + 1) * self.J
 
     def freed_by_compression(self, level: int) -> bool:
-        """Return whether compression frees the wall at a level; elsewhere tension does.
+        """Return whether compression, rather than tension, frees the wall at a level.
 
         Compression draws a wall to the next maximum of the substrate stiffness, tension to the
-        next minimum; so it depends on which of them is ahead (Fig. 2a).
+        next minimum; so it depends on which of them comes first (Fig. 2a).
         """
         ahead = (self.defect(level) - self.j_0) % self.J_s
         return ahead < self.J_s / 2.0
@@ -208,7 +208,7 @@ class Design:
 
 
 def stiffness_profile(design: Design, j: Array) -> Array:
-    """Return the substrate stiffness s_{j+1/2} of Eq. (2) at any j, whole or not."""
+    """Return the substrate stiffness s_{j+1/2} of Eq. (2) at any real j."""
     half = design.J_s / 2.0
     distance = np.abs(np.mod(j - design.j_0 - half, design.J_s) - half)
     return np.asarray(design.s_min + (design.s_max - design.s_min) * distance / half)

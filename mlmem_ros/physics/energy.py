@@ -19,7 +19,7 @@ from .statics import energies, substrate_force
 
 @dataclass(frozen=True)
 class Energy:
-    """Where the energy of a chain is, in k_r (lattice constant)^2.
+    """The parts of a chain's energy, in k_r (lattice constant)^2.
 
     Attributes:
         kinetic: Of all masses; the quasi-static substrate of the rigid model has none.
@@ -40,7 +40,7 @@ class Energy:
 
 
 def energy(chain: Chain) -> Energy:
-    """Return the energy of a chain's present state."""
+    """Return the energy of a chain's current state."""
     motion = kinetic(chain.specimen, chain.velocity, chain.substrate_velocity)
     return Energy(float(motion), *map(float, energies(chain.specimen, chain.v, chain.V)))
 
@@ -65,8 +65,8 @@ def actuator_force(chain: Chain) -> float:
 def end_force(made: Specimen, v: Array, V: Array) -> Array:
     """Return dU/dV_N, for displacements of shape (..., N).
 
-    It is that of the whole quasi-static foundation with the rigid substrate, of the end site with
-    the elastic one.
+    With the rigid substrate it is the force on the whole quasi-static foundation, with the elastic
+    one that on the end site.
     """
     force = -substrate_force(made, v, V)
     rigid = made.design.substrate == 'rigid'

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many elements at once: chains of their own designs, advanced side by side on all cores.
 
-An element advances by the very kernel that a chain alone advances by, which releases the GIL;
-so the bits are those of the chain alone, whatever the number of workers.
+Every element is advanced by the kernel of a single chain, which releases the GIL; so the results
+are those of a single chain to the bit, whatever the number of workers.
 
 Memory: a chain of its own design takes 17 numbers of 8 bytes per cell with the rigid substrate
 and 23 with the elastic one (38 and 50 kB at N = 225); a call adds 6 per element and step.
@@ -26,8 +26,8 @@ from .potential import Array
 class Ensemble:
     """Chains that advance together by the same number of steps.
 
-    They may differ in design, length, substrate, step and state. Use it as a context, or call
-    `close`, to end its threads.
+    They may differ in design, length, substrate, step and state. Use it as a context manager, or
+    call `close`, to end its threads.
 
     Attributes:
         chains: The elements; they may be read and changed between calls.
@@ -35,7 +35,7 @@ class Ensemble:
     """
 
     def __init__(self, chains: Iterable[Chain], workers: int | None = None) -> None:
-        """Take chains together.
+        """Combine chains.
 
         Args:
             chains: The elements, each once.
@@ -92,7 +92,7 @@ class Ensemble:
 
         Raises:
             StateError: The inputs have the wrong shape or are not finite (nothing is changed),
-                or elements stopped being finite; the others have then advanced.
+                or elements became non-finite; the others have then advanced.
         """
         rows = self._rows('V_N', V_N)
         shakes: Sequence[Array | None] = (
@@ -117,7 +117,7 @@ class Ensemble:
         for done in [self._pool.submit(work, numbers) for _ in range(self.workers)]:
             done.result()
         if lost:
-            raise StateError(f'elements {sorted(lost)} stopped being finite')
+            raise StateError(f'elements {sorted(lost)} became non-finite')
         return ends
 
     def _rows(self, name: str, values: Array) -> Sequence[Array]:

@@ -44,7 +44,7 @@ def relax(
     tolerance: float = 1e-12,
     iterations: int = 200,
 ) -> Array:
-    """Return the stable equilibrium displacements v next to a guess, the substrate held at V.
+    """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
     Newton's method with its matrix shifted until it is positive definite and its step capped
     at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
@@ -71,7 +71,7 @@ def relax(
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
-        f'{np.abs(force).max():.3g}, and {tolerance:g} was wanted'
+        f'{np.abs(force).max():.3g}, above {tolerance:g}'
     )
 
 
@@ -86,8 +86,8 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
         v_j, shape (N,): with no strain it is also the configuration.
 
     Raises:
-        StateError: There is no such level, or the wall finds no rest near its defect: the
-            design does not pin it.
+        StateError: There is no such level, or the wall does not settle near its defect: the design
+            does not pin it.
     """
     design = specimen.design
     if not 0 <= level < design.levels:
@@ -98,7 +98,7 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
     found = walls(design, v)
     if len(found) != 1 or abs(found[0].position - defect) > _width(design):
         left = ', '.join(f'one at {wall.position:.4g}' for wall in found) or 'none'
-        raise StateError(f'the defect at j = {defect} pins no wall; {left} is left')
+        raise StateError(f'the defect at j = {defect} pins no wall; {left} remains')
     return v
 
 
@@ -121,7 +121,7 @@ def _downhill_step(diagonal: Array, force: Array) -> Array:
 
 
 def _solve(diagonal: Array, right: Array) -> Array | None:
-    """Solve the tridiagonal system; None where it is not positive definite."""
+    """Solve the tridiagonal system; None if it is not positive definite."""
     solution = right[None].copy()
     beside = np.full(len(right) - 1, -1.0)
     return solution[0] if solve(diagonal.copy(), beside, solution) else None

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the material refuses."""
+"""Errors of the material."""
 
 
 class DesignError(ValueError):

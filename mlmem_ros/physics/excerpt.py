@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A few cells of an element as an element by itself: what a wall there feels costs no more.
+"""A few cells of an element as an element of its own, enough for a wall there.
 
-A wall is a few cells wide and what it strains decays within as many, so that its equilibria
-need none of the thousands of cells of a large element.
+A wall is a few cells wide, and the strain around it decays over as many, so its equilibria do not
+need the thousands of cells of a large element.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .errors import DesignError, StateError
 from .potential import Array
 
 DECAY = 12.0
-"""Natural logarithm of the share that is left of a static displacement at the edges."""
+"""A static displacement has decayed to exp(-DECAY) at the edges."""
 
 
 def uniform(design: Design) -> Design:
@@ -30,7 +30,7 @@ class Excerpt:
     """Consecutive cells of an element.
 
     Attributes:
-        design: They as an element by themselves, with the same alpha and s.
+        design: These cells as an element of their own, with the same alpha and s.
         before: Number of cells left out at the left: site j of the element is j - before here.
         strain_shape: Substrate displacement of every cell for a unit strain of the whole
             element, shape (n,), from that in the middle.
@@ -42,7 +42,7 @@ class Excerpt:
 
 
 def excerpt(design: Design, low: float, high: float) -> Excerpt:
-    """Return the cells from `low` to `high` and as many more as a wall there feels.
+    """Return the cells from `low` to `high`, and those around them that affect a wall there.
 
     Args:
         design: The element.
@@ -50,7 +50,7 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
         high: Last one.
 
     Raises:
-        StateError: They are no legal element by themselves.
+        StateError: They are not a valid element on their own.
     """
     margin = reach(design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
@@ -66,7 +66,7 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
             j_0=(design.j_0 - before) % design.J_s, tail=max(0, last - (design.N - design.tail)),
         )  # fmt: skip
     except DesignError as error:  # with a gradient so steep that alpha is many times 1
-        raise StateError(f'the cells about {low:g} make no element alone: {error}') from error
+        raise StateError(f'the cells about {low:g} are not a valid element: {error}') from error
     shape = design.end_displacement(1.0) * design.strain_shape[before:last]
     return Excerpt(part, before, shape - shape[len(shape) // 2])
 

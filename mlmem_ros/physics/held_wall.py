@@ -23,8 +23,8 @@ from .statics import energies, metamaterial_force, stiffness
 from .tridiagonal import solve
 
 STIFFENING = 1.0
-"""Stiffness that is added along the constraint: it changes no solution, and makes the matrix
-positive definite where the landscape is a maximum."""
+"""Stiffness added along the constraint: it changes no solution, and makes the matrix positive
+definite at maxima of the landscape."""
 
 LARGEST_STEP = 0.2
 """Cap of a Newton step, in lattice constants, so that it stays in its basin."""
@@ -38,7 +38,7 @@ class HeldWalls:
         positions: X in sites, shape (m,).
         v: Displacements, shape (m, N).
         energy: Energy of the metamaterial (springs and potential), shape (m,).
-        force: Multiplier of the constraint, shape (m,): zero where the wall rests by itself.
+        force: Multiplier of the constraint, shape (m,): zero where the wall rests unheld.
     """
 
     positions: Array
@@ -115,7 +115,7 @@ class _Constraint:
 
 
 def _solve(diagonal: Array, constraint: _Constraint, residual: Array) -> tuple[Array, Array]:
-    """Solve (H + stiffening normal normal^T) x = right of every row.
+    """Solve (H + stiffening normal normal^T) x = right for every row.
 
     Args:
         diagonal: Of H, shape (m, N); its off-diagonal is -1.

@@ -5,14 +5,14 @@
 No fast-math flag is given anywhere: without them LLVM neither contracts a multiply and an add
 into one rounding nor reorders a sum, so that a kernel made of additions, multiplications and
 roundings gives the same bits on every host, and a NaN stays a NaN. Where one rounding pays, the
-source says so (`fma`): that is one operation of IEEE 754 as well, which x86-64 has since Haswell
-and ARM64 has always had.
+source says so (`fma`): it is an IEEE 754 operation too, available on x86-64 since Haswell and on
+every ARM64.
 
-Two settings of LLVM are changed, which touch no bit. Loops that say `fma` get the widest vectors
-there are: for many a processor with AVX-512 LLVM uses half of it. And a loop may only be
-vectorised where its arrays do not overlap, and our loops have up to eighteen of them, more pairs
-than LLVM checks by default: with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would
-run cell by cell, ten times slower.
+Two LLVM settings are changed, neither of which affects a bit. Loops with `fma` get the widest
+vectors available: on many AVX-512 processors LLVM uses only half the width. And LLVM vectorises a
+loop only if its arrays do not overlap; ours have up to eighteen, more pairs than it checks by
+default: with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would run cell by cell, ten
+times slower.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ Function = TypeVar('Function', bound=Callable[..., Any])
 llvmlite.binding.set_option('mlmem_ros', '--runtime-memory-check-threshold=128')
 
 ARITHMETIC = 'fused 1'
-"""Name of what the loops compute to the bit: a change that changes bits changes the name."""
+"""Version of the loops' exact results: it changes whenever a bit does."""
 
 SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
 
 WIDEST = '"prefer-vector-width"="512"'
-"""Attribute of a function: for many processors with AVX-512 LLVM chooses half of its width."""
+"""Attribute of a function: on many AVX-512 processors LLVM uses half the width by default."""
 
 
 def kernel(function: Function) -> Function:
-    """Compile a loop; it releases the GIL and is cached on disk where a place can be written.
+    """Compile a loop; it releases the GIL and is cached on disk if a place is writable.
 
     Args:
         function: A function of scalars, arrays, and tuples of them.
@@ -85,18 +85,18 @@ A processor without the instruction calls the C library, which gives the same bi
 
 
 def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Write the instruction, and let the loop that it is written into have the widest vectors.
+    """Emit the instruction, and give the loop around it the widest vectors.
 
-    It is an attribute of this one function: other compiled code of the process is left as it is.
+    That is an attribute of this one function; other compiled code of the process is unaffected.
     """
-    set.add(builder.function.attributes, WIDEST)  # llvmlite's own `add` knows no such attribute
+    set.add(builder.function.attributes, WIDEST)  # llvmlite's own `add` rejects this attribute
     return builder.fma(*arguments)
 
 
 def fused() -> bool:
-    """Return whether the processor has the instruction that `fma` stands for.
+    """Return whether the processor has the instruction behind `fma`.
 
-    NUMBA_CPU_FEATURES counts, where it is set, as it does for the compiler.
+    NUMBA_CPU_FEATURES, if set, decides, as it does for the compiler.
     """
     features: str | None = cast(Any, numba.config).CPU_FEATURES
     if features is None:
@@ -105,11 +105,11 @@ def fused() -> bool:
 
 
 def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
-    """Return whether a loop is compiled already for arguments, here or in the cache on disk.
+    """Return whether a loop is already compiled for arguments, here or in the disk cache.
 
     Args:
-        compiled: What `kernel` returned.
-        *arguments: As it would be called with; only their types count.
+        compiled: The result of `kernel`.
+        *arguments: Those of a call; only their types count.
     """
     loop: Any = compiled
     types = tuple(loop.typeof_pyval(each) for each in arguments)
@@ -119,15 +119,15 @@ def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
 
 
 def cache_folder(compiled: Callable[..., Any]) -> Path | None:
-    """Return where a loop's machine code is kept; None where it cannot be."""
+    """Return where a loop's machine code is cached; None if it cannot be."""
     path = cast(Any, compiled).stats.cache_path
     return None if path is None else Path(path)
 
 
 class _Cache(FunctionCache):
-    """numba's cache on disk, whose keys also tell what was written into a loop.
+    """numba's disk cache, whose keys also cover the functions inlined into a loop.
 
-    numba itself looks at the loop's own file alone, and would go on with a formula of before.
+    numba itself checks only the loop's own file, and would keep using an outdated formula.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -140,7 +140,7 @@ class _Cache(FunctionCache):
         return (*key, self._digest)
 
     def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
-        """Return whether machine code for these types is kept."""
+        """Return whether machine code for these types is cached."""
         kept = self._cache_file._load_index()  # type: ignore[no-untyped-call]
         return self._index_key(types, codegen) in kept
 

@@ -4,7 +4,8 @@
 
 numpy's own choose between instruction sets at run time, whose results differ in the last bit.
 These are made of additions, multiplications and roundings only, each of which IEEE 754 fixes.
-What enters the material's state is computed with them, so that a session replays exactly.
+Everything that enters the material's state is computed with them, so that a session replays
+exactly.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def cosine(x: Array) -> Array:
 def exponential(x: Array) -> Array:
     """Return exp(x) for x up to 700, within 3e-16 (1 + |x|) relative, any shape.
 
-    What is below the least number is 0, down to exp(-inf).
+    Results below the least number are 0, down to exp(-inf).
     """
     x = np.maximum(x, -800.0)
     n = np.rint(x * (1.0 / _LN2))

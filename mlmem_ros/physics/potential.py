@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multi-stable on-site potential (Pechac & Frazier 2023, page 3), and its twin in the loops.
 
-`Potential` is for arrays of any shape and tells of ground states and barriers; `on_site` is the
-same force as the loops compute it: no branch, no table.
+`Potential` takes arrays of any shape and gives ground states and barriers; `on_site` is the same
+force as the loops compute it: no branch, no table.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Potential:
 
     Attributes:
         a: Linear phase coefficient, positive.
-        b: Cubic phase coefficient; what makes the ground states differ in stiffness.
+        b: Cubic phase coefficient; it makes the ground states differ in stiffness.
         c: Offset of the configuration, in lattice constants.
         d: Half the barrier height, energy in k_r (lattice constant)^2.
     """
@@ -59,7 +59,7 @@ class Potential:
         return y * (self.a + self.b * y * y), self.a + 3.0 * self.b * y * y, 6.0 * self.b * y
 
     def stiffest(self, reach: float) -> float:
-        """Return a bound of |psi''| over all configurations with |D + c| up to a reach."""
+        """Return a bound on |psi''| over all configurations with |D + c| up to `reach`."""
         slope = abs(self.a + 3.0 * self.b * reach * reach)
         steepest = max(self.a, slope)  # a + 3 b y^2 has its extremes at the ends
         return self.d * math.hypot(steepest**2, 6.0 * self.b * reach)
@@ -81,10 +81,10 @@ class Potential:
         return self._configuration(math.pi * (2 * n + 1), f'barrier above ground state {n}')
 
     def wells(self, first: int, last: int) -> tuple[float, float]:
-        """Return between which configurations a cell is in the well of some ground states.
+        """Return the configurations that bound the wells of a range of ground states.
 
-        That is between the barriers below the first and above the last of them; where the phase
-        turns before it comes to one, up to that turn.
+        That is the barriers below the first and above the last one; where theta turns before it
+        reaches one, that turning point.
         """
         edges = (math.pi * (2 * first - 1), math.pi * (2 * last + 1))
         low, high = (
@@ -97,20 +97,20 @@ class Potential:
 
     @property
     def _turn(self) -> float:
-        """D + c where the phase turns; infinite where it rises forever."""
+        """D + c where theta turns; infinite if it rises forever."""
         return math.sqrt(-self.a / (3.0 * self.b)) if self.b < 0.0 else math.inf
 
     @property
     def _farthest_phase(self) -> float:
-        """The phase at that turn."""
+        """Theta at that turning point."""
         return 2.0 / 3.0 * self.a * self._turn
 
     def _configuration(self, theta: float, what: str) -> float:
         """Solve the cubic a y + b y^3 = theta on its rising branch through the origin."""
         if abs(theta) >= (most := self._farthest_phase):
             raise DesignError(
-                f'the potential has no {what}: with b = {self.b:g} < 0 its phase only '
-                f'reaches {most:.4g}, and {abs(theta):.4g} is needed'
+                f'the potential has no {what}: with b = {self.b:g} < 0 its theta '
+                f'only reaches {most:.4g}; {abs(theta):.4g} is needed'
             )
         y = theta / self.a
         if abs(self.b) * y * y > 1e-9 * self.a:  # else the cubic term is left to Newton
@@ -152,8 +152,8 @@ S7 = 0.6921569856570443
 def wave(turns: float) -> float:
     """Return sin(2 pi turns) by a vectorisable polynomial; no branch, no table.
 
-    Whole turns are taken off the distance to the sine's crest, which is exact; the rest is
-    folded into the quarter turn beside a zero. The error is below 1e-15 plus the rounding of the
+    Whole turns are subtracted from the distance to the sine's crest, which is exact; the rest is
+    folded into the quarter turn next to a zero. The error is below 1e-15 plus the rounding of the
     argument.
     """
     crest = turns - 0.25
@@ -168,7 +168,7 @@ def wave(turns: float) -> float:
 def on_site(height: float, y: float, a: float, b: float) -> tuple[float, float]:
     """Return two factors of height psi'(y - c) / d, the force of page 3 at y = D + c.
 
-    Who adds it to something else rounds once.
+    Adding it to something else rounds only once.
     """
     y2 = y * y
     turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)

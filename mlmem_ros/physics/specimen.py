@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One made element of a design: what scatter, wear and faults do to its cells."""
+"""One actual element of a design: what scatter, wear and faults do to its cells."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .errors import DesignError
 from .potential import Array, Potential
 
 LARGEST_OFFSET = 0.5
-"""Largest shift of a cell's ground states that we let pass, in lattice constants."""
+"""Largest accepted shift of a cell's ground states, in lattice constants."""
 
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """An element as it was made, or as it has become; by default just as designed.
+    """An element as manufactured or changed since; by default exactly as designed.
 
     Arrays hold site j at index j - 1, the spring j + 1/2 at index j - 1. A number stands for
     an array of it.
 
     Attributes:
-        design: What it was meant to be.
+        design: The intended element.
         alpha_factor: Amplification alpha_j over the design's, shape (N,), above 0.
         s_factor: Substrate stiffness over the design's, shape (N - 1,), above 0.
         mass: Masses of the metamaterial's cells in m, shape (N,), above 0; infinite for a cell
@@ -48,7 +48,7 @@ class Specimen:
     def __post_init__(self) -> None:
         n = self.design.N
         for name, size in (('alpha_factor', n), ('s_factor', n - 1), ('mass', n), ('offset', n)):
-            given = np.array(getattr(self, name), dtype=np.float64)  # a copy: ours alone
+            given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
                 raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
             object.__setattr__(self, name, np.broadcast_to(given, size))
@@ -56,7 +56,7 @@ class Specimen:
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
                 raise DesignError(f'{name} must be above 0 and finite; got {_worst(values)}')
-        if not (self.masses > 0.0).all():  # false for NaN, too
+        if not (self.masses > 0.0).all():  # also false for NaN
             raise DesignError(f'mass must be above 0; got {_worst(self.masses)}')
         if not (np.abs(self.offsets) <= LARGEST_OFFSET).all():
             raise DesignError(
@@ -66,7 +66,7 @@ class Specimen:
         if not 0.0 <= self.eta_factor < np.inf:
             raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
 
-    # --- as the functions of the material take it ------------------------------------------
+    # --- as the functions of the material use it ------------------------------------------
 
     @property
     def masses(self) -> Array:
@@ -106,7 +106,7 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Scatter:
-    """Standard deviations of what fabrication leaves to chance, normally distributed.
+    """Standard deviations of fabrication scatter, normally distributed.
 
     Attributes:
         alpha: Of the on-site amplification, relative.
@@ -122,14 +122,14 @@ class Scatter:
 
 
 LEAST_FACTOR = 0.05
-"""What a scattered factor is cut off at: nothing is made with a stiffness below zero."""
+"""Least scattered factor: no stiffness can be below zero."""
 
 
 def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
-    """Return an element of a design as chance makes it.
+    """Return a random element of a design.
 
-    Every quantity has a random stream of its own, so that one scatter does not change what
-    the others give for the same seed.
+    Every quantity has its own random stream, so that one scatter does not change the others'
+    values for the same seed.
 
     Args:
         design: What is to be made.
@@ -156,6 +156,6 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
 
 
 def _worst(values: Array) -> str:
-    """Return the least value and where it is, for a message."""
+    """Return the least value and its site, for a message."""
     place = int(np.argmin(np.where(np.isnan(values), -np.inf, values)))
     return f'{values[place]:.4g} at {place + 1}'

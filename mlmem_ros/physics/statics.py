@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Energies and forces of displacements at rest, once for all.
+"""Energies and forces of displacements at rest, defined once.
 
 Displacements v of the metamaterial and V of the substrate have shape (..., N): one state, or any
 number of them at once. Energies are in k_r (lattice constant)^2.
@@ -15,7 +15,7 @@ from .specimen import Specimen
 
 
 def energies(specimen: Specimen, v: Array, V: Array) -> tuple[Array, Array, Array]:
-    """Return the energy of the coupling, the on-site and the substrate's springs, (...) each."""
+    """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
     on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
     return (
         np.asarray(0.5 * np.sum(np.diff(v) ** 2, axis=-1)),
@@ -42,13 +42,13 @@ def stiffness(specimen: Specimen, v: Array, V: Array) -> Array:
 
 
 def _on_site(specimen: Specimen, v: Array, V: Array) -> Array:
-    """Return what the on-site springs pull with at the substrate, shape (..., N)."""
+    """Return the pull of the on-site springs on the substrate, shape (..., N)."""
     slope = specimen.potential.slope(v - (V + specimen.offsets))
     return np.asarray(specimen.alpha * slope)
 
 
 def _with_springs(force: Array, tension: Array) -> Array:
-    """Add what springs in a row pull with, tensions of shape (..., N - 1)."""
+    """Add the pull of springs in series, tensions of shape (..., N - 1)."""
     force[..., :-1] += tension
     force[..., 1:] -= tension
     return force

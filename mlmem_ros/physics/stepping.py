@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How an element is stepped in time: by which method, how far at once, and at which times."""
+"""How an element is stepped in time: method, step size and times."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .potential import Array
 from .specimen import Specimen
 
 STABILITY_MARGIN = 0.95
-"""Largest share of the stability limit that we step with."""
+"""Largest fraction of the stability limit to use."""
 
 FARTHEST = 1e6
-"""Bound of what a cell's |D + c| may be where any step is stable."""
+"""Bound on a cell's |D + c| if any step is stable."""
 
 
 def highest_frequency(specimen: Specimen, reach: float | None = None) -> float:
-    """Return a bound of the angular frequencies of small waves about any state of an element.
+    """Return a bound on the angular frequencies of small waves about any state of an element.
 
-    By Gershgorin's circles, with a bound of the on-site stiffness over all that a cell may do.
+    By Gershgorin's circles, with a bound on the on-site stiffness over a cell's range.
 
     Args:
         specimen: The element.
@@ -48,9 +48,9 @@ def default_step(specimen: Specimen, integrator: Integrator = NOH_BATHE) -> floa
 
 
 def farthest_reach(specimen: Specimen, integrator: Integrator, dt: float) -> float:
-    """Return how far a cell may get, as |D + c|, before a step is stable no more.
+    """Return how far a cell may get, as |D + c|, before a step becomes unstable.
 
-    The wells become the stiffer the farther out they are. Found by halving, from below.
+    The farther out, the stiffer the wells. Found by bisection, from below.
     """
     low, high = _wells(specimen), FARTHEST
     while high > low * (1.0 + 1e-3):
@@ -80,15 +80,15 @@ def _limit(specimen: Specimen, integrator: Integrator, reach: float | None = Non
 
 
 class Nodes(Protocol):
-    """What asks for what is prescribed at some times in every step: an integrator, a driver."""
+    """Whatever needs the prescribed motion at times in every step: an integrator, a driver."""
 
     @property
     def nodes(self) -> tuple[float, ...]:
-        """These times, as shares of the step."""
+        """These times, as fractions of the step."""
 
 
 def substep_times(steps: int, dt: float, asker: Nodes = NOH_BATHE, first: int = 0) -> Array:
-    """Return the times in a run of steps at which what is prescribed is asked for.
+    """Return the times in a run of steps at which the prescribed motion is needed.
 
     Args:
         steps: Number of steps.

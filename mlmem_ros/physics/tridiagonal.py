@@ -14,7 +14,7 @@ def solve(diagonal: Array, beside: Array, right: Array) -> bool:
 
     Args:
         diagonal: Diagonal of the matrix, shape (n,); the pivots of the elimination afterwards.
-        beside: What is beside it, shape (n - 1,).
+        beside: The off-diagonal, shape (n - 1,).
         right: Right sides, shape (k, n); the solutions afterwards.
 
     Returns:
@@ -27,7 +27,7 @@ def solve(diagonal: Array, beside: Array, right: Array) -> bool:
             diagonal[j] -= factor * beside[j - 1]
             for i in range(len(right)):
                 right[i, j] -= factor * right[i, j - 1]
-        if diagonal[j] <= 0.0:  # what is no number goes on, for the caller to see
+        if diagonal[j] <= 0.0:  # NaN passes through, for the caller to see
             return False
     for i in range(len(right)):
         right[i, n - 1] /= diagonal[n - 1]

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the domain walls are: the ground truth that the device itself never uses."""
+"""Positions of the domain walls: ground truth that the device itself never uses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Wall:
 
     Attributes:
         position: Where the configuration crosses the barrier top, in sites (linear between two).
-        anti_kink: True for active (s2) on the left, as the memory's wall; False for a kink.
+        anti_kink: True with active (s2) on the left, like the memory's wall; False for a kink.
     """
 
     position: float
@@ -43,9 +43,9 @@ def walls(design: Design, configuration: Array) -> list[Wall]:
 
 
 def level_of(design: Design, configuration: Array, tolerance: float = 1.0) -> int:
-    """Return the level whose defect the only wall sits at; -1 blank; -2 anything else.
+    """Return the level whose defect holds the only wall; -1 if blank; -2 for anything else.
 
-    A cell in any other ground state than the two phases makes it anything else.
+    A cell in a ground state other than the two phases gives -2.
 
     Args:
         design: The element.

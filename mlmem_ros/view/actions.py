@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page may ask for, as requests of the node's client; nothing else gets through."""
+"""What a page may ask for, as client requests to the node; nothing else gets through."""
 
 from __future__ import annotations
 
@@ -22,19 +22,18 @@ Asked = Mapping[str, Any]
 HEALTHY = Faults()
 
 HASTE = 1.65
-"""Time of a drag's move over the least that the actuator needs for a straight one; a smooth one
-needs 1.5."""
+"""Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
 
 
 class BadRequest(Exception):
-    """A page asked for something that is no request; the message says why."""
+    """A page sent an invalid request; the message says why."""
 
 
 class Actions:
-    """Turns what a page asks for into requests.
+    """Turns a page's messages into requests.
 
     Attributes:
-        folder: Where recordings go that pages start, on the node's machine.
+        folder: Where recordings started by pages go, on the node's machine.
     """
 
     def __init__(self, client: MemoryClient, element: Callable[[], Element | None]) -> None:
@@ -42,17 +41,17 @@ class Actions:
 
         Args:
             client: A client of the node.
-            element: Returns what is known of the element.
+            element: Returns the element, if known.
         """
         self._client = client
         self._element = element
         self.folder = Path.cwd() / 'sessions'
 
     def ask(self, asked: Asked) -> Reply[Any]:
-        """Send the request that a page asks for.
+        """Send a page's request.
 
         Raises:
-            BadRequest: It is none.
+            BadRequest: It is not valid.
         """
         client = self._client
         match asked.get('do'):
@@ -97,9 +96,9 @@ class Actions:
                 raise BadRequest(f'there is no request {str(other)[:40]!r}')
 
     def _strain(self, strain: float) -> Reply[Any]:
-        """Drag the strain: a smooth move, in the time that the longest one takes.
+        """Drag the strain: a smooth move, in the time of the longest one.
 
-        A set-point on `~/strain` would do the same and be refused in silence.
+        A set-point on `~/strain` would do the same, but be refused silently.
         """
         element = self._element()
         if element is None:
@@ -127,12 +126,12 @@ def _whole(asked: Asked, name: str, low: int, high: int) -> int:
 def _fault(asked: Asked) -> str:
     name = f'faults.{asked.get("name")}'
     if name not in FAULTS:
-        raise BadRequest('name must be that of a fault')
+        raise BadRequest("name must be a fault's name")
     return name
 
 
 def _value(asked: Asked) -> bool | int | float:
-    """Return a fault's value in the type that its parameter has."""
+    """Return a fault's value in its parameter's type."""
     kind = type(getattr(HEALTHY, str(asked['name'])))
     value = asked.get('value')
     if kind is bool:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node is doing, as far as it is known from outside: what it tells, or else a guess."""
+"""What a node is doing, as seen from outside: what it reports, or else a guess."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PROCEDURES = ('write', 'read', 'erase', 'calibrate', 'self_test', 'abort')
 
 
 class Activity:
-    """The procedure that runs: as a page asked for it, an action tells or the diagnostics say."""
+    """The running procedure, from a page's request, an action or the diagnostics."""
 
     def __init__(self) -> None:
         self._name = ''
@@ -25,7 +25,7 @@ class Activity:
         self._progress: dict[str, Any] = {}
 
     def told(self) -> dict[str, Any]:
-        """Return what a picture says of it."""
+        """Return its description for a picture."""
         if not self._name:
             return {}
         seconds = time.monotonic() - self._begun
@@ -33,7 +33,7 @@ class Activity:
         return {'doing': known | self._progress}
 
     def tells(self, name: str, feedback: Any) -> None:
-        """Take the feedback of an action: how far the procedure of that name is."""
+        """Take the feedback of an action: the progress of its procedure."""
         if not self._name and time.monotonic() - self._ended > LATE:
             self._begin(name, None)
         if name != self._name:
@@ -45,10 +45,10 @@ class Activity:
         }
 
     def asked(self, asked: Mapping[str, Any]) -> bool:
-        """Take down what a page has asked for, unless something runs: that is refused.
+        """Note a page's request, unless something runs: then it is refused.
 
         Returns:
-            Whether it was taken down.
+            Whether it was noted.
         """
         name = asked.get('do')
         taken = name in PROCEDURES and (not self._name or name == 'abort')
@@ -57,11 +57,11 @@ class Activity:
         return taken
 
     def refused(self) -> None:
-        """Take back what was taken down."""
+        """Remove the note."""
         self._name = ''
 
     def running(self, name: str) -> None:
-        """Take what the diagnostics say, which may be a second old."""
+        """Take the state from the diagnostics, which may be a second old."""
         now = time.monotonic()
         if name and not self._name and now - self._ended > 1.5:
             self._begin(name, None)
@@ -69,7 +69,7 @@ class Activity:
             self._name = ''
 
     def ended(self, name: str) -> None:
-        """Take an end; an empty name is that of any procedure."""
+        """Take the end of a procedure; an empty name means any."""
         if not name or name == self._name or self._name == 'abort':
             self._name = ''
             self._ended = time.monotonic()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What differs between two sessions: their parameters, and what was asked and came of it."""
+"""Differences between two sessions: parameters, requests and results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from .recorded import Recorded
 
 MOST = 200
-"""Lines that are shown of each kind."""
+"""Lines shown of each kind."""
 
 
 def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
@@ -21,9 +21,9 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
         right: Another one.
 
     Returns:
-        `parameters`: name, value left, value right; paths differ anyway and are left out.
-        `events`: what has no counterpart on the other side, with its time, in their order.
-        `alike`: how many events agree.
+        `parameters`: name, value left, value right; paths always differ and are left out.
+        `events`: those without a counterpart on the other side, with times, in order. `alike`: how
+        many events agree.
     """
     names = sorted({*left.parameters, *right.parameters})
     parameters = [
@@ -50,7 +50,7 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
 
 
 def _text(event: dict[str, Any]) -> str:
-    """Return what has to agree of an event: not its time, nor the last digits of a delay."""
+    """Return the part of an event that must agree: not its time, nor a delay's last digits."""
     values = event.get('values', {})
     kept = [values[key] for key in ('level', 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])

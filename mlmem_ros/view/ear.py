@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node tells, as it comes in: an ordinary subscriber of its public topics."""
+"""What a node publishes, as it arrives: an ordinary subscriber of its public topics."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ ALWAYS = (topics.LEVEL, topics.OUTCOME, topics.ECHO, topics.DIAGNOSTICS, PARAMET
 STREAMS = (topics.FIELD, topics.WALL, topics.JOINT_STATES)
 
 Tell = Callable[[topics.Topic | str, Any], None]
-"""Is told a topic, or of which action it is the feedback, and a message."""
+"""Called with a topic, or the action whose feedback it is, and a message."""
 
 
 class Ear:
-    """Listens to a node: to its streams only while somebody looks, for they cost it something."""
+    """Listens to a node; to its streams only while a page is open, for they cost it time."""
 
     def __init__(self, client: MemoryClient, tell: Tell) -> None:
-        """Listen to what is told once.
+        """Subscribe to all but the streams.
 
         Args:
             client: A client of the node.
-            tell: Is told what comes, in the thread that turns the client's node.
+            tell: Called with each message, in the thread that spins the client's node.
         """
         self._client = client
         self._tell = tell
@@ -49,7 +49,7 @@ class Ear:
             client.node.create_subscription(kind, feedback, partial(tell, name), RELIABLE)
 
     def watch(self, on: bool) -> None:
-        """Listen to the streams, or no longer."""
+        """Start or stop listening to the streams."""
         if on and not self._streams:
             self._streams = [self._subscribe(topic) for topic in STREAMS]
         elif not on:

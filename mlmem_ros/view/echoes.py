@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..contract import told
 
 SAMPLES = 1200
-"""Most samples of an echo in a picture; of several the greatest is kept."""
+"""Most samples of an echo in a picture; of several the largest is kept."""
 
 
 def thinned(message: Any) -> NDArray[np.float32]:
@@ -23,7 +23,7 @@ def thinned(message: Any) -> NDArray[np.float32]:
         message: Of `~/echo`.
 
     Raises:
-        ValueError: It is no echo.
+        ValueError: It is not an echo.
     """
     t, _, v_c = told.echo(message)
     group = math.ceil(len(t) / SAMPLES) or 1

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page has to know of an element, from the node's public parameters alone."""
+"""What a page needs to know about an element, from the node's public parameters alone."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ WANTED = (
     'time.tick',
     'time.speed',
 )
-"""Parameters that a page is made from."""
+"""Parameters that a page needs."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class Element:
 
     Attributes:
         design: The element.
-        stride: Every how many cells one is shown.
-        about: What the page is told, ready for JSON.
+        stride: Every stride-th cell is shown.
+        about: What the page gets, ready for JSON.
     """
 
     design: Design
@@ -71,8 +71,7 @@ class Element:
             node: Full name of the node.
 
         Raises:
-            DesignError: They describe no element.
-            TypeError: The design is not given.
+            DesignError: They do not describe an element. TypeError: The design is not given.
         """
         given = {
             each.name: parameters[f'design.{each.name}']

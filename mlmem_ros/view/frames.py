@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What goes to a page: a head of JSON, and numbers behind it as they lie in memory.
+"""Frames sent to a page: a JSON header, then numbers as they lie in memory.
 
-A frame is the length of its head (uint32, little-endian), the head, and the body. The head is
-filled up with blanks, so that the body begins at a multiple of four.
+A frame is the length of its header (uint32, little-endian), the header, and the body. The header
+is padded with blanks, so that the body begins at a multiple of four.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 COUNTS = 8000
-"""What the active phase is in a picture of whole numbers; the inactive phase is 0."""
+"""The active phase in a picture of integers; the inactive phase is 0."""
 
 
 def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
     """Return a frame.
 
     Args:
-        head: What it tells; numbers that are not finite become null.
-        body: Whole numbers (sent as int16) or real ones (sent as float32), of any shape.
+        head: The header; non-finite numbers become null.
+        body: Integers (sent as int16) or reals (sent as float32), of any shape.
     """
     data = b''
     if body is not None:
@@ -38,7 +38,7 @@ def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
 
 
 def finite(value: Any) -> Any:
-    """Return a value of JSON with None for every number that JSON does not know."""
+    """Return a JSON value with None for every number that JSON cannot express."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
@@ -49,7 +49,7 @@ def finite(value: Any) -> Any:
 
 
 def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
-    """Return a configuration as whole numbers: 0 inactive, `COUNTS` active.
+    """Return a configuration as integers: 0 inactive, `COUNTS` active.
 
     Args:
         field: Configuration Delta_j, of any shape.

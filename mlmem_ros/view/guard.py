@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may talk to the server: pages that came from it, and where it is open, who has the token."""
+"""Who may talk to the server: its own pages and, if it is open, holders of the token."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ HEADERS = {
     'Cross-Origin-Opener-Policy': 'same-origin',
     'Cache-Control': 'no-cache',
 }
-"""No other site may frame the page, read what it is sent, or run anything in it."""
+"""No other site may frame the page, read its data, or run anything in it."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class Guard:
-    """Judges requests before anything else sees them.
+    """Checks requests before anything else sees them.
 
     Attributes:
-        token: What has to be known; empty on the loopback.
+        token: The secret to be known; empty on the loopback.
     """
 
     def __init__(self, token: str = '') -> None:
         self.token = token
 
     def middleware(self) -> Any:
-        """Return what the server asks first."""
+        """Return the server's first handler."""
 
         @web.middleware
         async def guarded(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -57,14 +57,14 @@ class Guard:
         return guarded
 
     def _check_origin(self, request: web.Request) -> None:
-        """Refuse who was sent here by another site, by its origin or by a name of its own."""
+        """Refuse requests from another site, by its origin or by a foreign host name."""
         name = request.url.host or ''
         if not self.token and name not in LOOPBACK:  # a foreign name that resolves to us
-            raise web.HTTPForbidden(text=f'this server answers as {", ".join(LOOPBACK)} alone')
+            raise web.HTTPForbidden(text=f'this server answers only as {", ".join(LOOPBACK)}')
         origin = request.headers.get('Origin')
         if origin is None:
             if request.headers.get('Upgrade', '').lower() == 'websocket':
-                raise web.HTTPForbidden(text='a page tells its origin')
+                raise web.HTTPForbidden(text='a page sends its origin')
         elif origin != f'{request.scheme}://{request.host}':
             raise web.HTTPForbidden(text='another site must not drive the element')
 
@@ -72,7 +72,7 @@ class Guard:
         return hmac.compare_digest(token.encode(), self.token.encode())
 
     def _admitted(self, request: web.Request) -> web.HTTPSeeOther:
-        """Return the way in for who brings the token: a cookie keeps it out of the address."""
+        """Admit a request with the token: a cookie then keeps it out of the address."""
         if not self._known(request.query.get('token', '')):
             raise web.HTTPForbidden(text='open the address that the server has printed')
         response = web.HTTPSeeOther('/')
@@ -82,7 +82,7 @@ class Guard:
 
 
 class Rate:
-    """So many at once, and so many a second."""
+    """A token bucket: a burst, and a rate per second."""
 
     def __init__(self, burst: int, rate: float) -> None:
         """Begin with a full bucket.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A running element for pages: what its node tells, in pictures; and what pages ask of it."""
+"""A running element for pages: its node's messages as pictures, and the pages' requests."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..ros.client import MemoryClient
 
 SILENCE = 2.5
-"""Seconds without a word after which a node counts as gone; it tells its health once a second."""
+"""Seconds of silence after which a node counts as gone; it reports its health every second."""
 
 BEHIND = 0.03
 """Seconds for which an outcome waits for the echo that it was decoded from."""
@@ -48,7 +48,7 @@ class Live:
         self._element: Element | None = None
         self._activity = Activity()
         self._requests = Requests(Actions(client, lambda: self._element), self._activity)
-        self._latest: dict[str, bytes] = {}  # what a page that opens is told first
+        self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show)
         self._heard, self._present, self._ticks = -SILENCE, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
@@ -61,7 +61,7 @@ class Live:
     # --- pages ---------------------------------------------------------------------------
 
     def open(self) -> Page:
-        """Return a page that is told all there is to know, and whatever comes from now on."""
+        """Return a page that gets everything known so far, and whatever comes from now on."""
         page = Page()
         self._ear.watch(True)
         for frame in self._latest.values():
@@ -77,12 +77,12 @@ class Live:
         self._left = time.monotonic()
 
     def end(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         self._keeper.cancel()
         self._ear.watch(False)
 
     async def ask(self, asked: Asked) -> dict[str, Any]:
-        """Do what a page asks for; return what it is told, whatever comes of it."""
+        """Do what a page asks for; return the reply, whatever the result."""
         return await self._requests.ask(asked)
 
     @property
@@ -90,10 +90,10 @@ class Live:
         """Paths of the sessions that pages have recorded."""
         return self._requests.recordings
 
-    # --- what the node tells -------------------------------------------------------------
+    # --- what the node publishes -------------------------------------------------------------
 
     def _told(self, topic: topics.Topic | str, message: Any) -> None:
-        """Take a message, in the thread of the client."""
+        """Take a message, in the client's thread."""
         if topic in ear.STREAMS:
             self._pictures.take(topic, message)
         else:
@@ -159,7 +159,7 @@ class Live:
     # --- meeting a node ------------------------------------------------------------------
 
     def _meet(self) -> None:
-        """Ask for the parameters that pages are made from; again if they change meanwhile."""
+        """Ask for the parameters that pages need; again if they change meanwhile."""
         self._again = True
         if self._meeting is None or self._meeting.done():
             self._meeting = self._loop.create_task(self._ask_parameters())
@@ -190,7 +190,7 @@ class Live:
                 self.pages.show(picture)
 
     async def _keep(self) -> None:
-        """Notice a node that is gone, and streams that nobody looks at."""
+        """Notice a node that is gone, and streams that nobody watches."""
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
@@ -206,8 +206,8 @@ class Live:
                 self._ear.watch(False)
 
     def _announce(self, kind: str, said: dict[str, Any], body: Any = None) -> None:
-        """Tell all pages, and those that open later."""
+        """Send to all pages, and to those that open later."""
         frame = packed({'k': kind, **said}, body)
-        self._latest.pop(kind, None)  # in the order of the last ones
+        self._latest.pop(kind, None)  # in the order of their latest values
         self._latest[kind] = frame
         self.pages.tell(frame)

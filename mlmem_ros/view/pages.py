@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Open pages, and what waits for each: a slow one misses pictures and holds up nobody."""
+"""Open pages, and the queue of each: a slow one misses pictures and delays nobody."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from collections import deque
 from collections.abc import AsyncIterator
 
 KEPT = 64
-"""News that wait for a page at most; of pictures only the newest waits."""
+"""Most news items queued for a page; of pictures only the newest is queued."""
 
 MOST = 16
-"""Pages that are served at a time."""
+"""Most pages served at a time."""
 
 
 class Page:
-    """What waits for one page."""
+    """The queue of one page."""
 
     def __init__(self) -> None:
         self._news: deque[bytes] = deque(maxlen=KEPT)
@@ -24,7 +24,7 @@ class Page:
         self._ready = asyncio.Event()
 
     def tell(self, frame: bytes) -> None:
-        """Add news; the oldest are dropped where they are too many."""
+        """Add news; the oldest are dropped if there are too many."""
         self._news.append(frame)
         self._ready.set()
 
@@ -34,7 +34,7 @@ class Page:
         self._ready.set()
 
     async def frames(self) -> AsyncIterator[bytes]:
-        """Yield what there is to send, when it is asked for the next one."""
+        """Yield what there is to send, one item at a time."""
         while True:
             await self._ready.wait()
             if self._news:
@@ -55,11 +55,11 @@ class Pages(set[Page]):
         return len(self) >= MOST
 
     def tell(self, frame: bytes) -> None:
-        """Tell all of them news."""
+        """Send news to all of them."""
         for page in self:
             page.tell(frame)
 
     def show(self, frame: bytes) -> None:
-        """Show all of them a picture."""
+        """Send a picture to all of them."""
         for page in self:
             page.show(frame)

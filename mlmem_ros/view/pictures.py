@@ -23,14 +23,14 @@ TOGETHER = 0.004
 """Seconds in which the streams of one tick come in."""
 
 GAP = 0.2
-"""Longest step of the picture's clock in seconds: while nothing comes, it stands still."""
+"""Longest step of the picture's clock in seconds: without messages it stands still."""
 
 HISTORY = 1800
 """Pictures that are kept for a page that opens: a minute."""
 
 
 class Pictures:
-    """Makes pictures of the newest messages; `take` is for any thread, all else for the loop's.
+    """Makes pictures of the newest messages; any thread may call `take`, only the loop's the rest.
 
     Attributes:
         clock: Time of the last picture in seconds.
@@ -59,15 +59,15 @@ class Pictures:
             self._loop.call_soon_threadsafe(self._arrange)
 
     def forget(self) -> None:
-        """Keep no history: it was that of another element."""
+        """Discard the history: it was another element's."""
         self._history.clear()
 
     def make(self, element: Element, doing: dict[str, Any]) -> bytes:
         """Return a picture of the newest messages.
 
         Args:
-            element: The element that they tell of.
-            doing: What else the picture says.
+            element: The element they describe.
+            doing: What else the picture shows.
         """
         field, walls, joints = map(
             self._newest.get, (topics.FIELD, topics.WALL, topics.JOINT_STATES)
@@ -91,7 +91,7 @@ class Pictures:
         )
 
     def _arrange(self) -> None:
-        """Have a picture made, not sooner than a period after the last."""
+        """Schedule a picture, no sooner than a period after the last."""
         wait = self._stamp + PERIOD - time.monotonic()
         self._loop.call_later(max(wait, TOGETHER), self._make)
 

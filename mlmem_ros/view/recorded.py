@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session for a page: what its public topics tell, thinned out to a bounded size."""
+"""A recorded session for a page: its public topics, thinned out to a bounded size."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from .element import Element
 from .frames import counts, packed
 
 COLUMNS = 12_000
-"""Most configurations that are shown; of a longer session every second, fourth ... one."""
+"""Most configurations shown; of a longer session every second, fourth ... one."""
 
 EVENTS = 5000
-"""Most commands, outcomes and echoes of each kind that are shown."""
+"""Most commands, outcomes and echoes shown, of each kind."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Recorded:
     """A session as a page shows it.
 
     Attributes:
-        name: What it is called.
+        name: Its name.
         element: The element.
         parameters: The node's parameters.
-        events: Commands and outcomes in their order: t, kind, text.
+        events: Commands and outcomes in order: t, kind, text.
         lost: What could not be read.
-        frame: All that a page needs, as a frame.
+        frame: Everything a page needs, as a frame.
     """
 
     name: str
@@ -51,7 +51,7 @@ class Recorded:
 
 
 class Columns:
-    """Times and rows of numbers; where there are too many every second one goes."""
+    """Times and rows of numbers; if there are too many, every second one is dropped."""
 
     def __init__(self) -> None:
         self.t: list[float] = []
@@ -82,7 +82,7 @@ def load(path: str | Path) -> Recorded:
     try:
         element = Element.of(_flat(header) | parameters, node)
     except (DesignError, TypeError, ValueError) as error:
-        raise BagError(f'{path}: the session describes no element; {error}') from error
+        raise BagError(f'{path}: the session does not describe an element; {error}') from error
     collector = _Collector(element, reader)
     begin = reader.span[0] if reader.span else 0
     collector.take(begin)
@@ -112,7 +112,7 @@ def _header(reader: BagReader) -> tuple[str, dict[str, Any]]:
         if isinstance(header, dict):
             return message.topic.removesuffix(f'/{HEADER}'), header
     raise BagError(
-        f'{reader.path} must hold a session of a memory node, as `mlmem record` makes it; '
+        f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
         f'got {clipped(sorted(reader.topics), 300)}'
     )
 
@@ -132,7 +132,7 @@ def _flat(header: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _delays(header: Mapping[str, Any]) -> dict[str, list[float]]:
-    """Return the echo delay of every level by end, as the session began with them."""
+    """Return the echo delay of every level by end, at the session's start."""
     tables = _mapping(_mapping(header, 'initial'), 'calibration')
     return {
         end: [float(delay) for delay in table['delays']]
@@ -173,7 +173,7 @@ class _Collector:
                 raise BagError(f'{message.topic} at {seconds:.3f} s: {error}') from error
 
     def frame(self, head: dict[str, Any]) -> bytes:
-        """Return all of it, with a head of its own."""
+        """Return all of it, with its own header."""
         echoes = self._echoes
         head |= {
             'k': 'session',
@@ -194,7 +194,7 @@ class _Collector:
     def _field(self, t: float, message: Any) -> None:
         data = np.asarray(message.data)[:: self._element.stride]
         if len(data) != self._element.about['rows']:
-            raise ValueError(f'data must be of {self._element.design.N} cells')
+            raise ValueError(f'data must have {self._element.design.N} cells')
         self._fields.add(t, counts(data, self._element.phases))
 
     def _joints(self, t: float, message: Any) -> None:
@@ -231,7 +231,7 @@ class _Collector:
 
 
 def _words(kind: str, given: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what a command says, in words."""
+    """Describe a command in words."""
     yield {
         'SetStrain': 'strain',
         'FollowTrajectory': 'follow',

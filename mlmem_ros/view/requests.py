@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What pages ask of a running element, and what they are told."""
+"""What pages ask of a running element, and the replies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Requests:
 
         Args:
             actions: What may be asked for.
-            activity: Is told what has been.
+            activity: Notified of requests.
         """
         self._actions = actions
         self._activity = activity
@@ -53,7 +53,7 @@ class Requests:
         return {'ok': True, 'details': details}
 
     def _recorded(self, details: dict[str, Any]) -> dict[str, Any]:
-        """Return by which number a finished recording can be fetched."""
+        """Return the number by which a finished recording can be downloaded."""
         if details.get('recording') is not False or not details.get('path'):
             return {}
         if details['path'] not in self.recordings:
@@ -62,7 +62,7 @@ class Requests:
 
 
 def _answer(reply: Any) -> asyncio.Future[Any]:
-    """Return the answer of a request, which another thread brings, as a future of this loop."""
+    """Return a request's answer, which another thread delivers, as a future of this loop."""
     loop = asyncio.get_running_loop()
     answer: asyncio.Future[Any] = loop.create_future()
 

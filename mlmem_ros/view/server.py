@@ -27,19 +27,19 @@ from .recorded import Recorded, load
 STATIC = Path(__file__).parent / 'static'
 
 DEFAULT_PORT = 8742
-"""Where the page is served unless that is taken."""
+"""The page's default port, unless taken."""
 
 MESSAGE = 4096
-"""Most bytes of what a page asks."""
+"""Most bytes of a page's message."""
 
 BURST, RATE = 20, 30.0
-"""Requests of a page at once, and a second."""
+"""Requests of a page at once, and per second."""
 
 UNDER_WAY = 8
-"""Requests of a page that may be under way."""
+"""Most requests of a page under way."""
 
 PATIENCE = 10.0
-"""Seconds after which a page that takes nothing is let go."""
+"""Seconds after which a page that reads nothing is disconnected."""
 
 
 class Server:
@@ -115,7 +115,7 @@ class Server:
                 if asked is None:
                     break
                 if len(under_way) >= UNDER_WAY or not rate.take():
-                    refusal = {'ok': False, 'kind': 'refused', 'text': 'too much at once'}
+                    refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
                     page.tell(_answer(asked, refusal))
                     continue
                 task = asyncio.create_task(_serve(live, page, asked))
@@ -173,7 +173,7 @@ class Server:
 
 
 async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
-    """Send a page what waits for it, as fast as it takes it; let go one that takes nothing."""
+    """Send a page its queue as fast as it reads; disconnect one that reads nothing."""
     try:
         async for frame in page.frames():
             await asyncio.wait_for(socket.send_bytes(frame), PATIENCE)
@@ -181,7 +181,7 @@ async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page)
         return
     except asyncio.TimeoutError:
         if request.transport is not None:
-            request.transport.abort()  # a farewell would not be taken either
+            request.transport.abort()  # a close message would not be read either
 
 
 async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
@@ -204,17 +204,17 @@ def _parsed(text: str) -> dict[str, Any] | None:
 async def serve(
     server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
-    """Serve until it is over.
+    """Serve until stopped.
 
     Args:
         server: What is served.
         host: Address to listen at.
-        port: Port; None for `DEFAULT_PORT`, or any other one where that is taken.
+        port: Port; None for `DEFAULT_PORT`, or another one if that is taken.
         ready: Called with the port when pages can come.
-        over: Set when it is time to end.
+        over: Set when it is time to stop.
 
     Raises:
-        OSError: The port cannot be had.
+        OSError: The port is not available.
     """
     runner = web.AppRunner(server.application, access_log=None, shutdown_timeout=1.0)
     await runner.setup()

@@ -100,7 +100,7 @@ def test_elements_that_are_lost_are_named_and_the_others_advance():
     for lost in (1, 3):
         made[lost].velocity[0] = np.nan
     with Ensemble(made) as ensemble:
-        with pytest.raises(StateError, match=r'elements \[1, 3\] stopped being finite'):
+        with pytest.raises(StateError, match=r'elements \[1, 3\] became non-finite'):
             ensemble.advance(strains())
         for i in (0, 2, 4):
             alone[i].advance(strains()[i])

@@ -167,7 +167,7 @@ def test_a_page_that_asks_too_much_at_once_is_refused_the_rest():
             answers = [unpacked(await own.receive_bytes()) for _ in range(KEPT)]
         assert served.UNDER_WAY <= len(element.asked) < 100
         refusals = [answer['text'] for answer in answers if not answer['ok']]
-        assert set(refusals) == {'too much at once'}
+        assert set(refusals) == {'too many requests at once'}
 
     asyncio.run(run())
 

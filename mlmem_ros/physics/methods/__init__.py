@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Methods that step a chain in time, one a file: what a method is, and its one loop."""
+"""Methods that step a chain in time, one per file, each with its loop."""
 
 from .integrator import Integrator
 from .noh_bathe import NOH_BATHE

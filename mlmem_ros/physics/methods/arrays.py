@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the loops of all methods take, placed in memory as vectors are loaded."""
+"""The arguments of all methods' loops, aligned in memory for vector loads."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ VECTOR = 8
 Chained = tuple[Array, ...]
 """The arrays of one chain: displacement, velocity, acceleration, and a method's work space.
 
-Arrays of displacements, shape (n + 2,), carry a ghost cell at either end which repeats its
-neighbour: a free end needs no branch. All others have shape (n,).
+Arrays of displacements, shape (n + 2,), carry a ghost cell at either end that repeats its
+neighbour, so a free end needs no branch. All others have shape (n,).
 """
 
 
 class Cells(NamedTuple):
-    """What the cells of an element are.
+    """The properties of an element's cells.
 
     Attributes:
         height: alpha_j d, shape (n,).
-        origin: Displacement over the substrate at which the phase is none, shape (n,): the shift
-            of a cell's ground states less c.
+        origin: Displacement over the substrate at which theta is zero, shape (n,): the shift of a
+            cell's ground states minus c.
         mobility: Inverse of a cell's mass, shape (n,).
         substrate: Of a rigid substrate its displacement per unit V_N, shape (n,); of an elastic
             one the stiffness left of every cell and right of the last, shape (n + 1,).
@@ -49,15 +49,15 @@ class Cells(NamedTuple):
 
 
 class Course(NamedTuple):
-    """What is prescribed in a run, at every node of every step; and how far cells may get.
+    """The prescribed motion of a run, at every node of every step, and the range of cells.
 
     Attributes:
         V_N: Displacement of the substrate's end, shape (m,).
         shake: Acceleration of the base, in whose frame the chains are, shape (m,).
-        site: The driven cell, as index of its displacement.
+        site: Index of the driven cell's displacement.
         driven: Number of leading nodes at which it is driven.
         motion: Its displacement and velocity, shape (2, >= driven).
-        every: Steps after each of which all cells shall be in range.
+        every: Number of steps between range checks of all cells.
         low, high: The range of a cell's D; by default there is none.
     """
 
@@ -74,7 +74,7 @@ class Course(NamedTuple):
 def aligned(values: Array, first: int = 0) -> Array:
     """Return a copy whose element `first` begins a cache line, so that no vector spans two.
 
-    Rows are filled up for each of them to begin so.
+    Rows are padded so that each one does.
 
     Args:
         values: Shape (n,) or (rows, n).

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a chain needs to know of a method that steps it in time."""
+"""What a chain needs to know about a time-stepping method."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ class Integrator(ABC):
     """An explicit method of fixed step, made of sub-steps.
 
     Attributes:
-        name: How parameters call it.
-        nodes: The times in a step at which it wants to know what is prescribed (strain, base,
-            driven cell), as shares of the step: rising, the last one 1.
+        name: Its name in parameters.
+        nodes: The times in a step at which it needs the prescribed motion (strain, base, driven
+            cell), as fractions of the step: rising, the last one 1.
         accurate_step: Largest step with the rigid substrate.
-        accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and what
-            is stable for small waves alone was seen to heat them until they flew.
+        accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and steps
+            that are stable for small waves only were seen to heat them until they diverged.
         keeps_accelerations: Whether a chain's state holds accelerations.
         advance: The loop of both substrates; see `noh_bathe`.
     """
@@ -40,7 +40,7 @@ class Integrator(ABC):
 
     @abstractmethod
     def limit(self, omega: float, eta: float) -> float:
-        """Return the largest step that we call stable.
+        """Return the largest step considered stable.
 
         Args:
             omega: Greatest angular frequency of undamped small waves.
@@ -76,16 +76,16 @@ class Integrator(ABC):
 
     @property
     def substeps(self) -> int:
-        """How many times in a step what is prescribed is asked for."""
+        """Number of times in a step at which the prescribed motion is needed."""
         return len(self.nodes)
 
     def squared_frequency(self, omega: Array, eta: float, dt: float) -> Complex:
-        """Return the stiffness (unit mass) that a wave of a frequency sees in this scheme.
+        """Return the effective stiffness (unit mass) of this scheme for a wave of a frequency.
 
         A harmonic motion exp(i omega t) solves v'' + eta v' + w v = 0 for
-        w = omega^2 - i eta omega. For the scheme's discrete motion the same w is off by its
-        dispersion and its own damping: it is that for which exp(i omega dt) is an eigenvalue of
-        the step. Found by secants.
+        w = omega^2 - i eta omega. For the scheme's discrete motion w differs by its dispersion and
+        numerical damping: it is the w for which exp(i omega dt) is an eigenvalue of the step,
+        found by the secant method.
 
         Args:
             omega: Angular frequencies, shape (m,).

@@ -34,7 +34,7 @@ P = 0.54
 """The paper's split of the step."""
 
 OMEGA_DT_LIMIT = 3.6
-"""Largest omega dt we call stable: the undamped method bifurcates at 2 / p = 3.704."""
+"""Largest omega dt considered stable: the undamped method bifurcates at 2 / p = 3.704."""
 
 
 class Coefficients(NamedTuple):
@@ -91,15 +91,14 @@ def advance(
         chain: u, v, A and the work space u_p, w, A_p of the metamaterial.
         substrate: The same of an elastic substrate, whose two ends belong to the frame and the
             actuator: they are moved, not integrated, and their velocities and accelerations read
-            zero. None for a rigid one, V_j = V_N shape_j; what concerns the other is then not
-            compiled.
+            zero. None for a rigid one, V_j = V_N shape_j; the elastic part is then not compiled.
         cells: The element.
         course: What is prescribed, at the end of every sub-step.
         constants: a0 ... a7.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
 
     Returns:
-        Whether a cell was out of range where it was looked at.
+        Whether a cell was out of range at a check.
     """
     u, v, A, u_p, w, A_p = chain
     if substrate is not None:
@@ -155,7 +154,7 @@ def advance(
             w[site - 1] = fma(h3, A_p[site - 1], motion[1, i])
         if i + 1 < driven:
             u[site] = motion[0, i + 1]
-        elif i < driven:  # let go in mid-step: predict from the enforced velocity
+        elif i < driven:  # released in mid-step: predict from the enforced velocity
             u[site] = fma(a3, w[site - 1], u_p[site])
 
         # Sub-step 2: from u make A, v and the next u_p.
@@ -201,13 +200,13 @@ def advance(
         if (k + 1) % every == 0:
             for j in range(n):
                 D = u[j + 1] - (end * under[j] if substrate is None else U[j + 1])
-                if not low <= D <= high:  # true for NaN, too
+                if not low <= D <= high:  # also true for NaN
                     strayed = True
     return strayed
 
 
 class NohBathe(Integrator):
-    """The paper's method: two sub-steps, of second order; it damps short waves by itself."""
+    """The paper's method: two sub-steps, second order, with numerical damping of short waves."""
 
     name = 'noh_bathe'
     nodes = (P, 1.0)
@@ -248,4 +247,4 @@ class NohBathe(Integrator):
 
 
 NOH_BATHE = NohBathe()
-"""The method that the paper used, and ours unless another is asked for."""
+"""The paper's method, and our default."""

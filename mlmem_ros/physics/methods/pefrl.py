@@ -4,11 +4,10 @@
 
 Omelyan, Mryglod and Folk, Comput. Phys. Commun. 146 (2002) 188, Eqs. (20) and (22): the
 position-extended Forest-Ruth-like scheme. A drift moves the displacements at fixed velocities. A
-kick solves m v' = f - eta v exactly at fixed displacements, so that the damping, too, costs no
-order. Time goes with the drifts: what is prescribed is taken at the stages' own times.
-
-Undamped it loses no energy in the long run, and small waves keep their amplitude: what damping
-an echo has met is the material's alone.
+kick solves m v' = f - eta v exactly at fixed displacements, so that damping does not lower the
+order. Time advances with the drifts: the prescribed motion is evaluated at the stages' own times.
+Undamped it loses no energy in the long run, and small waves keep their amplitude: the only damping
+of an echo is the material's.
 """
 
 from __future__ import annotations
@@ -26,22 +25,22 @@ from .integrator import Complex, Integrator
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 
 DRIFTS = (XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI)
-"""Shares of the step."""
+"""Fractions of the step."""
 
 KICKS = (0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA)
-"""Shares of the step, between the drifts."""
+"""Fractions of the step, between the drifts."""
 
 OMEGA_DT_LIMIT = 2.98
-"""Largest omega dt we call stable: undamped it is 2.9895, and damping only adds to it."""
+"""Largest omega dt considered stable: undamped it is 2.9895, and damping only adds to it."""
 
 
 class Constants(NamedTuple):
-    """What a step is made of; rows: of the outer kicks, then of the inner ones.
+    """The constants of a step; rows: for the outer kicks, then the inner ones.
 
     Attributes:
         drifts: Lengths in time, shape (5,).
-        decay, kick, push: What a kick makes of a velocity v, a force f and an acceleration A of
-            the base, v' = decay v + kick f - push A, by cell, shape (2, >= N).
+        decay, kick, push: The effect of a kick on velocity v, with force f and base acceleration
+            A: v' = decay v + kick f - push A, by cell, shape (2, >= N).
         substrate_decay, substrate_kick: The same of a substrate cell, of mass 1, whose kick and
             push are one, shape (2,).
     """
@@ -68,12 +67,12 @@ def advance(
 
     Args:
         steps: Number of steps.
-        chain: u, v, A, which this method has no use for, and two rows of displacements x: those
-            that a kick is made at, and those that the drift after it leads to.
+        chain: u, v, A, which is unused here, and two rows of displacements x: those at a kick, and
+            those after the following drift.
         substrate: The same of an elastic substrate, or None.
         cells: The element.
-        course: What is prescribed, in the order of time, in which the stages are not: the second
-            goes back. A step that is not driven to its end is free.
+        course: What is prescribed, in order of time. The stages are not: the second goes back. A
+            step not driven to its end is free.
         constants: Of a step.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
 
@@ -147,7 +146,7 @@ def advance(
             end = V_N[i + 4]
             for j in range(n):
                 D = x[0, j + 1] - (end * under[j] if substrate is None else X[0, j + 1])
-                if not low <= D <= high:  # true for NaN, too
+                if not low <= D <= high:  # also true for NaN
                     strayed = True
     for j in range(1, n + 1):
         u[j] = x[0, j]
@@ -157,7 +156,7 @@ def advance(
 
 
 class Pefrl(Integrator):
-    """The method as a chain takes it."""
+    """The method, as chains use it."""
 
     name = 'pefrl'
     nodes = (XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0)
@@ -194,7 +193,7 @@ class Pefrl(Integrator):
 
 
 def _kick(h: float, mobility: Array, eta: float) -> tuple[Array, Array, Array]:
-    """Return what a kick of a length in time makes of velocity, force and base acceleration.
+    """Return the coefficients of a kick of a given duration.
 
     v' = decay v + kick f - push A with decay = exp(-z), push = h (1 - exp(-z)) / z and
     kick = push / m, where z = eta h / m; the fraction by its series where z is small.
