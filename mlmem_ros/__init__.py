@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Mechanical multi-level memory for robots: material, device, sessions and ROS 2 node.
 
-What robot code needs is here: `MemoryClient`, `MemoryBank`, `standalone` and what they answer
-and raise. It is imported when it is first used; `import mlmem_ros` needs no ROS.
+Everything a robot's code needs is here: `MemoryClient`, `MemoryBank`, `standalone`, their answers
+and errors. Names are imported on first use; `import mlmem_ros` needs no ROS.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _HOMES = {
     'ros.client.reply': ('Reply',),
     'ros.client.standalone': ('standalone',),
 }
-"""Modules, and the names that are at home there."""
+"""Modules, and the names they define."""
 
 
 def __getattr__(name: str) -> Any:

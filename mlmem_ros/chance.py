@@ -1,12 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Chance: every stream of random numbers has a name here, so that no two can be the same.
+"""Randomness: every stream of random numbers has a name here, so that no two coincide.
 
-What happens at a tick is decided by a seed and the tick, and by nothing that came before.
-Philox is a counter-based generator: a tick's numbers can be had without those of the ticks before,
-so that no state has to be kept, and a device that is restored in mid-fault goes on with the same
-chance. Its raw numbers are fixed by its paper (Salmon et al. 2011); what is made of them here is
-integer arithmetic and single roundings, and so the same with every numpy.
+The numbers of a tick depend only on a seed and the tick, not on history. Philox is a counter-based
+generator: a tick's numbers need none of earlier ticks, so no state is kept, and a device restored
+in mid-fault continues with the same numbers. Its raw numbers are fixed by its paper (Salmon et al.
+2011); all processing here is integer arithmetic and single roundings, so it is the same with every
+numpy.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 HALVES = 16
-"""Uniform 16-bit numbers that are summed up for one normal number."""
+"""Uniform 16-bit numbers summed for one normal number."""
 
 
 @unique
 class Stream(IntEnum):
-    """What chance is asked for: each has numbers of its own.
+    """The uses of randomness: each has its own numbers.
 
     The first belong to a tick, the others to an element that is made and tried.
     """
@@ -40,7 +40,7 @@ class Stream(IntEnum):
 
 
 _SPAWNED = Stream.ALPHA
-"""The first stream of an element: those are spawned from its seed in their order."""
+"""The first stream of an element: its streams are spawned from its seed in order."""
 
 
 def generator(seed: int, stream: Stream) -> np.random.Generator:
@@ -55,7 +55,7 @@ def _raw(seed: int, tick: int, stream: Stream, count: int) -> NDArray[np.uint64]
 
 
 def happens(probability: float, seed: int, tick: int, stream: Stream) -> bool:
-    """Return whether something of a probability happens at a tick."""
+    """Return whether an event of a given probability happens at a tick."""
     if probability == 0.0:
         return False
     return bool((int(_raw(seed, tick, stream, 1)[0]) >> 11) < probability * 2.0**53)
@@ -64,7 +64,7 @@ def happens(probability: float, seed: int, tick: int, stream: Stream) -> bool:
 def normal(shape: tuple[int, ...], seed: int, tick: int, stream: Stream) -> NDArray[np.float64]:
     """Return numbers of mean 0 and standard deviation 1 for a tick.
 
-    They are sums of sixteen uniform ones: normal but for their kurtosis, which is 0.075 less,
+    They are sums of sixteen uniform ones: normal except for their kurtosis, which is 0.075 less,
     and never beyond 6.93.
     """
     count = int(np.prod(shape))

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Values and texts from outside, made fit for a message: short, of one line, printable."""
+"""Values and texts from outside, made fit for a message: short, one line, printable."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _MOST = 80  # characters of a value in a message
 
 
 def clipped(value: object, most: int = _MOST) -> str:
-    """Return the `repr` of a value, its middle left out where it is long.
+    """Return the `repr` of a value, without its middle if it is long.
 
-    It never makes the whole `repr`: that of a joint name of 5 MB, of lists deep in lists or of a
-    YAML document full of aliases would cost more than the value.
+    It never makes the whole `repr`: for a joint name of 5 MB, deeply nested lists or YAML full of
+    aliases that would cost more than the value.
 
     Args:
-        value: Anything; a text comes with its quotes, and its control characters escaped.
+        value: Anything; text keeps its quotes, with control characters escaped.
         most: Greatest length in characters, at least 5.
     """
     short = reprlib.Repr()
@@ -27,10 +27,10 @@ def clipped(value: object, most: int = _MOST) -> str:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Return a text as one line that a terminal shows and does not obey.
+    """Return a text as one line that a terminal displays without interpreting it.
 
     Args:
-        text: Any text, lone surrogates and escape sequences among it.
+        text: Any text, including lone surrogates and escape sequences.
         most: Greatest length in characters.
     """
     # Cut first: every character may take ten.

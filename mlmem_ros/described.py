@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dataclass fields that describe themselves: meaning, unit and range, declared once.
 
-The checks, the ROS parameters and the tables of the documents are all made from these.
+The checks, the ROS parameters and the tables of the documentation are made from these.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from .clipped import clipped
 
 @dataclass(frozen=True)
 class Description:
-    """What a field is.
+    """The description of a field.
 
     Attributes:
-        text: One phrase for a person.
+        text: One descriptive phrase.
         unit: Unit symbol; empty for counts, names and ratios.
         low: Smallest legal value, or None.
         high: Largest legal value, or None.
-        choices: The legal words of a text field; empty where any word will do.
+        choices: The legal words of a text field; empty if any word will do.
     """
 
     text: str
@@ -48,7 +48,7 @@ def described(
 
     Args:
         default: The default value, or `dataclasses.MISSING` for a required field.
-        text: One phrase for a person.
+        text: One descriptive phrase.
         unit: Unit symbol.
         low: Smallest legal value.
         high: Largest legal value.
@@ -68,8 +68,8 @@ def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Descripti
 def problems(instance: Any) -> list[str]:
     """Return what is wrong with the described fields of a dataclass instance.
 
-    Every message reads "X must be ...; got ...". The type that counts is that of the
-    annotation: `int` takes whole numbers only, `float` takes both, neither takes a bool.
+    Every message reads "X must be ...; got ...". The annotation decides on the type: `int` takes
+    whole numbers only, `float` takes both, neither takes a bool.
     """
     found = []
     for field, description in descriptions(instance):

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that survive a power cut: the one place that asks the system for them.
 
-It uses the functions of `os` alone, each by its name in that module, so that a test may put a
-disk of its own there. A call that a signal interrupts is repeated by Python itself.
+It uses only functions of `os`, each through that module, so that a test can substitute a disk of
+its own. A call that a signal interrupts is repeated by Python itself.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ _AT_ONCE = 2**20  # bytes asked for when reading
 class DurableFile:
     """A file that is written from its beginning to its end, and synced on the way.
 
-    Nothing is kept back in memory: what `write` has taken survives the death of the program,
-    what `sync` has confirmed that of the machine.
+    Nothing is buffered: what `write` accepted survives the death of the program, what `sync`
+    confirmed that of the machine.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -37,7 +37,7 @@ class DurableFile:
         return self._written
 
     def flush(self) -> None:
-        """Do nothing: nothing is kept back. Who writes into files in general may ask for it."""
+        """Do nothing: nothing is buffered. Writers into files in general may call it."""
 
     def write(self, content: bytes) -> None:
         """Append bytes, all of them, in as many pieces as the system takes.
@@ -52,24 +52,24 @@ class DurableFile:
             rest = rest[taken:]
 
     def sync(self) -> None:
-        """Wait until the disk has all that was written.
+        """Wait until everything written is on the disk.
 
         Raises:
-            OSError: The disk failed: what was written since the last sync may be lost, and
-                syncing again would not tell.
+            OSError: The disk failed: what was written since the last sync may be lost, and syncing
+                again would not reveal it.
         """
         os.fsync(self._descriptor)
 
     @property
     def deleted(self) -> bool:
-        """Whether the file has lost its name; the system gladly goes on writing into it."""
+        """Whether the file has lost its name; the system would still write into it."""
         return os.fstat(self._descriptor).st_nlink == 0
 
     def close(self) -> None:
-        """Let go of the file; it stays written, not synced. Closing again does nothing.
+        """Close the file, written but not synced. Closing again does nothing.
 
         Raises:
-            OSError: The system kept an error for the end; the file is closed all the same.
+            OSError: The system reported a late error; the file is closed anyway.
         """
         descriptor, self._descriptor = self._descriptor, -1
         if descriptor >= 0:
@@ -83,7 +83,7 @@ def create(path: Path) -> DurableFile:
         path: The file, which must not exist.
 
     Raises:
-        OSError: It exists, its directory is gone, the disk is full or refuses.
+        OSError: It exists, its directory is gone, the disk is full or fails.
         ValueError: The path has a NUL character.
     """
     file = DurableFile(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
@@ -96,7 +96,7 @@ def create(path: Path) -> DurableFile:
 
 
 def close_quietly(file: DurableFile) -> None:
-    """Let go of a file after an error, which is told already."""
+    """Close a file after an error that is already reported."""
     with suppress(OSError):
         file.close()
 
@@ -106,10 +106,10 @@ def make_directory(path: Path, *, exist_ok: bool = False) -> None:
 
     Args:
         path: The directory.
-        exist_ok: Whether it may be there already.
+        exist_ok: Whether it may already exist.
 
     Raises:
-        OSError: It is there already, or cannot be made.
+        OSError: It already exists, or cannot be made.
         ValueError: The path has a NUL character.
     """
     try:
@@ -130,7 +130,7 @@ def make_directory(path: Path, *, exist_ok: bool = False) -> None:
 
 
 def _sync_again(path: Path) -> None:
-    """Sync a directory in case that who made its entry died before; it need not be ours."""
+    """Sync a directory in case its creator died before doing so; it need not be ours."""
     with suppress(OSError):
         sync_directory(path)
 
@@ -142,7 +142,7 @@ def sync_directory(path: Path) -> None:
         path: The directory.
 
     Raises:
-        OSError: The directory is gone or the disk refuses.
+        OSError: The directory is gone or the disk fails.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
@@ -159,14 +159,14 @@ def write_atomically(path: Path, text: str) -> None:
         text: Its new content, written as UTF-8.
 
     Raises:
-        OSError: The directory is gone, the disk is full or writing is not permitted. Only when
-            the very last step fails, to sync the directory, the new content is there already,
-            and a power cut may bring back the old one.
+        OSError: The directory is gone, the disk is full or writing is not permitted. Only if the
+            very last step fails, syncing the directory, is the new content already in place; a
+            power cut may then bring back the old one.
         ValueError: The path has a NUL character, or the text lone surrogates.
     """
     content = text.encode()
     # The temporary file lies beside its target because a rename is atomic only within one
-    # file system. It is hidden so that no tool takes it for a part of the bag.
+    # file system. It is hidden so that no tool mistakes it for part of the bag.
     temporary = path.with_name(f'.{path.name}.new')
     flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC
     file = DurableFile(os.open(temporary, flags, 0o666))
@@ -190,7 +190,7 @@ def read_text(path: Path) -> str:
     Raises:
         FileNotFoundError: There is none.
         OSError: It cannot be read.
-        ValueError: It is no UTF-8, or the path has a NUL character.
+        ValueError: It is not UTF-8, or the path has a NUL character.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
@@ -205,14 +205,14 @@ class Claimed(OSError):
 
 
 class Claim:
-    """That a file is ours alone: until it is released, or our process ends, however it does."""
+    """An exclusive claim on a file, until it is released or our process ends in any way."""
 
     def __init__(self, path: Path, owner: str) -> None:
-        """Claim a file by a lock beside it, which stays there and is empty of meaning without us.
+        """Claim a file by a lock file beside it, which stays there and means nothing without us.
 
         Args:
             path: The file, which need not exist.
-            owner: Who claims it, for the one who comes second.
+            owner: Who claims it, shown to later claimants.
 
         Raises:
             Claimed: Another claim is on it.
@@ -232,16 +232,16 @@ class Claim:
             raise
 
     def release(self) -> None:
-        """Let others have the file."""
+        """Release the file."""
         with suppress(OSError):
             os.close(self._descriptor)
 
 
 def exists(path: Path) -> bool:
-    """Return whether there is something of this name; False for what cannot be looked at."""
+    """Return whether this path exists; False if that cannot be determined."""
     return os.path.lexists(path)
 
 
 def reason(error: Exception) -> str:
-    """Return why the system refused, for a message of our own."""
+    """Return the system's reason, for a message of our own."""
     return getattr(error, 'strerror', None) or str(error)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Packages that some uses need and others do not: how to come by one that is missing."""
+"""Optional packages: how to install one that is missing."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ DEBIAN = {
     'aiohttp': 'python3-aiohttp',
     'PIL': 'python3-pil',
 }
-"""Python packages that Debian and Ubuntu have, by the name that is imported."""
+"""Debian and Ubuntu packages, by import name."""
 
 PYPI = {'yaml': 'pyyaml', 'PIL': 'pillow'}
-"""Names to install by, where they are not those that are imported."""
+"""PyPI names that differ from the import name."""
 
 ROS = (
     'rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces', 'sensor_msgs', 'diagnostic_msgs',
@@ -28,10 +28,9 @@ ROS = (
 
 
 def advice(name: str) -> str:
-    """Return what to do where a package is missing, in one line.
+    """Return what to do if a package is missing, in one line.
 
-    Args:
-        name: As it is imported.
+    Args: name: Its import name.
     """
     if name in ROS:
         return (

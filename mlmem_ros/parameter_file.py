@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node's ROS parameter file, read without ROS: the design and the settings it gives.
 
-Names, types and ranges are those of the node; what concerns the node alone is left to it.
+Names, types and ranges are the node's; parameters of the node alone are left to it.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ OF_THE_NODE = (
     'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'view',
     'use_sim_time',
 )  # fmt: skip
-"""Groups and names that the node knows and a design does not."""
+"""Groups and names of the node that a design does not have."""
 
 OF_THE_NODE_TOO = ('time.speed', 'design.check')
-"""Names that the node knows, in groups of the device."""
+"""Names of the node in groups of the device."""
 
 
 class ParameterFileError(ValueError):
@@ -43,7 +43,7 @@ def load(source: str) -> Preset:
 
     Raises:
         ParameterFileError: There is no such file, or it is not a parameter file of a node.
-        DesignError: The design makes no memory.
+        DesignError: The design is not a memory.
         SettingsError: Settings are out of range or contradict each other.
     """
     if source in PRESETS:
@@ -59,7 +59,7 @@ def load(source: str) -> Preset:
 
 
 def node_parameters(config: str) -> str | dict[str, str]:
-    """Return what a launch file gives a node for a configuration: parameters, or their file.
+    """Return a configuration as a launch file passes it to a node: parameters, or their file.
 
     Args:
         config: Path of a file, or the name of a preset.
@@ -79,11 +79,11 @@ def node_parameters(config: str) -> str | dict[str, str]:
 
 
 def parse(text: str, name: str = 'the file') -> Preset:
-    """Return the design and the settings that a parameter file's text gives, over its preset's.
+    """Parse a parameter file's text: its preset's design and settings, with its changes.
 
     Args:
         text: YAML, as `/**: {ros__parameters: {design: {preset: case_2}, write: ...}}`.
-        name: What to call it in messages.
+        name: Its name in messages.
 
     Raises:
         ParameterFileError, DesignError, SettingsError: As `load`.
@@ -123,7 +123,7 @@ def parse(text: str, name: str = 'the file') -> Preset:
 def text_of(design: Design, settings: Settings) -> str:
     """Return the parameter file of a design and settings, which `parse` reads back.
 
-    It names the preset that is nearest to them, and gives what differs from that.
+    It names the nearest preset and lists the differences.
     """
     given = {'design': design, **settings.groups()}
     candidates = {
@@ -160,9 +160,9 @@ def _scalar(value: Any) -> str:
 
 
 def _parameters(text: str, name: str) -> Mapping[str, Any]:
-    """Return what is under `ros__parameters`, that of `/**` and of one node together."""
+    """Return what is under `ros__parameters`, of `/**` and one node together."""
     try:
-        content = yaml.load(text, yaml.BaseLoader)  # every scalar stays the text it is
+        content = yaml.load(text, yaml.BaseLoader)  # every scalar stays text
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         raise ParameterFileError(
             f'{name}: it must be YAML; {" ".join(str(error).split())}'
@@ -189,7 +189,7 @@ def _parameters(text: str, name: str) -> Mapping[str, Any]:
 
 
 def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator[tuple[str, str]]:
-    """Yield names with their dots, and the text of the values."""
+    """Yield dotted names, and the text of their values."""
     for key, value in parameters.items():
         if isinstance(value, Mapping):
             yield from _flat(value, name, f'{above}{key}.')
@@ -200,7 +200,7 @@ def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator
 
 
 def _typed(text: str, kind: str, key: str, name: str) -> Any:
-    """Return a value of the type that the node declares; ROS turns no integer into a double."""
+    """Return a value of the node's declared type; ROS does not convert integers to doubles."""
     if kind == 'str':
         return text
     if kind == 'bool' and text.lower() in ('true', 'false'):

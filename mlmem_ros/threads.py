@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Threads and all they wait on, in one place: a test may put a scheduler and a clock under them.
+"""Threads and everything they wait on, in one place: a test may substitute a scheduler and clock.
 
-To be used by the module's name (`threads.Condition()`), so that what a test puts here is met by
-everything that is made afterwards.
+Use it by the module's name (`threads.Condition()`), so that a test's substitutes affect everything
+created afterwards.
 """
 
 from concurrent.futures import Future

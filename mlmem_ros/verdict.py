@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a check ends, be it of a machine or of a design."""
+"""The result of a check, of a machine or of a design."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import Enum
 
 
 class Verdict(Enum):
-    """How a check ended."""
+    """The result of a check."""
 
     PASS = 'pass'
     WARN = 'warn'
@@ -17,6 +17,6 @@ class Verdict(Enum):
 
 
 def worst(verdicts: Iterable[Verdict]) -> Verdict:
-    """Return the gravest of some verdicts; PASS for none."""
+    """Return the most severe of some verdicts; PASS for none."""
     gravity = list(Verdict)
     return max(verdicts, key=gravity.index, default=Verdict.PASS)

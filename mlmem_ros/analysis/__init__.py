@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What judges a design, and sees the true wall: checks, forecasts, landscapes, the designer.
+"""Everything that judges a design or sees the true wall: checks, forecasts, landscapes, designer.
 
-It knows the device, and no device knows it: what a procedure does must follow from what the ends
-tell. No real time, no ROS.
+It imports the device, never the reverse: a procedure may use only what is measured at the ends. No
+real time, no ROS.
 """

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The echo that a device will hear, from the linear waves of its element: no simulation."""
+"""Forecast of a device's echo, from the linear waves of its element, without simulation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BANDWIDTH = 5.0
 
 
 SAMPLING = 0.25
-"""Time units from sample to sample where the device's own steps are shorter."""
+"""Time units between samples if the device's own steps are shorter."""
 
 
 def forecast_echo(
@@ -34,7 +34,7 @@ def forecast_echo(
 ) -> Echo:
     """Return what a device hears of a resting, unstrained element.
 
-    The first echo alone: not the ring-down of the let-go end, nor waves that went twice.
+    Only the first echo: not the ring-down of the released end, nor multiple reflections.
 
     Args:
         design: The element.
@@ -47,7 +47,7 @@ def forecast_echo(
     """
     sampling = max(dt, SAMPLING)
     samples = math.ceil(listening_time(design, probe, end) / sampling)
-    period = 2 * samples  # so that what comes later is not folded back
+    period = 2 * samples  # so that later arrivals are not aliased
     t = np.arange(1.0, period + 1.0) * sampling
     pulse = Pulse(0.0, probe)
     driven = np.where(t <= pulse.duration, pulse.at(t)[0], 0.0)

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energy landscape of a wall by the paper's method: two ansatzes and an integral, Eq. (3).
 
-The print leaves three things open, settled here so that the pieces fit:
+The paper leaves three things open, settled here so that the pieces fit:
 
-- V_0 is fitted but does not occur in Eq. (3). We take psi of the whole configuration,
-  v(x; X) + v_0(x) - V_0(x); `landscape(..., as_printed=True)` takes psi(v) as printed.
+- V_0 is fitted but does not occur in Eq. (3). We use psi of the whole configuration, v(x; X) +
+  v_0(x) - V_0(x); `landscape(..., as_printed=True)` uses psi(v) as printed.
 - The kink ansatz goes to 0 ahead of the wall, so v is counted from the inactive phase, and v_0
   is the equilibrium of the element that is inactive throughout, which holds D_s1.
 - The Fourier terms need a wavelength. A free end bends v_0 within a few cells, which is not
@@ -31,7 +31,7 @@ BOUND = 1.35e-4
 """The paper's bound of the root-mean-square error of every fit (page 3)."""
 
 MAX_ORDER = 40
-"""Largest order q of the Fourier expansion that we try."""
+"""Largest order q of the Fourier expansion tried."""
 
 POINTS_PER_CELL = 8
 """Points per cell of the integral's midpoint rule; alpha is constant within a cell."""
@@ -119,17 +119,17 @@ def fit_kink(design: Design) -> KinkFit:
         barrier.
 
     Raises:
-        StateError: The wall finds no rest, or the fit does not converge.
+        StateError: The wall does not settle, or the fit does not converge.
     """
     from scipy.optimize import least_squares  # not needed to run a device
 
     flat = uniform(design)
     # It rests where the Peierls-Nabarro potential of period 1 is least. In Case I that is flat
-    # to rounding, so that Newton's method alone could not tell a minimum from a maximum.
+    # to rounding, so Newton's method alone could not tell a minimum from a maximum.
     held = hold_walls(Specimen(flat), flat.N // 2 + np.arange(0.0, 1.0, 1 / 16), np.zeros(flat.N))
     least = int(held.energy.argmin())
     v, x = held.v[least], flat.sites - held.positions[least]
-    # Far from the wall one exponential is left: the slow one of s1 ahead, the fast one of s2
+    # Far from the wall one exponential remains: the slow one of s1 ahead, the fast one of s2
     # behind. The two agree with the decay of small static displacements, cosh(C) = 1 + k / 2.
     start = np.array([
         2.0 / math.pi * (flat.D_s2 - flat.D_s1),
@@ -169,8 +169,8 @@ def fit_displacement(design: Design, displacement: Array, bound: float = BOUND) 
             a, b = solution[2 : 2 + q], solution[2 + q :]
             return DisplacementFit(float(solution[0]), float(solution[1]), a, b, length, e_rms)
     raise StateError(
-        f'the bound must be met with an order of at most {MAX_ORDER}; got {e_rms:.3g} where '
-        f'{bound:.3g} was wanted'
+        f'the bound must be met with an order of at most {MAX_ORDER}; got {e_rms:.3g}, above '
+        f'{bound:.3g}'
     )
 
 

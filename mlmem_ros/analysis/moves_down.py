@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes and throws on the bare chain, and closed forms of how far they carry a wall.
+"""Strokes and throws on the bare chain, and closed forms for how far they carry a wall.
 
 The wall as a particle (see `rolling_wall`) has the mass M; its place X, seen from the substrate,
-is pushed by -B X e'' where the strain e changes its rate: B = sum of dv_j / dX = D_s2 - D_s1, for
+is pushed by -B X e'' when the strain e changes its rate: B = sum of dv_j / dX = D_s2 - D_s1, for
 the substrate of cell j moves by j e. Both forms leave out pins, gradient and waves.
 """
 
@@ -23,7 +23,7 @@ STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
 
 REST = 2500.0
-"""Ten damping times: a wall that still swings about its defect has come to rest."""
+"""Ten damping times: a wall that swings about its defect has then come to rest."""
 
 
 def moved(
@@ -45,7 +45,7 @@ def left_by(
     Args:
         specimen: The element.
         cycle: The strain.
-        level: Where a wall rests first, or `BLANK`.
+        level: Where the wall starts, or `BLANK`.
         rest: Time units after the cycle.
         dt: Time step, where it is stable.
     """
@@ -58,13 +58,13 @@ def left_by(
             chain.place(resting_wall(specimen, level))
         chain.advance(cycle.strain(times) * design.end_displacement(1.0))
         chain.rest(round(rest / chain.dt))
-    except StateError:  # strained so hard that the chain is lost, or no wall rests there
+    except StateError:  # strained so hard that the chain diverges, or no wall rests there
         return None
     return chain.configuration
 
 
 def inertia_over_mass(design: Design) -> float:
-    """Return B / M of a wall: how far it is thrown, over its place, per unit of strain."""
+    """Return B / M of a wall: its throw relative to its position, per unit of strain."""
     middle = 0.5 * design.N
     profile = wall_profile(design, middle)
     slope = np.gradient(profile)
@@ -72,21 +72,21 @@ def inertia_over_mass(design: Design) -> float:
 
 
 def reach(design: Design, peak: float, ease: float) -> float:
-    """Return how far a throw carries a wall, over its place: from 1 on it leaves the element.
+    """Return how far a throw carries a wall, relative to its position; from 1 on it leaves.
 
-    Let go in a time, the strain falls at SMOOTH_PEAK_RATE peak / ease when it is fastest. The
-    well that the strain makes holds the wall until then; what stops the substrate sets the wall
-    going at B / M X times that rate, and damping ends the flight after 1 / eta.
+    Released over a time `ease`, the strain falls at SMOOTH_PEAK_RATE peak / ease at its fastest.
+    The well that the strain makes holds the wall until then; the substrate's deceleration sets the
+    wall moving at B / M X times that rate, and damping ends the flight after 1 / eta.
     """
     rate = SMOOTH_PEAK_RATE * abs(peak) / ease
     return inertia_over_mass(design) * rate / design.eta
 
 
 def shortest_ease(design: Design, peak: float) -> float:
-    """Return the time of letting go below which all cells of the far end slip to a third state.
+    """Return the release time below which all cells of the far end slip to a third state.
 
-    What stops the substrate of cell N pushes that cell by 6 N peak / ease^2, and the slope of the
-    potential below the inactive phase holds it.
+    The deceleration of the substrate at cell N pushes that cell by 6 N peak / ease^2, and the
+    slope of the potential below the inactive phase holds it.
     """
     below = np.linspace(design.wells[0] - 2.0, design.D_s1, 2001)
     holds = float(design.alpha.min() * np.max(-design.potential.slope(below)))
@@ -94,9 +94,9 @@ def shortest_ease(design: Design, peak: float) -> float:
 
 
 def stroke_swing(design: Design, start: int, levels: int) -> float:
-    """Return by how much strain has to rise at once to pass under a wall by some levels.
+    """Return the sudden rise in strain that moves a wall down by some levels.
 
-    A wall stays behind where the substrate moves fast: X falls to X exp(-B / M e).
+    A wall stays behind when the substrate moves fast: X falls to X exp(-B / M e).
 
     Args:
         design: The element.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a wall does when the strain changes slowly: where it is held, and where it lets go."""
+"""What a wall does when the strain changes slowly: where it is held, and where it de-pins."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from ..physics.specimen import Specimen
 from ..physics.wall import walls
 
 DEPARTURE = 3.0
-"""A wall further than this from its defect, in cells, is de-pinned."""
+"""A wall farther than this from its defect, in cells, is de-pinned."""
 
 ITERATIONS = 25
-"""Newton steps within which a wall that is still pinned is found; one that left takes more."""
+"""Newton steps within which a pinned wall is found; one that left takes more."""
 
 POINTS_PER_CELL = 8
-"""Positions per cell at which a landscape is taken: enough for the lattice's own ripple."""
+"""Positions per cell of a landscape: enough for the ripple of the lattice."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Landscape:
 
     @property
     def slope(self) -> Array:
-        """dU/dX at `X`, shape (m,): negative where the wall is drawn to the right."""
+        """dU/dX at `X`, shape (m,): negative where the wall is pulled to the right."""
         return np.asarray(np.gradient(self.energy, self.X))
 
 
@@ -59,7 +59,7 @@ def held_landscape(
         kink: Whether the wall is a kink (s1 on its left), as in an erase.
 
     Raises:
-        StateError: A wall cannot be held there.
+        StateError: No wall can be held there.
     """
     part = excerpt(design, low, high)
     X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
@@ -73,7 +73,7 @@ def lattice_ripple(design: Design) -> Landscape:
     """Return the Peierls-Nabarro potential: the landscape over one cell with gamma = beta = 0.
 
     Raises:
-        StateError: A wall cannot be held.
+        StateError: No wall can be held.
     """
     part = excerpt(design, design.J, design.J + 1)
     middle = part.design.N // 2
@@ -86,14 +86,14 @@ def lattice_ripple(design: Design) -> Landscape:
 def self_energy(design: Design) -> tuple[Array, Array]:
     """Return the energy that a wall gains by straining the substrate under it, over a period.
 
-    The stretch v' of the wall is held by the substrate, which gives way by v' / s: the energy
-    is -1/2 sum v'^2 / s, lowest where the substrate is softest. First order in 1 / s.
+    The substrate balances the stretch v' of the wall and yields by v' / s: the energy is -1/2 sum
+    v'^2 / s, lowest where the substrate is softest. First order in 1 / s.
 
     Returns:
         Positions X from 0 to J_s in sites and the energy, shape (m,) each.
 
     Raises:
-        StateError: A wall cannot be held.
+        StateError: No wall can be held.
     """
     flat = uniform(excerpt(design, design.J, design.J + 1).design)
     middle = flat.N // 2
@@ -115,7 +115,7 @@ def depinning_strain(
 ) -> float:
     """Return the strain at which the pinned equilibrium ceases to exist, by continuation.
 
-    Newton's method follows it; where it fails or jumps, the step is halved.
+    Newton's method follows it; when it fails or jumps, the step is halved.
 
     Args:
         design: The element.
@@ -126,7 +126,7 @@ def depinning_strain(
         tolerance: Size of the last step.
 
     Returns:
-        The strain with its sign; NaN where the wall is still pinned at `largest`.
+        The strain with its sign; NaN if the wall is still pinned at `largest`.
 
     Raises:
         StateError: The defect holds no wall even without strain.

@@ -1,14 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A wall as a particle: its place X, the mass of its profile, and what pulls it.
+"""A wall as a particle: its position X, the mass of its profile, and the forces on it.
 
 The N cells are reduced to one coordinate: the wall held at X with everything else relaxed
-(`held_wall`) has the energy U(X, strain), and a wall that moves has the profile of one that is
-held. Then M X'' = -dU/dX - eta M X' + e'' B, where M = sum (dv_j / dX)^2, and e'' B is the inertia
-of the cells on a substrate whose strain e changes. What scatters in an element adds to U what it
-is to first order: alpha_j by its relative deviation times the energy of the cell, a shift of the
-ground state by minus the slope of that energy. Left out are waves, the wall's
-change of shape, and that a shift also moves the point that is called X.
+(`held_wall`) has the energy U(X, strain), and a moving wall has the profile of a held one. Then M
+X'' = -dU/dX - eta M X' + e'' B, where M = sum (dv_j / dX)^2, and e'' B is the inertia of the cells
+on a substrate whose strain e changes. Scatter in an element adds to U to first order: alpha_j by
+its relative deviation times the energy of the cell, a shift of the ground state by minus the slope
+of that energy. Neglected are waves, the wall's change of shape, and that a shift also moves the
+point called X.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from ..physics.potential import Array
 from ..physics.specimen import Specimen
 
 POINTS_PER_CELL = 8
-"""Positions per cell at which the pull is tabled, as in `quasistatic`."""
+"""Positions per cell at which the pull is tabulated, as in `quasistatic`."""
 
 STRAINS = 5
-"""Strains from none to the peak at which the pull is tabled."""
+"""Strains from zero to the peak at which the pull is tabulated."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """What a wall meets between two positions.
+    """The forces on a wall between two positions.
 
     Attributes:
         design: The element.
@@ -63,8 +63,8 @@ class Track:
     def extra_pull(self, specimen: Specimen) -> Array:
         """Return what an element's deviations from its design add to the pull, shape (e, m).
 
-        A substrate that is not as designed shifts its cells under strain, which is as if their
-        ground states were shifted. Masses and damping are taken as designed.
+        A substrate that deviates shifts its cells under strain, as if their ground states were
+        shifted. Masses and damping are taken as designed.
         """
         part = slice(self.before, self.before + self.to_alpha.shape[1])
         alpha = np.asarray(specimen.alpha_factor)[part] - 1.0
@@ -94,7 +94,7 @@ class Schedule:
 
 
 def track(design: Design, low: float, high: float, peak: float) -> Track:
-    """Return what a wall meets between two positions under strains up to a peak.
+    """Return the forces on a wall between two positions under strains up to a peak.
 
     Raises:
         StateError: A wall cannot be held there.
@@ -124,13 +124,13 @@ def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
     """Return where a wall is at the end of a strain cycle.
 
     Args:
-        track: What it meets.
+        track: The forces on it.
         pull: By strain and position: the track's own and what scatter adds.
-        start: Where it rests at the beginning.
-        schedule: The cycle; its strains are between none and the peak of the track.
+        start: Where it rests at the start.
+        schedule: The cycle; its strains are between zero and the peak of the track.
 
     Returns:
-        The position; that of the end of the track, once the wall has left it.
+        The position; the end of the track, once the wall has left it.
     """
     per_cell, dt = float(POINTS_PER_CELL), schedule.dt
     x = _roll(

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Small harmonic waves on a resting element: what comes back to an end, frequency by frequency.
+"""Small harmonic waves on a resting element: the reflection at an end, frequency by frequency.
 
 The equation of motion (1a), linearised about the resting configuration, is a three-term
-recursion in j. Its solution from the far end gives all that a wall, the defects, the gradient
-and the damping do to a wave, with no approximation but linearity.
+recursion in j. Its solution from the far end includes all effects of wall, defects, gradient and
+damping on a wave, with no approximation but linearity.
 """
 
 from __future__ import annotations
@@ -28,15 +28,14 @@ def echo_response(
     dt: float = 0.0,
     integrator: Integrator = NOH_BATHE,
 ) -> Spectrum:
-    """Return the first echo at a free end over the motion that the end was driven with.
+    """Return the first echo at a free end relative to the end's driven motion.
 
     Args:
         specimen: The element, unstrained.
         v: Its displacements at rest, shape (N,).
         omega: Angular frequencies, shape (m,), positive; the time factor is exp(i omega t).
-        end: That which is driven, let go and listened to.
-        dt: Step of the integrator whose own damping and dispersion are to be counted in; 0 for
-            none.
+        end: The end that is driven, released and listened to.
+        dt: Step of the integrator whose numerical damping and dispersion to include; 0 for none.
         integrator: That integrator.
 
     Returns:
@@ -51,11 +50,11 @@ def echo_response(
         ratio = 1.0 / (local + common - ratio)
     outgoing = propagation(stiffness[0] + common)
     reflected = (ratio - outgoing) / (1.0 / outgoing - ratio)
-    return np.asarray(reflected * (1.0 + outgoing))  # a free end moves more than the wave
+    return np.asarray(reflected * (1.0 + outgoing))  # a free end moves farther than the wave
 
 
 def propagation(trace: Spectrum) -> Spectrum:
-    """Return the theta of Eq. (4), theta + 1 / theta = trace, that decays as it goes: |.| < 1."""
+    """Return the decaying theta of Eq. (4), theta + 1 / theta = trace, |theta| < 1."""
     root = np.sqrt(trace**2 - 4.0)
     first = 0.5 * (trace - root)
     return np.where(np.abs(first) < 1.0, first, 0.5 * (trace + root))

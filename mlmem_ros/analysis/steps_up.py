@@ -43,7 +43,7 @@ def steps_up(
     max_rate: float = math.inf,
     dt: float = STEP,
 ) -> Iterator[bool]:
-    """Yield for every step from a level up to another whether a write may end there.
+    """Yield, for every step up from one level to another, whether a write may end there.
 
     The true wall has to be within a cell of its defect; see `departures`.
     """
@@ -60,22 +60,22 @@ def departures(
     max_rate: float = math.inf,
     dt: float = STEP,
 ) -> Iterator[float]:
-    """Yield for every step from a level up to another how far the wall is from its defect.
+    """Yield, for every step up from one level to another, how far the wall is from its defect.
 
     The cycles follow each other as in a write of the device, which rests `write.final_settle`
-    longer after the last; then the true wall is looked at. Each step sets out as the one before
-    left it, not as that rest would.
+    longer after the last; then the true wall is measured. Each step starts from the state after
+    the previous cycle, before that rest.
 
     Args:
         design: The element.
         write: Its cycles.
-        start: The level at which a wall rests first.
+        start: The level at which the wall starts.
         goal: The level of the last step.
         max_rate: Of the actuator, in strain per time unit.
         dt: Time step, where it is stable.
 
     Yields:
-        The distance in cells; infinity where there is not one wall at rest in the element.
+        The distance in cells; infinity unless exactly one wall is at rest in the element.
 
     Raises:
         StateError: The level to start from pins no wall.
@@ -92,7 +92,7 @@ def departures(
             state = chain.state()
             chain.rest(round(write.final_settle / chain.dt))
             yield _departure(design, chain.configuration, level + 1)
-        except StateError:  # driven so hard that the chain is lost
+        except StateError:  # driven so hard that the chain diverges
             yield from [math.inf] * (goal - level)
             return
         chain.restore(state, V_N=0.0, steps_done=0)

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem bench`: how fast we are beside others, measured here and now.
+"""`mlmem bench`: our speed compared with others, measured here and now.
 
-All contenders run in turns within one run, so that the ratios hold on a busy machine, too; the
-absolute numbers do not. Peers that are not installed are skipped with a word.
+All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
+numbers do not. Peers that are not installed are skipped with a note.
 """
 
 from __future__ import annotations
@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 
 
 @command(
-    'measure kernel, ensembles and recorder beside their peers',
+    'measure kernel, ensembles and recorder against their peers',
     option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
-    option('--list', action='store_true', help='say which there are'),
-    option('--repeats', type=int, default=7, help='rounds of every comparison'),
-    option('--minutes', type=float, help='watch one idle node for so long (only for: bench node)'),
-    option('--output', type=Path, default=Path('benchmarks'), help='folder of the results'),
+    option('--list', action='store_true', help='list the benchmarks'),
+    option('--repeats', type=int, default=7, help='rounds per comparison'),
+    option(
+        '--minutes', type=float, help='watch one idle node for this long (only for: bench node)'
+    ),
+    option('--output', type=Path, default=Path('benchmarks'), help='folder for the results'),
     JSON,
     text=__doc__,
 )

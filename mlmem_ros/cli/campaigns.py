@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 JOBS = option('--jobs', type=int, default=cores(), help='processes side by side')
 
 OPTIONS = (
-    option('--seed', type=int, default=0, help='of all that chance decides'),
+    option('--seed', type=int, default=0, help='of all random numbers'),
     option('--format', choices=('csv', 'parquet'), default='csv', help='of the table'),
     JOBS,
     option(
         '--cluster', default='', metavar='ADDRESS',
-        help='scheduler of a Dask cluster that is used instead, as tcp://host:8786',
+        help='scheduler of a Dask cluster to use instead, such as tcp://host:8786',
     ),
     option('--point', type=int, metavar='N', help='run point N of the table alone, in detail'),
 )  # fmt: skip
-"""Of every sub-command that runs a campaign."""
+"""Options of every sub-command that runs a campaign."""
 
 
 def evaluated(
@@ -43,19 +43,19 @@ def evaluated(
     what: str = 'points',
     rows_of: Callable[[Ledger, Executor | None], Iterator[Row]] | None = None,
 ) -> list[Row]:
-    """Evaluate what the ledger does not hold yet; return the complete table.
+    """Evaluate the points missing from the ledger; return the complete table.
 
     Args:
-        console: Where to say how far it is.
+        console: Where to show progress.
         study: The campaign.
         path: Its ledger; the folder is made.
         jobs: Processes side by side.
-        cluster: Address of a Dask scheduler that is used instead.
-        what: What its points are.
-        rows_of: What evaluates them, where not all of them may be needed; by default `run`.
+        cluster: Address of a Dask scheduler to use instead.
+        what: What its points are called.
+        rows_of: Evaluates them if not all may be needed; by default `run`.
 
     Raises:
-        CampaignError: A worker died, or the ledger is another campaign's.
+        CampaignError: A worker died, or the ledger belongs to another campaign.
         OSError: The ledger cannot be written.
     """
     from ..studies import campaign
@@ -64,11 +64,11 @@ def evaluated(
     path.parent.mkdir(parents=True, exist_ok=True)
     with campaign.Ledger(path, study) as ledger:
         done = len(ledger.rows)
-        total = len(study.points) if rows_of is None else None  # known only as it goes on
+        total = len(study.points) if rows_of is None else None  # known only along the way
         if done == total:
             return ledger.table()
         if done:
-            console.print(f'{_of(done, total)} {what} were done before', highlight=False)
+            console.print(f'{_of(done, total)} {what} were already done', highlight=False)
         try:
             with campaign.workers(min(jobs, len(study.points)), cluster) as executor:
                 rows = (
@@ -80,8 +80,8 @@ def evaluated(
                     pass
         except KeyboardInterrupt:
             console.print(
-                f'{_of(len(ledger.rows), total)} {what} are kept in {path}; give the same '
-                'command to go on', highlight=False,
+                f'{_of(len(ledger.rows), total)} {what} are kept in {path}; '
+                'repeat the command to continue', highlight=False,
             )  # fmt: skip
             raise
         return ledger.table()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a machine has to have, looked at one by one. Each check tells what it found and advises."""
+"""What a machine needs, checked item by item. Each check reports what it found, with advice."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..packages import advice
 from ..verdict import Verdict
 
 PYTHONS = ((3, 10), (3, 14))
-"""Oldest and newest Python that we are tested with."""
+"""Oldest and newest tested Python."""
 
 LIBRARIES = {
     'numpy': '',
@@ -29,7 +29,7 @@ LIBRARIES = {
     'matplotlib': 'pictures',
     'scipy': 'figures and tolerance',
 }
-"""Python packages, and what alone needs them; without the others no node starts."""
+"""Python packages, and the only use that needs them; without the others no node starts."""
 
 INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
 """ROS packages whose messages the node and its client use."""
@@ -38,7 +38,7 @@ LAST_DOMAIN = 232
 """Greatest ROS_DOMAIN_ID: above it DDS runs out of ports."""
 
 LAST_SAFE_DOMAIN = 101
-"""Greatest one whose ports Linux leaves alone."""
+"""Greatest one whose ports Linux does not use."""
 
 ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
 
@@ -49,9 +49,9 @@ class Diagnosis:
 
     Attributes:
         what: What was looked at.
-        verdict: Whether it is as it should be.
+        verdict: Whether it is as required.
         seen: What was seen.
-        advice: What to do; empty where nothing needs to be done.
+        advice: What to do; empty if nothing is needed.
     """
 
     what: str
@@ -61,12 +61,12 @@ class Diagnosis:
 
 
 def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
-    """Look at everything, one after the other.
+    """Check everything, item by item.
 
     Args:
-        node: Name of a memory node that may run.
+        node: Name of a memory node that may be running.
         wait: How long to wait for it, in seconds.
-        records: Where sessions are going to be recorded.
+        records: Where sessions will be recorded.
     """
     yield check_python(sys.version_info[:2])
     for name in LIBRARIES:
@@ -83,7 +83,7 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
 
 
 def check_python(version: tuple[int, ...]) -> Diagnosis:
-    """Look at the version of Python."""
+    """Check the version of Python."""
     seen = '.'.join(map(str, version))
     if not PYTHONS[0] <= version <= PYTHONS[1]:
         oldest, newest = ('.'.join(map(str, bound)) for bound in PYTHONS)
@@ -93,7 +93,7 @@ def check_python(version: tuple[int, ...]) -> Diagnosis:
 
 
 def check_library(name: str) -> Diagnosis:
-    """Look whether a Python package can be imported."""
+    """Check whether a Python package can be imported."""
     try:
         module = importlib.import_module(name)
     except Exception as error:  # a broken installation may raise anything
@@ -104,7 +104,7 @@ def check_library(name: str) -> Diagnosis:
 
 
 def check_compile_cache() -> Diagnosis:
-    """Look whether compiled kernels can be kept, or every start compiles them anew."""
+    """Check whether compiled kernels can be cached, or every start compiles them again."""
     what = 'compiled kernels'
     try:
         from ..physics import NOH_BATHE
@@ -116,13 +116,13 @@ def check_compile_cache() -> Diagnosis:
     return Diagnosis(
         what,
         Verdict.WARN,
-        'cannot be kept: every start takes some seconds longer',
-        'set NUMBA_CACHE_DIR to a folder that can be written',
+        'cannot be cached: every start takes some seconds longer',
+        'set NUMBA_CACHE_DIR to a writable folder',
     )
 
 
 def check_processor() -> Diagnosis:
-    """Look whether the processor has what the kernels are fast with."""
+    """Check whether the processor has the instruction that makes the kernels fast."""
     what = 'processor'
     try:
         from ..physics.jit import fused
@@ -133,13 +133,13 @@ def check_processor() -> Diagnosis:
     return Diagnosis(
         what,
         Verdict.WARN,
-        'has no fused multiply-add: the same bits a hundred times slower, not in real time',
-        'use one of 2013 or later; a virtual machine has to pass it on (CPU model: host)',
+        'has no fused multiply-add: same results, a hundred times slower, not in real time',
+        'use one from 2013 or later; a virtual machine must expose it (CPU model: host)',
     )
 
 
 def check_ros() -> Diagnosis:
-    """Look for rclpy, its middleware and the message packages."""
+    """Check for rclpy, its middleware and the message packages."""
     try:
         import rclpy
         from rclpy.utilities import get_rmw_implementation_identifier
@@ -153,19 +153,19 @@ def check_ros() -> Diagnosis:
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
         seen = f'{distribution}, {middleware}'
-        return Diagnosis('ROS 2', Verdict.WARN, seen, 'Jazzy is what we are tested with')
+        return Diagnosis('ROS 2', Verdict.WARN, seen, 'only Jazzy is tested')
     return Diagnosis('ROS 2', Verdict.PASS, f'rclpy {_version("rclpy")}, {middleware}')
 
 
 def check_domain(value: str | None) -> Diagnosis:
-    """Look at ROS_DOMAIN_ID: nodes of another domain are out of sight."""
+    """Check ROS_DOMAIN_ID: nodes of another domain are invisible."""
     what = 'ROS_DOMAIN_ID'
     if not value:
         local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '') in ('LOCALHOST', 'OFF')
         if local:
             return Diagnosis(what, Verdict.PASS, 'not set: 0, on this machine only')
-        seen = 'not set: 0, which is everybody on this network'
-        return Diagnosis(what, Verdict.WARN, seen, 'give your robot a number of its own')
+        seen = 'not set: 0, shared with everybody on this network'
+        return Diagnosis(what, Verdict.WARN, seen, 'give your robot its own number')
     if not value.isdecimal() or int(value) > LAST_DOMAIN:
         return Diagnosis(what, Verdict.FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
     if int(value) > LAST_SAFE_DOMAIN:
@@ -183,18 +183,18 @@ def log_folder() -> Path:
 
 
 def check_log_folder(folder: Path) -> Diagnosis:
-    """Look whether ROS can write its log files."""
+    """Check whether ROS can write its log files."""
     if _writable(folder):
         return Diagnosis('ROS logs', Verdict.PASS, f'go to {folder}')
     seen = f'{folder} cannot be written'
-    return Diagnosis('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a folder that can')
+    return Diagnosis('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a writable folder')
 
 
 def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnosis:
-    """Look whether there is room for records.
+    """Check whether there is room for recordings.
 
     Args:
-        folder: Where they are going to be.
+        folder: Where they will be.
         plenty: Free bytes from which all is well.
         least: Free bytes below which nothing should be recorded.
     """
@@ -212,7 +212,7 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnos
 
 
 def check_node(name: str, wait: float) -> Diagnosis:
-    """Look whether a memory node answers.
+    """Check whether a memory node answers.
 
     Args:
         name: Its name.
@@ -232,13 +232,13 @@ def check_node(name: str, wait: float) -> Diagnosis:
             what,
             Verdict.WARN,
             f'does not answer within {wait:g} s',
-            'if it should run: ros2 run mlmem_ros memory_node; mind name and ROS_DOMAIN_ID',
+            'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID',
         )
     except Exception as error:  # rclpy could not start at all
         return Diagnosis(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
     seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
     if timeless:
-        seen = 'answers, and waits for a /clock that nobody publishes'
+        seen = 'answers, but waits for a /clock that nobody publishes'
         advice = 'start what publishes /clock, or the node with use_sim_time: false'
         return Diagnosis(what, Verdict.WARN, seen, advice)
     return Diagnosis(what, Verdict.PASS, seen)
@@ -254,7 +254,7 @@ def _version(name: str) -> str:
 
 
 def _existing(folder: Path) -> Path:
-    """Return a folder, or the nearest of its parents that is there."""
+    """Return a folder, or its nearest existing parent."""
     folder = folder.absolute()
     return next(each for each in (folder, *folder.parents) if each.exists())
 

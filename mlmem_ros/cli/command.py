@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a sub-command is declared: a function of its arguments, with its options and words."""
+"""How a sub-command is declared: a function of its arguments, with options and help text."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Command:
 
     Attributes:
         summary: One line for the list.
-        text: What its help says above the options.
-        options: In their order.
+        text: Its help text above the options.
+        options: In order.
         run: Does it, and returns the exit status.
     """
 
@@ -33,7 +33,7 @@ class Command:
 
 
 def command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
-    """Return a decorator that makes a sub-command of a function; for the arguments see there."""
+    """Return a decorator that makes a function a sub-command; arguments as for `Command`."""
     return lambda run: Command(summary, text or '', options, run)
 
 
@@ -66,7 +66,7 @@ NODE = option('--node', default='mlmem', help='name of the memory node')
 
 
 def wait(seconds: float) -> Option:
-    """Return the option that tells how long to wait for a node, in seconds."""
+    """Return the option for how long to wait for a node, in seconds."""
     return option(
         '--wait', type=float, default=seconds, metavar='S', help='how long to wait for the node'
     )
@@ -78,7 +78,7 @@ JSON = option(
 
 
 def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:
-    """Give sub-commands to a parser, by name."""
+    """Add sub-commands to a parser, by name."""
     for name, each in commands.items():
         parser = subparsers.add_parser(
             name, help=each.summary, description=each.text, formatter_class=_Formatter

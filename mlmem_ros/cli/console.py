@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where a sub-command writes: what comes from a file or a node is text there, never markup."""
+"""Output of sub-commands: text from a file or a node is never treated as markup."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def plain_console(aside: bool = False) -> Console:
-    """Return a console that takes every text as it is; styles are given beside it.
+    """Return a console that prints every text verbatim; styles are given separately.
 
     Args:
         aside: Whether it writes to the standard error stream, because the result itself goes to
@@ -27,7 +27,7 @@ def plain_console(aside: bool = False) -> Console:
 
 
 def plain_table(title: str, *headings: str) -> Table:
-    """Return a table that fits a terminal of 80 columns: cells give way, no word of a heading.
+    """Return a table that fits 80 columns: cells are cut, words of a heading never.
 
     Args:
         title: What it shows.
@@ -56,7 +56,7 @@ def plain_table(title: str, *headings: str) -> Table:
 
 
 def complain(command: str, error: object, status: int) -> int:
-    """Tell on the standard error stream, in one line, why a sub-command failed.
+    """Print on the standard error stream, in one line, why a sub-command failed.
 
     Returns:
         Its exit status.

@@ -33,10 +33,10 @@ LABELS, FRAME = 10, 5
 
 
 def dashboard(view: View, width: int) -> Panel:
-    """Return what is known of an element as a panel.
+    """Return the state of an element as a panel.
 
     Args:
-        view: What was heard of it.
+        view: What was received from it.
         width: Columns of the terminal.
     """
     width = min(max(width, NARROW), WIDE)
@@ -65,9 +65,9 @@ def dashboard(view: View, width: int) -> Panel:
 
 
 def sparkline(values: Sequence[float], width: int) -> str:
-    """Return values as one line of blocks, each the greatest of its share.
+    """Return values as one line of blocks, each the largest of its slice.
 
-    A square root makes the small ones visible beside the great ones.
+    A square root makes small ones visible next to large ones.
 
     Args:
         values: Any number of values; negative ones count as zero.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem demo`: write every level through real ROS 2, read each back, show and record it.
 
-Starts a memory node as a process of its own and talks to it as a ROS client over DDS.
+Starts a memory node as its own process and talks to it as a ROS client over DDS.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ class Written:
 
 @command(
     'write every level up and some down through ROS 2, read each back, show it',
-    option('--output', type=Path, default=Path('sessions'), help='folder of session and picture'),
+    option('--output', type=Path, default=Path('sessions'), help='folder for session and picture'),
     JSON,
     text=__doc__,
 )
 def demo(arguments: argparse.Namespace) -> int:
-    """Run the demonstration; return 0 only if every level that was read is the one asked for."""
+    """Run the demonstration; return 0 only if every level read is the one written."""
     from ..contract.errors import RequestError
     from ..ros.node_process import node_arguments, node_process
     from ..session.data import load
@@ -119,7 +119,7 @@ def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
 
 
 def _expected_cycles() -> list[int]:
-    """Return the strain cycles of every write: what the progress bar counts."""
+    """Return the strain cycles of every write, for the progress bar."""
     cycles, level = [], -1
     for asked in LEVELS:
         down = level + 1 if asked < level else 0

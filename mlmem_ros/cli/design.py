@@ -4,15 +4,15 @@
 
 `mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
 and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
-`--prove` it simulates them. Its strokes and its throw, which take a wall down, are by rule, too;
+`--prove` it simulates them. Its strokes and its throw, which take a wall down, also follow rules;
 `--search TRIALS` looks for better ones (the extra `search`; minutes). No ROS is needed.
 
 `check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
-lives on, and says what goes wrong where one fails. `prove` simulates such designs: every level is
-written and read back, lower ones are written, and every level is erased; what is done is kept, so
-that the same command goes on after a kill.
+depends on, and says what goes wrong if one fails. `prove` simulates such designs: every level is
+written and read back, lower ones are written, and every level is erased; results are kept, so the
+same command continues after a kill.
 
-Exit status 0: nothing failed (a warning is no failure); 1: something did; 2: wrong arguments, or a
+Exit status 0: nothing failed (warnings do not count); 1: something did; 2: wrong arguments, or a
 file that cannot be read.
 """
 
@@ -45,10 +45,10 @@ COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
 PROOF = (
     option(
         '--sample', type=int, metavar='N',
-        help='downward writes to try; by default all up to 16 levels, above as many as there are '
+        help='downward writes to try; by default all up to 16 levels, beyond that as many as '
         'levels; every level is erased',
     ),
-    option('--folder', type=Path, default=Path('proofs'), help='of the ledgers'),
+    option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
     JOBS,
 )  # fmt: skip
 """The options of a proof."""
@@ -56,14 +56,12 @@ PROOF = (
 CHECK = (
     option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
     JSON,
-    option(
-        '--brief', action='store_true', help='leave out what passed and where the paper says it'
-    ),
+    option('--brief', action='store_true', help='leave out passes and quotations of the paper'),
 )
 
 PROVE = (
     option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
-    option('--markdown', type=Path, metavar='FILE', help='write the table there, too'),
+    option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
     *PROOF,
     JSON,
 )
@@ -105,9 +103,9 @@ TASKS = {'check': check, 'prove': prove}
         type=int,
         default=0,
         metavar='TRIALS',
-        help='try so many strokes down of either kind, and throws (CMA-ES)',
+        help='try this many strokes down of either kind, and throws (CMA-ES)',
     ),
-    option('--prove', action='store_true', help='simulate what was found'),
+    option('--prove', action='store_true', help='simulate the found design'),
     *PROOF,
     JSON,
     tasks(**TASKS),
@@ -159,7 +157,7 @@ def _find(arguments: argparse.Namespace) -> int:
     if arguments.output is None:
         print(
             text, end='', file=sys.stderr if arguments.json else sys.stdout
-        )  # and nothing more, so that it can be piped
+        )  # and nothing else, so that it can be piped
     else:
         arguments.output.write_text(text, encoding='utf-8')
         console.print(f'written: {arguments.output}', highlight=False)

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem doctor`: look whether this machine has what a memory needs, and say what to do.
+"""`mlmem doctor`: check whether this machine has what a memory needs, and say what to do.
 
-It prints a plain table, because rich may be among what is missing. Exit status 0: nothing failed
-(a warning is no failure); 1: something did.
+It prints a plain table, because rich may be missing too. Exit status 0: nothing failed (warnings
+do not count); 1: something did.
 """
 
 from __future__ import annotations
@@ -25,20 +25,21 @@ COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
 
 
 @command(
-    'look whether this machine has what a memory needs',
+    'check whether this machine has what a memory needs',
     NODE,
     wait(3.0),
     option('--records', type=Path, default=Path('sessions'), help='where sessions are recorded'),
     option(
         '--warm',
         action='store_true',
-        help='compile the kernels and check the presets first: a first start then takes a second',
+        help='first compile the kernels and check the presets: the first start then takes a '
+        'second',
     ),
     JSON,
     text=__doc__,
 )
 def doctor(arguments: argparse.Namespace) -> int:
-    """Look at everything and print a table; return the exit status."""
+    """Check everything and print a table; return the exit status."""
     from .. import __version__
     from ..verdict import Verdict
     from .checkup import examine
@@ -50,7 +51,8 @@ def doctor(arguments: argparse.Namespace) -> int:
         from .warming import warm
 
         print(
-            f'warm: all that is compiled is kept, after {warm(arguments.json):.1f} s', file=stream
+            f'warm: everything is compiled and cached, after {warm(arguments.json):.1f} s',
+            file=stream,
         )
     for finding in examine(arguments.node, arguments.wait, arguments.records):
         print(line(finding, colour=stream.isatty()), flush=True, file=stream)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem figures`: draw the paper's figures from our own simulation, and judge its claims.
 
-Without a name all of them are drawn, and the page reproduction.md is written beside them, which
-puts every checkable sentence of the paper next to our number. Each figure comes as PNG, SVG and
-data (.npz); the film as GIF. No ROS is needed.
+Without a name all of them are drawn, with a page reproduction.md that puts every checkable
+sentence of the paper next to our number. Each figure comes as PNG, SVG and data (.npz); the film
+as GIF. No ROS is needed.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 @command(
     "draw the paper's figures from our simulation, judge its claims",
-    option('names', nargs='*', metavar='FIGURE', help='as 2b; all if none is given'),
+    option('names', nargs='*', metavar='FIGURE', help='such as 2b; all if none is given'),
     option('--output', type=Path, default=Path('reproduction'), help='folder'),
     option('--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'),
     JOBS,
-    option('--list', action='store_true', help='list the figures and end'),
+    option('--list', action='store_true', help='list the figures and exit'),
     JSON,
     text=__doc__,
 )
@@ -57,7 +57,7 @@ def figures(arguments: argparse.Namespace) -> int:
     except (KeyError, ValueError) as error:
         return complain('figures', error.args[0], 2)
     except OSError as error:
-        return complain('figures', f'--output must be a folder we can write; {error}', 2)
+        return complain('figures', f'--output must be a writable folder; {error}', 2)
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
     began = time.monotonic()
     try:
@@ -112,7 +112,7 @@ def _draw(
 
 
 def _print_claims(console: Console, figures: list[Figure], output: Path) -> list[dict[str, str]]:
-    """Print and return the judgement of every claim for which these figures have all the data."""
+    """Print and return the verdict on every claim for which these figures have all the data."""
     from rich.text import Text
 
     from ..paper.figure import Judgement

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     option('bag', type=Path, help='bag directory or file'),
     option('--node', default='', help='which node of the bag, if there are several'),
     option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
-    option('--repair', type=Path, metavar='NEW', help='write a whole bag of all that can be read'),
+    option(
+        '--repair', type=Path, metavar='NEW', help='write an intact bag of everything readable'
+    ),
     JSON,
     text=__doc__,
 )
@@ -56,7 +58,7 @@ def inspect(arguments: argparse.Namespace) -> int:
 
 
 def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    """Repair a bag; return what was saved and what was not."""
+    """Repair a bag; return what was saved and what was lost."""
     from rich.text import Text
 
     from ..bag.repairing import repair
@@ -91,8 +93,8 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
         console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
     if reader.losses:
         console.print(
-            'as it is, rosbags and other readers that need a summary refuse this bag; '
-            'mlmem inspect BAG --repair NEW writes one that they open'
+            'rosbags and other readers that need a summary refuse this bag as it is; mlmem '
+            'inspect BAG --repair NEW writes one that they open'
         )
     return {
         'bag': reader.path,
@@ -109,7 +111,7 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
 def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    """Print and return what a bag tells of one node."""
+    """Print and return what a bag holds of one node."""
     from ..device.commands import as_dict
     from ..session.data import load
 
@@ -166,7 +168,7 @@ def _list_commands(console: Console, session: SessionData) -> None:
 
 
 def _said(command: Command) -> str:
-    """Return a command as a person reads it: of faults, what is wrong alone."""
+    """Return a command in words; of faults only the active ones."""
     from ..device import SetFaults
 
     if isinstance(command, SetFaults):
@@ -227,7 +229,7 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
         table.add_row(
             f'{echo.time:.3f} s',
             again.end,
-            'not told' if echo.level is None else _level(echo.level),
+            'no level' if echo.level is None else _level(echo.level),
             Text(_level(again.level), 'green' if right else 'red'),
             'none' if again.delay is None else f'{again.delay:.2f}',
             f'{again.level_margin:.2f}',

@@ -35,14 +35,14 @@ SUBCOMMANDS = {
     'tolerance': 'tolerance',
     'doctor': 'doctor',
 }
-"""Each with the module of this package that has the `Command` of its name."""
+"""Each with the module of this package that has its `Command`."""
 
 
 def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
     """Return the parser of the command line.
 
     Args:
-        names: The sub-commands that it knows: the modules of all of them take a while.
+        names: The sub-commands to include: importing all modules takes a while.
     """
     parser = argparse.ArgumentParser(
         prog='mlmem', description='Write, read and study mechanical multi-level memories.'

@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem margins`: over which settings a memory works, and how far its own are from failure.
+"""`mlmem margins`: for which settings a memory works, and how far its own are from failure.
 
-Every point of the map is a device of its own that writes all levels, from 0 up, one attempt each,
-every one verified by its echo and compared with the true wall. The map is drawn as PNG and SVG;
-beside it are the table of all points, margins.json and the ledger. A map that was interrupted or
-killed goes on when the same command is given again. No ROS is needed.
+Every point of the map is a separate device that writes all levels, from 0 up, one attempt each,
+every one verified by its echo and compared with the true wall. The map is drawn as PNG and SVG,
+along with the table of all points, margins.json and the ledger. A map that was interrupted or
+killed continues when the command is repeated. No ROS is needed.
 
 An axis is any setting that is a number (write.hold, probe.v_th, ...); ramps, which sets
 write.ramp and write.release alike; or noise, the temperature k_B T of the cells in k_r cells^2.
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 @command(
-    'map over which settings the memory works, and measure its margins',
-    option('--x', default='write.compression', help='axis to the right'),
-    option('--y', default='write.tension', help='axis upward'),
+    'map for which settings the memory works, and measure its margins',
+    option('--x', default='write.compression', help='horizontal axis'),
+    option('--y', default='write.tension', help='vertical axis'),
     *(
         option(
             f'--{axis}-range',
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
         '--tick',
         type=float,
         help='time units to which every wait is rounded up; by default 50, which is faster to '
-        'simulate, where the schedule is in whole ones, else those of the design',
+        'simulate, if the schedule is made of whole ones, otherwise those of the design',
     ),
     option('--output', type=Path, help='folder; margins/X-Y by default'),
     *campaigns.OPTIONS,
@@ -98,7 +98,7 @@ def margins(arguments: argparse.Namespace) -> int:
 def _report(
     console: Console, shmoo: Shmoo, rows: list[Row], folder: Path, arguments: argparse.Namespace
 ) -> None:
-    """Save table, margins and map, and print what they say."""
+    """Save table, margins and map, and print a summary."""
     from ..durable import write_atomically
     from ..studies.campaign import save_table
     from ..studies.margins import draw, measure
@@ -117,7 +117,7 @@ def _report(
 
 
 def _words(margins: Margins) -> list[str]:
-    """Return what a person wants to know of a map."""
+    """Return a summary of a map."""
     lines = [f'{margins.share:.1%} of the points pass']
     if not margins.passed:
         return [*lines, 'the operating point itself FAILS']
@@ -149,7 +149,7 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     try:
         climb = rerun(study.common, values, seed)
     except SettingsError as error:
-        console.print(f'no device can be made: {error}', highlight=False)
+        console.print(f'the settings give no device: {error}', highlight=False)
         return 0
     table = plain_table(
         '', '>asked', '>decoded', '>delay', '>level margin', '>threshold margin', '>true wall',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a sub-command for a program to read, as the option `--json` asks for it."""
+"""The result of a sub-command in machine-readable form, for the option `--json`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def print_json(result: Any) -> None:
     """Print a result as one JSON object.
 
     Args:
-        result: Of mappings, sequences, dataclasses, arrays and plain values; what else it
-            holds is told as text. JSON has no infinity and no NaN: these are null.
+        result: Of mappings, sequences, dataclasses, arrays and plain values; anything else becomes
+            text. JSON has no infinity and no NaN: these become null.
     """
     print(json.dumps(_plain(result), indent=2), flush=True)
 

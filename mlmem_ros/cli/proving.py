@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 
 def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) -> Tally:
-    """Run a proof; what is done is kept in the folder, for the same command to go on.
+    """Run a proof; results are kept in the folder, so that the same command continues.
 
     Args:
-        console: Where to say how far it is.
+        console: Where to show progress.
         proof: What to show.
         name: What to call the design.
-        folder: Of the ledgers; it is made.
+        folder: Of the ledgers; created if missing.
         jobs: Processes side by side.
 
     Raises:
-        CampaignError: A worker died, or the ledger is another proof's.
+        CampaignError: A worker died, or the ledger belongs to another proof.
         SettingsError: A level gives no echo, or levels cannot be told apart.
         OSError: The ledger cannot be written.
     """
@@ -41,7 +41,7 @@ def prove(console: Console, proof: Proof, name: str, folder: Path, jobs: int) ->
 
 
 def print_table(console: Console, rows: Sequence[Sequence[str]]) -> None:
-    """Print what was proven, one design a column."""
+    """Print what was proven, one design per column."""
     from ..studies.proof_table import COLUMNS
 
     table = plain_table('', '', *(row[0] for row in rows))

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem replay`: run a session's commands again and compare with what was recorded.
 
-Without ROS and as fast as it can, through a device of its own; with --ros, into a running node
-at the recorded pace. Exit status 0: nothing of the recording is missing and everything agrees
-(to the bit on the build that recorded, else in every level and but for rounding; from a node, in
-how every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
+Without ROS and as fast as possible, through its own device; with --ros, into a running node at the
+recorded pace. Exit status 0: nothing is missing from the recording and everything agrees (to the
+bit on the build that recorded, otherwise in every level and up to rounding; from a node, in how
+every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
 replayed.
 """
 
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 
 
 OTHERS = 'case_2'
-"""Preset of the element for a bag that tells of none."""
+"""Preset of the element for a bag that names none."""
 
 
 @command(
     'run a recorded session again and compare, without ROS or into a running node',
-    option('bag', type=Path, help='session bag, or any bag with our command topics'),
+    option('bag', type=Path, help="session bag, or any bag with the node's command topics"),
     option('--node', default='', help='which node of the bag, if there are several'),
     option(
-        '--preset', help=f'element for a bag that another recorder wrote; {OTHERS} unless given'
+        '--preset', help=f'element for a bag written by another recorder; {OTHERS} unless given'
     ),
     option('--ros', metavar='NAME', help='play into the running node of this name'),
     JSON,
@@ -62,7 +62,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
 
     session = load(arguments.bag, arguments.node)
     if arguments.preset and session.header is not None:
-        raise BagError('--preset is for a bag that another recorder wrote; this one has its own')
+        raise BagError('--preset is for bags written by another recorder; this one has its own')
     with _progress() as progress:
         if session.header is not None:
             report = replay(session, progress)
@@ -114,9 +114,9 @@ def describe(report: ReplayReport) -> list[str]:
         if report.equal_echoes < echoes:
             line += f', greatest difference {report.echo_difference:.3g} cells'
         if report.other_echoes:
-            line += f', {report.other_echoes} of another number of samples'
+            line += f', {report.other_echoes} with another number of samples'
         if silent := echoes - min(echoes, len(report.levels)):
-            line += f', {silent} not heard again'
+            line += f', {silent} missing in the replay'
         lines.append(line)
     lines += _compared('levels', report.recorded_levels, report.levels)
     lines += _compared('procedures', report.recorded_endings, report.endings)
@@ -124,7 +124,7 @@ def describe(report: ReplayReport) -> list[str]:
 
 
 def describe_played(played: Played) -> list[str]:
-    """Return as lines how a session went in a running node."""
+    """Return lines on how a session went in a running node."""
     return [
         *(f'lost        {loss}' for loss in played.lost),
         *_compared('procedures', played.recorded, played.heard),
@@ -134,7 +134,7 @@ def describe_played(played: Played) -> list[str]:
 
 
 def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
-    """Return in a line how many agree, with the first that does not in a second one."""
+    """Return a line on how many agree, and a second one on the first that does not."""
     from ..session.report import agreeing, comparable
 
     if not comparable(recorded):

@@ -32,15 +32,15 @@ def _request(
 ) -> Command:
     """Return the command of a request.
 
-    Its exit status is 0 when it succeeded, 1 when it did not or no node answers.
+    Its exit status is 0 on success, 1 on failure or if no node answers.
 
     Args:
         summary: What it does; the help begins with it.
         ask: Makes the request.
-        describe: Says what was answered, for a person.
-        options: Its own ones.
+        describe: Puts the answer into words.
+        options: Its own options.
         more: The rest of the help.
-        succeeded: Tells whether an answer is a success.
+        succeeded: Returns whether an answer is a success.
     """
 
     def run(arguments: argparse.Namespace) -> int:
@@ -66,7 +66,7 @@ def _request(
 
 
 def _as_dict(answer: Answer) -> dict[str, Any]:
-    """Return an answer as plain values: what it was understood as, and all that the node said."""
+    """Return an answer as plain values: as parsed, and all that the node said."""
     fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
     said = fields.pop('details')
     return {**fields, 'measured': said} if 'checks' in fields else {**said, **fields}
@@ -101,7 +101,7 @@ def _calibrated(answer: Calibrated) -> str:
 
 
 def _tested(answer: SelfTested) -> str:
-    """Return what every check found, a line each."""
+    """Return the result of every check, one line each."""
     width = max(map(len, answer.checks))
     return '\n'.join(
         f'{"FAILED" if name in answer.failed else "ok":6}  {name:{width}}  {found}'
@@ -128,19 +128,20 @@ erase = _request(
     'make the element behind a running node blank', lambda client, _: client.erase(), _decoded
 )
 abort = _request(
-    'stop what the element behind a running node does, and let its strain go',
+    'stop what the element behind a running node does, and release its strain',
     lambda client, _: client.abort(),
     _stopped,
-    more='It is answered once the element is at rest; who asked for the procedure is told, too.',
+    more='The answer comes once the element is at rest; whoever started the procedure is told '
+    'too.',
 )
 calibrate = _request(
-    'have the element behind a running node learn its echo delays, and restore its content',
+    'make the element behind a running node learn its echo delays, and restore its content',
     lambda client, _: client.calibrate(),
     _calibrated,
     more='It writes every level: some twenty times as long as a write.',
 )
 self_test = _request(
-    'have the element behind a running node test every level, and restore its content',
+    'make the element behind a running node test every level, and restore its content',
     lambda client, _: client.self_test(),
     _tested,
     more="""\
@@ -149,11 +150,11 @@ a write. Exit status 0 means that every check passed.""",
     succeeded=lambda tested: tested.passed,
 )
 record = _request(
-    'have a running node record a session, or end it',
+    'make a running node start or end recording a session',
     lambda client, given: client.record(not given.stop, given.path or ''),
     _recorded,
     one_of(
-        option('path', nargs='?', help='of the bag, on the machine of the node'),
+        option('path', nargs='?', help="path of the bag, on the node's machine"),
         option('--stop', action='store_true', help='end the recording'),
     ),
     more="""\

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem rig`: an emulated element behind a TCP port, for a node with `device.driver:=rig`.
 
-It has a clock of its own, and its line may be late, jitter and lose frames; all of it by chance
-with a seed. The element stays what it is when a client hangs up and another one comes. What it
-prints first is the address that `device.address` wants.
+It has its own clock, and its line may delay, jitter and lose frames, all at random from a seed.
+The element keeps its state when a client disconnects and another connects. The first line printed
+is the value for `device.address`.
 """
 
 from __future__ import annotations
@@ -22,25 +22,31 @@ from .output import print_json
     'run an emulated rig, for a node to drive over TCP',
     option('--preset', default='case_2', help='shipped element'),
     option('--host', default='127.0.0.1', help='address to listen at'),
-    option('--port', type=int, default=0, help='port to listen at; 0: one that is free'),
+    option('--port', type=int, default=0, help='port to listen at; 0: any free one'),
     option(
         '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
     ),
-    option('--latency', type=float, default=0.0, metavar='S', help='time that every frame takes'),
-    option('--jitter', type=float, default=0.0, metavar='S', help='time it may take in addition'),
-    option('--loss', type=float, default=0.0, metavar='P', help='probability that it never comes'),
+    option('--latency', type=float, default=0.0, metavar='S', help='delay of every frame'),
+    option('--jitter', type=float, default=0.0, metavar='S', help='additional random delay'),
     option(
-        '--drift', type=float, default=0.0, metavar='X', help='share by which its clock is fast'
+        '--loss', type=float, default=0.0, metavar='P', help='probability that a frame is lost'
     ),
     option(
-        '--restart', type=float, default=0.0, metavar='S', help='hang up after this time; 0: never'
+        '--drift', type=float, default=0.0, metavar='X', help='fraction by which its clock is fast'
     ),
-    option('--seed', type=int, default=0, help='which chance'),
+    option(
+        '--restart',
+        type=float,
+        default=0.0,
+        metavar='S',
+        help='disconnect after this time; 0: never',
+    ),
+    option('--seed', type=int, default=0, help='seed of the random numbers'),
     JSON,
     text=__doc__,
 )
 def rig(arguments: argparse.Namespace) -> int:
-    """Serve until it is interrupted; return the exit status."""
+    """Serve until interrupted; return the exit status."""
     from ..device import preset
     from ..physics import DesignError
     from ..rig.emulated import EmulatedRig

@@ -1,15 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem tolerance`: how often writes and reads fail when chance has a hand in it.
+"""`mlmem tolerance`: how often writes and reads fail in imperfect elements.
 
-Elements are made by chance, in one thing at a time: the scatter of the on-site amplification
-alpha, of the substrate stiffness s, of the masses, of the ground states (offset), the noise of
-the transducers, the vibration of the base (in lattice constants per time unit squared). Every
-step up is tried, and every level read from each end that the instrument reads from. The amounts
-are those about which failures begin; at each, counting goes on until enough has failed, and a
-curve through the foot of the counts tells where one in a thousand fails. Saved are the table of
-all batches, the figure and the ledger, with which a study that was interrupted or killed goes on.
-With `--compare` the curves of several such folders are laid over each other. No ROS is needed.
+Elements are made at random, varying one thing at a time: the scatter of the on-site amplification
+alpha, of the substrate stiffness s, of the masses, of the ground states (offset), the noise of the
+transducers, the vibration of the base (in lattice constants per time unit squared). Every step up
+is tried, and every level read from each end that the instrument reads from. The amounts are those
+around which failures begin; at each, counting goes on until enough have failed, and a curve
+through the foot of the counts shows where one in a thousand fails. The table of all batches, the
+figure and the ledger are saved; with the ledger an interrupted or killed study continues. With
+`--compare` the curves of several such folders are overlaid. No ROS is needed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @command(
-    'measure what scatter, noise and vibration a memory stands',
+    'measure how much scatter, noise and vibration a memory tolerates',
     option(
         '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
     ),
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         nargs='+',
         default=(),
         metavar='KIND',
-        help='what chance decides, one at a time: alpha, s, mass, offset, noise, vibration; all '
+        help='what is random, one at a time: alpha, s, mass, offset, noise, vibration; all '
         'by default',
     ),
     option(
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     option(
         '--screen',
         action='store_true',
-        help='let a forecast choose which steps are simulated, and weight them: for rare failures',
+        help='let a forecast choose which steps to simulate, and weight them: for rare failures',
     ),
     option(
         '--levels',
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         default=0,
         metavar='N',
         help='try N levels of each element, drawn anew for each; all by default. What spoils one '
-        'level may spoil all, so few levels of many elements tell more of large ones',
+        'level may spoil all, so for large elements few levels of many elements tell more',
     ),
     option('--output', type=Path, default=Path('tolerance'), help='folder'),
     option(
@@ -71,7 +71,7 @@ if TYPE_CHECKING:
         nargs='+',
         type=Path,
         metavar='FOLDER',
-        help='draw the curves of these studies over each other, and count nothing',
+        help='overlay the curves of these studies, and simulate nothing',
     ),
     *campaigns.OPTIONS,
     JSON,

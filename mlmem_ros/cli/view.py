@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem view`: the element behind a running node in a browser, or recorded sessions.
 
-Serves one page on this machine and prints its address, until Ctrl-C. With a session it shows
-that one, with two sessions both side by side and what differs. With --start it brings an element
-of its own. With --host the page can be seen from other machines, by whoever has the address with
-the token in it.
+Serves one page on this machine and prints its address, until Ctrl-C. With a session it shows that
+one, with two both side by side and their differences. With --start it starts its own element. With
+--host other machines can open the page, given the address with the token.
 """
 
 from __future__ import annotations
@@ -30,21 +29,23 @@ if TYPE_CHECKING:
 
 
 SMOOTH = 15
-"""Ticks between two pictures of an element that is started to be looked at: 33 a second."""
+"""Ticks between two pictures of an element started by this command: 33 a second."""
 
 
 @command(
     'show the element behind a running node, or sessions, in a browser',
     option('session', nargs='*', help='one or two recorded sessions to show instead'),
     NODE,
-    option('--start', action='store_true', help='start a memory node of that name, too'),
+    option('--start', action='store_true', help='also start a memory node of that name'),
     option(
-        '--host', default='127.0.0.1', help='address to listen at; others may look with a token'
+        '--host', default='127.0.0.1', help='address to listen at; other machines need the token'
     ),
     option('--port', type=int, help='port (default: 8742, or a free one)'),
-    option('--browser', action='store_true', help='open the page in the browser, too'),
+    option('--browser', action='store_true', help='also open the page in the browser'),
     option(
-        '--until-eof', action='store_true', help='end with the standard input, as a child does'
+        '--until-eof',
+        action='store_true',
+        help='end when standard input closes, as a child process does',
     ),
     JSON,
     text=__doc__,
@@ -52,7 +53,7 @@ SMOOTH = 15
 def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
     if len(arguments.session) > 2 or (arguments.session and arguments.start):
-        return complain('view', 'one or two sessions can be shown, and --start goes without', 2)
+        return complain('view', 'show one or two sessions, or use --start without any', 2)
     try:
         asyncio.run(_serve(arguments))
     except OSError as error:
@@ -109,7 +110,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
 
 def _address(host: str, port: int, token: str) -> str:
-    """Return where the page is; where it is on every interface, by the name of this machine."""
+    """Return the page's address; on all interfaces, with this machine's name."""
     if host in ('0.0.0.0', '::'):
         host = socket.gethostname()
     host = f'[{host}]' if ':' in host else host

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem doctor --warm`: what a first start would have to do is done now, and kept."""
+"""`mlmem doctor --warm`: do the work of a first start now, and cache it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 Step = tuple[str, Callable[[], object]]
-"""What is done, and the function that does it."""
+"""A description, and the function that does it."""
 
 
 def warm(aside: bool) -> float:
@@ -38,7 +38,7 @@ def warm(aside: bool) -> float:
 
 
 def steps() -> Iterator[Step]:
-    """Yield what is to be done: kernels first, for the checks run them."""
+    """Yield the jobs: kernels first, as the checks run them."""
     from ..device.presets import PRESETS
     from ..host.design_check import findings
     from ..physics import CASE_II, INTEGRATORS, Chain

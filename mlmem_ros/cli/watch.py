@@ -24,7 +24,7 @@ FIRST_REPORT = 3.0
     NODE,
     wait(5.0),
     option('--rate', type=float, default=10.0, help='pictures per second'),
-    option('--once', action='store_true', help='print one picture and leave'),
+    option('--once', action='store_true', help='print one picture and exit'),
     JSON,
     text=__doc__,
 )

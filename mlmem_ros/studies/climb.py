@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element climbs: every level is written and read back, beside the true wall."""
+"""A climb: every level is written and read back, and compared with the true wall."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .trace import wall_position
 
 @dataclass(frozen=True)
 class WrittenLevel:
-    """One write, verified by its echo, and what is true.
+    """One write, verified by its echo, and the truth.
 
     Attributes:
         asked: Level that was to be written.
@@ -42,9 +42,9 @@ class WrittenLevel:
         """Why it failed.
 
         Returns:
-            '' where the level was written and read back; 'wall' where the wall is elsewhere and
-            the device knows that its write failed; 'silent' where it does not know; 'echo'
-            where the wall is right and the reading is not.
+            '' if the level was written and read back; 'wall' if the wall is elsewhere and the
+            device knows that its write failed; 'silent' if it does not know; 'echo' if the wall is
+            right and the reading is not.
         """
         if self.level != self.asked:
             return 'silent' if self.outcome.success else 'wall'
@@ -88,19 +88,19 @@ class Climb:
 
 
 class Heat:
-    """A bath of some temperature around the metamaterial, applied between ticks.
+    """A heat bath around the metamaterial, applied between ticks.
 
-    What the damping eta takes, random kicks to the velocities give back (fluctuation and
-    dissipation): normally distributed with variance 2 eta T t / m^2 after every tick t, white
-    noise up to the chain's highest frequency and far beyond the tick's, which keeps the energy
-    of small waves at T per mode in the mean over time, whatever the tick.
+    Random kicks to the velocities return what the damping eta takes (fluctuation and dissipation):
+    normally distributed with variance 2 eta T t / m^2 after every tick t, white noise up to the
+    chain's highest frequency and far beyond the tick's, which keeps the energy of small waves at T
+    per mode in the mean over time, whatever the tick.
     """
 
     def __init__(self, element: MemoryElement, temperature: float, seed: int) -> None:
-        """Lay a bath around a device.
+        """Put a bath around a device.
 
         Args:
-            element: The device; damping and masses of its specimen are those that count.
+            element: The device; the damping and masses of its specimen are used.
             temperature: k_B T in k_r cells^2, at least 0.
             seed: Of the kicks.
         """
@@ -115,10 +115,10 @@ class Heat:
 
 
 def write_upward(element: MemoryElement, heat: Heat | None = None) -> Climb:
-    """Write every level from 0 up with one attempt each, and stop at the first that fails.
+    """Write every level from 0 up with one attempt each; stop at the first failure.
 
-    Every write is what the node runs: it launches or drives the wall, probes it and decodes the
-    echo. A level counts where the echo is decoded as that level and the wall is really there.
+    Every write is the node's: it launches or drives the wall, probes it and decodes the echo. A
+    level counts if the echo decodes to it and the wall is really there.
 
     Args:
         element: A device at rest; it is advanced.

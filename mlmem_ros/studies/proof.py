@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The proof of a design: the device that the node runs, put to every use of the memory.
+"""The proof of a design: the node's device, put to every use of the memory.
 
-Three kinds of run, each judged by what the device says and by the true configuration:
+Three kinds of run, each judged by the device's answers and by the true configuration:
 
 - `upward`: from blank, every level is written in turn and verified, one attempt each.
 - `down`: from a wall at rest at a level, a lower one is written: erase, launch, steps.
@@ -34,19 +34,19 @@ from .campaign.campaign import Values
 from .climb import write_upward
 
 EVERY = 16
-"""Number of levels up to which every downward write is made; above, a sample of as many as there
-are levels, or of what is asked for."""
+"""Number of levels up to which every downward write is made; above that a sample, by default as
+many as levels."""
 
 
 @dataclass(frozen=True)
 class Proof:
-    """What is to be shown of a design.
+    """What to prove of a design.
 
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        sample: How many downward writes are made where there are more; None as `EVERY` says.
-            Every level is erased.
+        sample: How many downward writes to make if there are more; None: see `EVERY`. Every level
+            is erased.
         seed: Of the sample.
     """
 
@@ -56,7 +56,7 @@ class Proof:
     seed: int = 0
 
     def campaign(self) -> Campaign:
-        """Return the runs; the calibration that all share is made here.
+        """Return the runs, with the calibration that all share.
 
         Raises:
             SettingsError: A level gives no echo, or levels cannot be told apart.
@@ -97,11 +97,12 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     """Return how one run went.
 
     Returns:
-        done: Levels written and read back upward; 1 where another run succeeded, else 0.
-        passed: Whether all did what was asked, at the first attempt.
-        error: What the device said, or what is true in spite of what it said.
+        done: Levels written and read back upward; for other runs 1 on success, else 0. passed:
+        Whether all succeeded at the first attempt.
+        error: What the device said, or the truth if
+        that differs.
         level_margin, threshold_margin: The least of the readings, None without one.
-        time: Time units that it took.
+        time: Duration in time units.
     """
     design, settings = Design(**common['design']), Settings.from_dict(common['settings'])
     element = MemoryElement(design, settings, Calibration.from_dict(common['calibration']))
@@ -142,7 +143,7 @@ def _row(
 
 @dataclass(frozen=True)
 class Tally:
-    """What the runs of a proof add up to.
+    """The totals of a proof's runs.
 
     Attributes:
         levels: Levels written and read back upward.

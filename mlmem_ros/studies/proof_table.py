@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What was proven of designs, as a table."""
+"""The proofs of designs, as a table."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def row(name: str, design: Design, settings: Settings, tally: Tally) -> tuple[st
         name: What to call it.
         design: The element.
         settings: The instrument's settings.
-        tally: What its proof adds up to.
+        tally: The totals of its proof.
     """
     write, subject = settings.write, Subject(design, settings)
     probe = read_from(settings)[0].probe(settings)

@@ -23,7 +23,7 @@ def draw(session: SessionData, path: str | PathLike[str]) -> Path:
 
     Args:
         session: What was recorded.
-        path: File to write; its ending tells the format.
+        path: File to write; its suffix selects the format.
 
     Returns:
         The path.
@@ -71,7 +71,7 @@ def _last_echo_of_each_level(
 def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
     design = session.design
     if not session.configuration:  # of a real element, or not recorded
-        axes.set_title('(a) configuration: not told', loc='left', fontsize=10)
+        axes.set_title('(a) configuration: not recorded', loc='left', fontsize=10)
         return
     field = np.array(session.configuration)
     mesh = contour(axes, np.array(session.field_time), design.sites, field)
@@ -111,7 +111,7 @@ def _draw_echoes(
     title = rf'(b) last echo of each level at the {end} end, in cells: $v_m$ grey, $v_c$ blue'
     if not reads:
         axes = figure.add_subplot(grid[0, 0])
-        axes.set_title(f'(b) no echo from the {end} end told a level', loc='left', fontsize=10)
+        axes.set_title(f'(b) no echo from the {end} end gave a level', loc='left', fontsize=10)
         axes.set_axis_off()
     for row, (level, (echo, values)) in enumerate(reads.items()):
         axes = figure.add_subplot(grid[row, 0])

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads of an element whose base shakes or whose sensors are noisy: right, undecodable, wrong."""
+"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .climb import blank_element
 from .tolerance.estimate import Rate
 
 G = 9.81
-"""Standard gravity in m/s^2, in which accelerations are told here."""
+"""Standard gravity in m/s^2, the unit of accelerations here."""
 
 IMU_RATE = 200.0
-"""Messages of an IMU in a second, but for sines, which are told tick by tick."""
+"""IMU messages per second, except for sines, which are updated every tick."""
 
 STEPS_PER_SECOND = 2.0
 HARMONICS = 8
@@ -35,13 +35,13 @@ BINS = 10
 
 @dataclass(frozen=True)
 class Shaking:
-    """What is done to an element that is read.
+    """The disturbance of an element during reads.
 
     Attributes:
         spectrum: 'white' (every message drawn anew, within the amplitude), 'walk' (two footfalls
             in a second, with harmonics, and impacts of 20 to 90 Hz that ring for 30 ms), 'slams'
-            (next to nothing, and now and then 5 ms out of nothing), 'sine', or 'noise' (white, of
-            both sensors).
+            (almost nothing, with sudden bursts of 5 ms), 'sine', or 'noise' (white, of both
+            sensors).
         amplitude: In g; of noise the standard deviation in cells.
         frequency: Of a sine, in Hz.
     """
@@ -51,7 +51,7 @@ class Shaking:
     frequency: float = 0.0
 
     def __str__(self) -> str:
-        """Return what a table calls it."""
+        """Return its name in a table."""
         if self.spectrum == 'noise':
             return f'sensor noise, {self.amplitude:g} cells'
         name = f'sine, {self.frequency:g} Hz' if self.spectrum == 'sine' else self.spectrum
@@ -69,7 +69,7 @@ class Shaking:
 
 
 def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
-    """Yield what the last message has said, tick by tick."""
+    """Yield the value of the last message, tick by tick."""
     sent = 0
     for n in itertools.count():
         while sent <= n * tick * IMU_RATE:
@@ -110,8 +110,8 @@ class Counts:
 
     Attributes:
         right, undecodable, wrong: How many.
-        moved: How many were not counted, for the wall was no more where it had been.
-        ticks: How long they took, all together.
+        moved: How many were not counted because the wall had moved.
+        ticks: How long they took in total.
         confidences: Reads by confidence, shape (2, BINS): wrong ones and right ones.
     """
 
@@ -129,22 +129,22 @@ class Counts:
 
     @property
     def lies(self) -> Rate:
-        """The share of all reads that was wrong without notice."""
+        """The fraction of reads that were wrong without notice."""
         return Rate(self.wrong, self.reads)
 
     @property
     def spoiled(self) -> Rate:
-        """The share that was not right."""
+        """The fraction that were not right."""
         return Rate(self.undecodable + self.wrong, self.reads)
 
     def add(self, other: Counts) -> None:
-        """Add those of other reads."""
+        """Add the counts of other reads."""
         for name in ('right', 'undecodable', 'wrong', 'moved', 'ticks'):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.confidences = self.confidences + other.confidences
 
     def calibrated(self) -> list[tuple[float, float]]:
-        """Return, of every bin with reads, its highest confidence and the share that is right."""
+        """Return, by bin with reads, its highest confidence and the fraction that is right."""
         wrong, right = self.confidences
         return [
             ((n + 1) / BINS, float(right[n] / (right[n] + wrong[n])))
@@ -167,11 +167,11 @@ def count(
     Args:
         design: The element.
         settings: The instrument's.
-        shaking: What is done to it meanwhile.
+        shaking: The disturbance.
         end: 'left', 'right' or 'both'.
         level: Where its wall is.
         reads: How many.
-        seed: Of all chance.
+        seed: Of all random numbers.
     """
     element = blank_element(design, settings)
     element.chain.place(resting_wall(Specimen(design), level))

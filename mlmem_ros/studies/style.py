@@ -24,7 +24,7 @@ TENSION = '#008837'
 INK = '#222222'
 FAINT = '#b8b8b8'
 MARK = '#e08214'
-"""Thresholds and other things that a person sets."""
+"""Thresholds and other user settings."""
 
 PHASES = 'RdBu'
 """Colour map of the configuration: red s1, blue s2."""
@@ -54,7 +54,7 @@ def styled() -> AbstractContextManager[None]:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Return an empty figure of Matplotlib, whose types are too narrow; sizes in inches."""
+    """Return an empty Matplotlib figure (its types are too narrow); sizes in inches."""
     return Figure(figsize=(width, height), layout='constrained')
 
 
@@ -73,7 +73,7 @@ def save_figure(figure: Figure, stem: Path) -> list[Path]:
 
 
 def label(axes: Any, text: str, title: str = '') -> None:
-    """Title a panel as the paper letters it: (a) in bold, then what it shows."""
+    """Title a panel in the paper's style: (a) in bold, then what it shows."""
     axes.set_title(rf'$\bf{{({text})}}$ {title}', loc='left')
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Watching a device or a chain while it works: what the x-t figures are made of."""
+"""Watching a device or a chain while it works, for the x-t figures."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ..physics.potential import Array
 
 @dataclass
 class Trace:
-    """What was seen at the end of every tick.
+    """Observations at the end of every tick.
 
     Attributes:
         t: Times in time units.
         strain: Strain of the substrate.
         configuration: Delta_j, one row of N each.
-        outcomes: How every procedure ended, in their order.
+        outcomes: How every procedure ended, in order.
     """
 
     t: list[float] = field(default_factory=list)
@@ -38,7 +38,7 @@ def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
     Args:
         element: The device.
         command: A command that starts a procedure.
-        trace: What was seen is appended to it.
+        trace: The observations are appended to it.
 
     Returns:
         How it ended.
@@ -56,15 +56,15 @@ def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
 
 
 def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
-    """Strain a bare chain through smooth ramps, and look at it at intervals.
+    """Strain a bare chain through smooth ramps, and sample it at intervals.
 
     Args:
         chain: The material; it is advanced.
-        cycle: The schedule; its ramps begin at the strain that is there.
-        every: Longest time between looks, in time units.
+        cycle: The schedule; its ramps begin at the current strain.
+        every: Longest time between samples, in time units.
 
     Returns:
-        What was seen, one entry per look; the clock starts at zero.
+        The observations, one entry per sample; the clock starts at zero.
     """
     design, trace = chain.design, Trace()
     scale = design.end_displacement(1.0)

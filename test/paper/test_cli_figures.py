@@ -51,7 +51,7 @@ def test_two_figures_side_by_side_are_those_of_one_process_and_their_claims_are_
     [
         (['9z'], 'figure must be one of 1c, 2a'),
         (['2c', '--jobs', '0'], '--jobs must be at least 1; got 0'),
-        (['2c', '--output', 'file/x'], '--output must be a folder we can write'),
+        (['2c', '--output', 'file/x'], '--output must be a writable folder'),
     ],
 )
 def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monkeypatch):

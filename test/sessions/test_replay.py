@@ -246,8 +246,8 @@ def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
     session = load(DATA / 'life')
     session.outcomes, session.configuration = [], []
     titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
-    assert '(b) no echo from the left end told a level' in titles
-    assert '(a) configuration: not told' in titles
+    assert '(b) no echo from the left end gave a level' in titles
+    assert '(a) configuration: not recorded' in titles
 
 
 def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):

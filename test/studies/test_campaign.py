@@ -179,7 +179,7 @@ def test_the_ledger_of_another_study_is_refused_and_left_alone(other, message, t
 def test_a_file_that_is_no_ledger_is_refused_and_left_alone(content, tmp_path):
     path = tmp_path / 'ledger.jsonl'
     path.write_bytes(content)
-    with pytest.raises(CampaignError, match='no ledger of a campaign'):
+    with pytest.raises(CampaignError, match='not the ledger of a campaign'):
         Ledger(path, squares())
     assert path.read_bytes() == content
 

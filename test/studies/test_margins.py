@@ -167,9 +167,9 @@ def test_a_point_changes_what_it_names_and_nothing_else():
 @pytest.mark.parametrize(
     ('name', 'span', 'message'),
     [
-        ('write.speed', None, "must be a setting that is a number, as .*; got 'write.speed'"),
-        ('read.end', None, "must be a setting that is a number, as .*; got 'read.end'"),
-        ('hold', None, "must be a setting that is a number, as .*; got 'hold'"),
+        ('write.speed', None, "must be a numeric setting, such as .*; got 'write.speed'"),
+        ('read.end', None, "must be a numeric setting, such as .*; got 'read.end'"),
+        ('hold', None, "must be a numeric setting, such as .*; got 'hold'"),
         ('write.hold', (0.0, 500.0), 'with the operating value 600 between them'),
         ('write.hold', (math.nan, 700.0), 'must be two numbers'),
         ('probe.v_th', (0.0, 1.0), 'must be above 0; got 0'),
@@ -318,13 +318,13 @@ def test_a_map_is_interrupted_and_goes_on(tmp_path, capsys, monkeypatch):
     process.send_signal(signal.SIGINT)
     out, error = process.communicate(timeout=120)
     assert process.returncode == 130, error
-    assert 'give the same command to go on' in ' '.join(out.split())
+    assert 'repeat the command to continue' in ' '.join(out.split())
     assert 'Traceback' not in error
     kept = ledger.read_bytes()
 
     assert main(command('--size', '5', '--output', 'map', '--jobs', '1')) == 0
     out = capsys.readouterr().out
-    assert 'points were done before' in out
+    assert 'points were already done' in out
     assert 'nearest failure: write.compression -0.034, write.tension 0.03 ' in out
     assert ledger.read_bytes().startswith(kept)
     files = sorted(file.name for file in (tmp_path / 'map').iterdir())

@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design checker: what can be told of a design in a second, before anything is written.
+"""The design checker: what a second of computing can say about a design before any write.
 
-Closed forms, equilibria and linear waves; only the launch and some steps, which are neither, are
-short runs.
+It uses closed forms, equilibria and linear waves; only the launch and some steps need short runs.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What draws a wall to the next defect when the strain is gone, and what holds it back."""
+"""What pulls a wall to the next defect once the strain is zero, and what holds it back."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .finding import Finding, judged
 from .subject import LAUNCH, Subject
 
 STOPPED = -0.1
-"""Pull, over the mean of the gradient, that stops a wall. Case II with a weaker gamma: at -0.07
-its inertia still carried it over on all seven steps, at -0.18 on six."""
+"""Pull, relative to the gradient's mean, at which a wall stops. Case II with a weaker gamma: at
+-0.07 its inertia still carried it across in all seven steps, at -0.18 in six."""
 
 COMFORT = 0.05
-"""Least force on the way, over the mean of the gradient, that is comfortable."""
+"""Least comfortable force on the way, relative to the gradient's mean."""
 
 SOURCE = (
     'as the strain decreases, the gradient in psi enforced by alpha drives the transition wave '
@@ -46,8 +46,8 @@ def _lattice(subject: Subject) -> Finding:
     where = 'after a launch' if weakest == LAUNCH else f'after level {weakest}'
     if verdict is Verdict.PASS:
         text = (
-            'gradient and defect draw a wall over the Peierls-Nabarro barrier all the way; the '
-            f'weakest pull is {where}'
+            'gradient and defect pull a wall over the Peierls-Nabarro barrier all the way; '
+            f'the weakest pull is {where}'
         )
     else:
         text = (
@@ -73,7 +73,7 @@ def _rigidity(subject: Subject) -> Finding:
         back = np.interp(way.X % design.J_s, X, slope)
         nets.append(-float((way.slope + back).max()))
         alone.append(-float(way.slope.max()))
-    if min(alone) <= 0.0:  # no substrate helps: that is `peierls_nabarro`'s to tell
+    if min(alone) <= 0.0:  # no substrate helps: `peierls_nabarro` reports that
         nets = [subject.gradient_force - float(slope.max())]
     verdict = _judge(subject, min(nets))
     if verdict is Verdict.FAIL and design.substrate == 'rigid':
@@ -82,9 +82,8 @@ def _rigidity(subject: Subject) -> Finding:
         text = 'the substrate is stiff enough not to trap the wall that strains it'
     else:
         text = (
-            'a substrate as soft as this gives way under the wall and holds it back where it is '
-            'softest'
-            + (', which the rigid model leaves out' if design.substrate == 'rigid' else '')
+            'so soft a substrate yields under the wall and holds it back where it is softest'
+            + (', which the rigid model neglects' if design.substrate == 'rigid' else '')
             + ': choose a greater s_min'
         )
     ratio = design.s_min / max(1.0, design.k_s1, design.k_s2)

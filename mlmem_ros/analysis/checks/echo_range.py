@@ -20,7 +20,7 @@ from .finding import Finding, judged
 from .subject import Subject
 
 FAINT = 1e-7
-"""Threshold in cells below which a real sensor would have to be a very good one."""
+"""Threshold in cells below which a real sensor would have to be very good."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -43,12 +43,13 @@ def _range(design: Design, probe: ProbeSettings, end: End) -> Finding:
         text = f'the farthest wall, {farthest} cells away, is within the range of the echo'
     elif reach < farthest:
         text = (
-            f'damping and dispersion leave a range of {reach:.0f} cells, and the farthest wall '
-            f'is {farthest} away: choose less damping, a faster carrier or fewer cells'
+            f'damping and dispersion leave a range of {reach:.0f} cells, but the farthest wall is '
+            f'{farthest} away: choose less damping, a faster carrier or fewer cells'
         )
     else:
         text = (
-            f'the farthest echo is sought at {last:.1g} cells, which asks much of a sensor: '
+            f'the threshold for the farthest echo is {last:.1g} cells, which is demanding for a '
+            'sensor: '
             'choose less damping or fewer cells'
         )
     return Finding(
@@ -65,11 +66,11 @@ def _range(design: Design, probe: ProbeSettings, end: End) -> Finding:
 def echo_strength(
     design: Design, probe: ProbeSettings, k_s: float, distance: Array
 ) -> tuple[Array, Array]:
-    """Return when an echo of a perfect mirror comes and how strong it is.
+    """Return when the echo of a perfect mirror arrives, and how strong it is.
 
-    Every frequency of the pulse travels at its own group velocity and loses exp(-eta t) of its
-    energy in its own time; what is left is spread over the times at which they arrive. A free
-    end moves twice as much as the wave, and v_c averages |v| over its window.
+    Every frequency of the pulse travels at its own group velocity and keeps exp(-eta t) of its
+    energy over its travel time; the rest of the energy is spread over the arrival times. A free
+    end moves twice as far as the wave, and v_c averages |v| over its window.
 
     Args:
         design: The element.
@@ -79,7 +80,7 @@ def echo_strength(
 
     Returns:
         Mean delay since the pulse began, and greatest v_c in cells, shape (m,) each; for a pulse
-        that does not travel its own time, and 0.
+        that does not propagate its own time, and 0.
     """
     omega = probe.omega_c + np.linspace(-3.0, 3.0, 301) / probe.sigma
     density = np.exp(-((probe.sigma * (omega - probe.omega_c)) ** 2))

@@ -19,11 +19,11 @@ from .finding import Finding, judged
 from .subject import Subject
 
 AUDIBLE = 1.25
-"""Echo over threshold that leaves room for what a forecast leaves out (some 10 %)."""
+"""Echo over threshold that allows for what the forecast neglects (some 10 %)."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the echoes heard at either end, and on that of a blank element."""
+    """Yield the findings on the echoes at either end, and on that of a blank element."""
     design, settings = subject.design, subject.settings
     dt = settings.time.tick / steps_per_tick(design, settings.time)
     integrator = INTEGRATORS[settings.time.integrator]
@@ -32,7 +32,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         try:
             walls[level] = resting_wall(Specimen(design), level)
         except StateError:
-            continue  # `pin_depth` and `echo_...` tell of it
+            continue  # `pin_depth` and `echo_...` report it
     for end in subject.ends:
         probe = end.probe(settings)
         echoes = {
@@ -49,10 +49,10 @@ def check(subject: Subject) -> Iterator[Finding]:
         {'over threshold': blank.threshold_margin},
         '',
         judged(blank.threshold_margin, 1.0, AUDIBLE),
-        'a blank element is told by the echo of its far end'
+        'a blank element is recognised by the echo of its far end'
         if blank.threshold_margin >= AUDIBLE
-        else 'the far end of a blank element is hardly heard from the right, so that an erase '
-        'cannot be verified: choose a smaller v_th or another carrier for probe_right',
+        else 'the far end of a blank element is hardly heard from the right, so '
+        'an erase cannot be verified: choose a smaller v_th or another carrier for probe_right',
         'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
     )
 
@@ -73,22 +73,23 @@ def _heard(end: End, margins: dict[int, float], delays: list[float]) -> Finding:
     verdict = worst((heard, Verdict.PASS if order else Verdict.FAIL))
     if heard is not Verdict.PASS:
         text = (
-            f'level {faintest} is the faintest and hardly heard: choose a smaller {group}.v_th, '
+            f'level {faintest} has the weakest echo, hardly heard: choose a smaller {group}.v_th, '
             'a faster carrier, less damping or fewer cells'
         )
     elif not order:
         listed = ', '.join(f'{delay:.0f}' for delay in delays)
         text = (
-            f'the delays do not tell the levels apart: {listed}; a wall that is too near is '
-            'heard while the pulse is still ringing: leave more cells before it, or choose a '
+            f'the delays do not distinguish the levels: {listed}; the echo of a wall that is too '
+            'near arrives while the pulse is still ringing: leave more cells before it, or '
+            'choose a '
             'shorter pulse'
         )
     else:
-        text = f'every level is heard, the faintest is {faintest}'
+        text = f'every level is heard; the weakest is {faintest}'
     values = {
         'first over threshold': next(iter(margins.values())),
         'faintest': margins[faintest],
-        'least delay': float(np.min(delays)),  # NaN where a level is not heard
+        'least delay': float(np.min(delays)),  # NaN if a level is not heard
         'greatest delay': float(np.max(delays)),
     }
     return Finding(f'echo_{end}', values, '', verdict, text, source)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a design check found, and all of them together."""
+"""One finding of a design check, and a report of them all."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Finding:
 
     Attributes:
         name: Short name, unique in a report.
-        values: Numbers by what they are, all in one unit; NaN where there is none.
+        values: Numbers by name, all in one unit; NaN if there is none.
         unit: Unit symbol; empty for counts and ratios.
-        verdict: Whether it is as a working memory needs it.
-        text: What it means; where it is not a pass, what goes wrong and what to change.
+        verdict: Whether a working memory results.
+        text: What it means; if not a pass, what goes wrong and what to change.
         source: The sentence of the paper it rests on.
     """
 
@@ -33,7 +33,7 @@ class Finding:
     source: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding for JSON, which knows no NaN: such a value is None."""
+        """Return the finding for JSON, which has no NaN: such a value is None."""
         values = {key: value if math.isfinite(value) else None for key, value in self.numbers}
         return {
             'name': self.name, 'values': values, 'unit': self.unit,
@@ -58,7 +58,7 @@ class Report:
 
     @property
     def verdict(self) -> Verdict:
-        """The gravest of all."""
+        """The most severe verdict."""
         return worst(finding.verdict for finding in self.findings)
 
     def of(self, verdict: Verdict) -> list[Finding]:
@@ -66,7 +66,7 @@ class Report:
         return [finding for finding in self.findings if finding.verdict is verdict]
 
     def __getitem__(self, name: str) -> Finding:
-        """Return a finding by its name; `KeyError` where there is none."""
+        """Return a finding by its name; `KeyError` if there is none."""
         for finding in self.findings:
             if finding.name == name:
                 return finding
@@ -74,7 +74,7 @@ class Report:
 
 
 def judged(value: float, fail_below: float, warn_below: float) -> Verdict:
-    """Return the verdict on a value that should be great; NaN fails."""
+    """Return the verdict on a value that should be large; NaN fails."""
     if not value >= fail_below:
         return Verdict.FAIL
     return Verdict.PASS if value >= warn_below else Verdict.WARN

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The launch of a wall and of a kink, run on the first cells alone.
+"""The launch of a wall and of a kink, simulated on the first cells alone.
 
-A wall that comes in runs to and fro in the trap that the strain makes, and leaves again by the
-free end where the trap is too near or too shallow. No equilibrium tells that; a run of a few
-levels does, in milliseconds.
+An incoming wall swings in the trap that the strain makes, and escapes through the free end if the
+trap is too near or too shallow. No equilibrium shows that; a simulation of a few levels does, in
+milliseconds.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
 
 RUN = 4
-"""Levels at the left end that are run."""
+"""Levels simulated at the left end."""
 
 MOST_STRAIN = 0.5
-"""Strain of the first cells that no actuator gives."""
+"""Strain of the first cells that no actuator reaches."""
 
 CLOSE = 1.0
-"""Distance from the defect in cells within which a wall is at it."""
+"""Distance in cells within which a wall counts as at the defect."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -50,15 +50,15 @@ def launched(subject: Subject, name: str) -> float | None:
         name: 'write' or 'erase'.
 
     Returns:
-        Site of the wall; NaN where none is left, or more than one; None where the run would
-        take too long to be made.
+        Site of the wall; NaN if none remains, or more than one; None if the simulation would take
+        too long.
     """
     design, settings = subject.design, subject.settings
     part = dataclasses.replace(
         excerpt(design, 1.0, min(RUN * design.J, design.N)).design, substrate='rigid'
     )
     group: WriteSettings | EraseSettings = getattr(settings, name)
-    # The strain of the first cells where the whole element has that of the settings.
+    # The strain of the first cells when the whole element has that of the settings.
     local = design.end_displacement(1.0) * design.strain_shape[part.N - 1] / part.N
     reached = abs(group.start_strain * local)
     if reached > MOST_STRAIN:
@@ -86,7 +86,7 @@ def launched(subject: Subject, name: str) -> float | None:
 
 
 def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
-    """Return the cell steps that a launch takes, those of its ticks' own time included."""
+    """Return the cell steps that a launch takes, including the overhead of its ticks."""
     cycle = Cycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
     move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
     cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
@@ -100,16 +100,16 @@ def _judge(subject: Subject, name: str, position: float | None) -> Finding:
     advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
     if position is None:
         verdict = Verdict.WARN
-        text = f'a launch takes too long to be run in a check: choose shorter times ({name}.*)'
+        text = f'a launch takes too long to simulate in a check: choose shorter times ({name}.*)'
     elif math.isnan(position):
         verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
         text = (
-            f'no {mover} is left: it does not stay in the trap that the strain makes near the '
+            f'no {mover} remains: it does not stay in the trap that the strain makes near the '
             f'free end; {advice}, or set level 0 farther from the end'
         )
     elif abs(position - defect) > CLOSE:
         verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
-        text = f'the {mover} comes to rest at another place than level 0: {advice}'
+        text = f'the {mover} comes to rest somewhere other than level 0: {advice}'
     else:
         verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'
     return Finding(

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The material as such: its two phases, its gradient, its numerical step."""
+"""The material itself: its two phases, its gradient, its time step."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .finding import Finding, judged
 from .subject import Subject
 
 DISTINCT = 1.05
-"""Least ratio of the phases' stiffnesses: below 1.01 they are the same to a wave."""
+"""Least ratio of the phases' stiffnesses: below 1.01 a wave sees no difference."""
 
 LEAST_ALPHA = 0.5
-"""Share of the potential that should be left at the far end."""
+"""Fraction of the potential that should remain at the far end."""
 
 LARGEST_OWN_DAMPING = 0.65
-"""Share of eta up to which the integrator's own damping of the carrier counts as little."""
+"""Fraction of eta up to which the integrator's numerical damping of the carrier is small."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -44,7 +44,7 @@ def check(subject: Subject) -> Iterator[Finding]:
         judged(stiffer, 1.01, DISTINCT),
         'the phases differ in stiffness, so that a wall between them reflects waves'
         if stiffer >= DISTINCT
-        else 'the phases are alike to a wave, which goes through the wall and returns no echo: '
+        else 'the phases are the same to a wave, which passes through the wall without an echo: '
         'give the potential a cubic phase, b',
         'the linear on-site stiffness about each ground state is unique (p. 2)',
     )
@@ -56,11 +56,11 @@ def check(subject: Subject) -> Iterator[Finding]:
         {'levels': design.levels, 'bits': design.bits, 'J_s / J': design.J_s / design.J},
         '',
         Verdict.PASS if alike or design.levels == 1 else Verdict.WARN,
-        'defects of two kinds take turns: a maximum of the substrate stiffness is ahead of '
-        'one, a minimum ahead of the other'
+        'two kinds of defect alternate: one has a maximum of the substrate stiffness ahead, the '
+        'other a minimum'
         if alike
-        else 'the defects stand differently to the substrate from level to level, so that no '
-        'strain moves them all: choose J_s = 2 J',
+        else "the defects' phase in the substrate differs from level to level, so no strain "
+        'moves a wall from all of them: choose J_s = 2 J',
         'the soft defects divide the system into p levels of J unit cells, m = floor(log2 p) '
         '(p. 2)',
     )
@@ -75,9 +75,9 @@ def _gradient(subject: Subject) -> Finding:
         {'force': subject.gradient_force},
         'k_r cells',
         Verdict.PASS if rightward else Verdict.FAIL,
-        'what draws a wall to the right between the defects, -gamma E / 2'
+        'force that pulls a wall to the right between the defects, -gamma E / 2'
         if rightward
-        else 'nothing draws a wall to the right, from level to level: gamma must be negative',
+        else 'nothing pulls a wall to the right, from level to level: gamma must be negative',
         'the monotonic variation supports the uni-directional propagation of both kink and '
         'anti-kink (p. 2)',
     )
@@ -93,8 +93,8 @@ def _alpha(subject: Subject) -> Finding:
         judged(min(plain, 1.0 / plain), 0.0, LEAST_ALPHA),
         'height of the potential along the element, over that at its start'
         if plain >= LEAST_ALPHA
-        else 'the potential is so much weaker at the far end that pins, strains and bands are '
-        'others there: choose a smaller gamma or fewer cells',
+        else 'the potential is so much weaker at the far end that pins, strains and '
+        'bands differ there: choose a smaller gamma or fewer cells',
         'both gamma and beta are kept small, and the size of the system does not result in a '
         'large discrepancy between k_si at each boundary (p. 4)',
     )
@@ -113,9 +113,10 @@ def _step(subject: Subject) -> Finding:
         {'dt': dt, 'stable up to': stable_step(Specimen(design), integrator), 'own damping': own},
         'time',
         Verdict.PASS if little else Verdict.WARN,
-        'step of the time integration; the device keeps it below the limit by itself'
+        'step of the time integration; the device keeps it below the limit'
         if little
-        else f'the integrator damps the carrier by {own:.2g} beside an eta of {design.eta:.2g}: '
+        else f'the integrator damps the carrier by {own:.2g}, compared with an eta of '
+        f'{design.eta:.2g}: '
         'set time.integrator to pefrl',
         'we apply the Noh-Bathe integration scheme to Eqs. (1) (p. 5)',
     )

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The defects: how deep they hold a wall, and at what strain they let it go."""
+"""The defects: how deep they pin a wall, and at what strain they release it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .finding import Finding, judged
 from .subject import LARGEST_STRAIN, Subject
 
 CAPTURE = (1.0, 4.0)
-"""Depth of a pin over the kinetic energy of a wall that comes in: needed, and comfortable."""
+"""Depth of a pin over the kinetic energy of an incoming wall: needed, and comfortable."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -30,9 +30,9 @@ def _depth(subject: Subject) -> Finding:
     depths = {}
     for level in sorted({0, design.levels - 1}):
         depths[f'level {level}'] = pin_depth(subject, level)
-    speed = min(abs(subject.drift_speed), 1.0)  # a wall is no faster than the waves
+    speed = min(abs(subject.drift_speed), 1.0)  # a wall is never faster than waves
     incoming = 0.5 * subject.wall_energy * speed**2
-    least = float(np.min(list(depths.values())))  # NaN where a level holds no wall
+    least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
     ratio = least / incoming if incoming > 0.0 else math.inf
     verdict = judged(ratio, *CAPTURE)
     return Finding(
@@ -40,7 +40,7 @@ def _depth(subject: Subject) -> Finding:
         {**depths, 'incoming wall': incoming},
         'k_r cells^2',
         verdict,
-        'the defects are deeper than the energy with which the gradient brings a wall'
+        'the defects are deeper than the energy of a wall that the gradient drives in'
         if verdict is Verdict.PASS
         else 'a wall may run over a defect: choose a softer defect (beta), a smaller gamma or '
         'more damping',
@@ -50,7 +50,7 @@ def _depth(subject: Subject) -> Finding:
 
 
 def pin_depth(subject: Subject, level: int) -> float:
-    """Return the energy that a wall needs to leave a level to the right, without strain."""
+    """Return the energy that a wall needs to leave a level rightward, without strain."""
     design = subject.design
     defect = design.defect(level)
     if design.beta >= 0.0:
@@ -83,7 +83,7 @@ def _de_pinning(subject: Subject) -> Iterator[Finding]:
             values,
             'strain',
             Verdict.WARN if held and design.levels > 1 else Verdict.PASS,
-            f'strains that free a wall from level {level}: {kind} moves it on, as the opposite '
+            f'strains that free a wall from level {level}: {kind} moves it on; the opposite '
             'strain moves the kink of an erase'
             if not held
             else f'no strain up to {LARGEST_STRAIN:g} frees a wall from level {level}: choose a '

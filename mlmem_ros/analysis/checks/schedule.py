@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The strain cycles: peaks, ramps, and how long it all takes."""
+"""The strain cycles: peaks, ramps and durations."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
 SLOW = 1.3
-"""Ramp of an erase in damping times 1 / eta from which kink and wall follow it: with tensions from
-15 % weaker to 20 % stronger 4 and 16 levels were erased alike with 1.4 and 2.4, less so with
-1.1."""
+"""Shortest ramp of an erase, in damping times 1 / eta, that kink and wall follow: with tensions
+from 15 % weaker to 20 % stronger, 4 and 16 levels were erased equally with 1.4 and 2.4, less so
+with 1.1."""
 
 CALM = 2e-4
-"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed: of
-64 levels, with peaks some 10 % off, it was at 2e-4, and not at 4e-4."""
+"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed:
+with 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, not at 4e-4."""
 
 SLOWLY = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
 
@@ -38,7 +38,7 @@ STEPS = (
 
 
 def check(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings on the peaks of write and erase, on an erase's times, and durations."""
+    """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
     frees = {level: forward(subject, level, kink=False) for level in subject.steps}
     yield _peaks(subject, 'write', frees)
     kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
@@ -71,17 +71,18 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
     ratio = math.nan if held else min(margins, default=math.inf)
     verdict = judged(ratio, 1.0, ENOUGH)
     mover = 'wall' if name == 'write' else 'kink'
-    hasty = settings.ramp * subject.design.eta < 1.0  # the cells' inertia pushes the wall, too
+    hasty = settings.ramp * subject.design.eta < 1.0  # the cells' inertia also pushes the wall
     if verdict is Verdict.FAIL and margins and not held and hasty:
         verdict = Verdict.WARN
         text = (
-            f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; whether one in '
-            f'haste does is for a simulation to say{" (`write_steps`)" if name == "write" else ""}'
+            f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; only a '
+            'simulation shows whether a fast one does'
+            f'{" (`write_steps`)" if name == "write" else ""}'
         )
     elif held:
         text = f'the {mover} is not freed from level {held[0]} by any strain: see `freed_by_...`'
     elif not margins:
-        text = 'a single level: there is no step to make'
+        text = 'a single level: there are no steps'
     elif verdict is Verdict.PASS:
         text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
     else:
@@ -99,9 +100,9 @@ def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
         {'erase tension': tension, 'frees the wall': limit},
         'strain',
         Verdict.WARN if verdict is Verdict.FAIL else verdict,
-        'the tension that moves the kink leaves the wall, so that the kink catches up'
+        'the tension that moves the kink leaves the wall in place, so the kink catches up'
         if verdict is Verdict.PASS
-        else 'the tension that moves the kink moves the wall, too, which runs away from it: '
+        else 'the tension that moves the kink also moves the wall, which runs away from it: '
         'choose a smaller erase.tension',
         'a kink may be established and conveyed across the memory element by a similar cyclic '
         'prescription of strain (p. 6)',
@@ -117,16 +118,16 @@ def _ramps(subject: Subject) -> Finding:
         {'shortest': slowest},
         'damping times',
         verdict,
-        'the strain changes slowly enough beside the damping for kink and wall to follow it'
+        'the strain changes slowly enough, compared with the damping, for kink and wall to follow'
         if verdict is Verdict.PASS
-        else 'ramps this short beside the damping time 1 / eta leave kink and wall ringing, and '
-        'where they end is for a simulation to say',
+        else 'ramps this short, compared with the damping time 1 / eta, leave kink and wall '
+        'ringing; only a simulation shows where they end',
         SLOWLY,
     )
 
 
 def _shake(subject: Subject) -> Finding:
-    """Tell how much a smooth ramp shakes the far end, which moves by N times the strain."""
+    """Judge how much a smooth ramp shakes the far end, which moves by N times the strain."""
     erase = subject.settings.erase
     peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
     shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
@@ -138,8 +139,8 @@ def _shake(subject: Subject) -> Finding:
         verdict,
         'the ramps leave the far end of the element calm'
         if verdict is Verdict.PASS
-        else 'the ramps shake the far end, which pushes a wall there as a strain would: choose '
-        'longer ones',
+        else 'the ramps shake the far end, which pushes a wall there like a strain: '
+        'choose longer ones',
         SLOWLY,
     )
 
@@ -166,7 +167,7 @@ def _settling(subject: Subject) -> Finding:
 
 
 def _durations(subject: Subject) -> Finding:
-    """Tell how long a step, a read, the longest write upward and the longest erase take."""
+    """Report how long a step, a read, the longest write upward and the longest erase take."""
     design, settings = subject.design, subject.settings
     unit, top = settings.scale.time, design.levels - 1
     read = listening_time(design, settings.probe, End.LEFT)
@@ -183,13 +184,13 @@ def _durations(subject: Subject) -> Finding:
     }
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
     return Finding(
-        'durations', values, 'time', Verdict.PASS, f'in seconds of the robot: {seconds}',
+        'durations', values, 'time', Verdict.PASS, f'in robot time: {seconds}',
         'the elapsed time between injection and echo; the schedule of compressive, tensile and '
         'zero strain (Fig. 4)',
     )  # fmt: skip
 
 
 def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
-    """Return how long a strain cycle takes, at the greater peak and with the rate limit."""
+    """Return how long a strain cycle takes, at the larger peak and with the rate limit."""
     peak = max(-times.compression, times.tension)
     return Cycle.planned(times, peak, subject.settings.actuator.max_rate).duration

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Steps of a write, run from the sampled levels: two in a row, as what rings decides the second.
+"""Steps of a write, simulated from sampled levels: two in a row, as ringing decides the second.
 
-The closed forms of the schedule hold for slow ramps. A hasty write lives on inertia and damping,
-and a step of the bare chain takes milliseconds.
+The closed forms of the schedule hold for slow ramps. A fast write depends on inertia and damping,
+and simulating a step of the bare chain takes milliseconds.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ ROW = 2
 """Steps in a row."""
 
 OFF = 0.15
-"""By how much both peaks may be off at once: an operating point nearer to failure is warned of."""
+"""How far off both peaks may be at once; an operating point nearer to failure gets a warning."""
 
 STEP = 1.0
-"""Time step: half as many as a map takes, with the same verdicts on all that ships."""
+"""Time step, twice that of a map; the verdicts on all shipped presets are the same."""
 
 SOURCE = (
     'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
@@ -40,7 +40,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     weak, strong = 1.0 - OFF, 1.0 + OFF
     corners = [(weak, weak), (weak, strong), (strong, weak), (strong, strong)]
     if (1 + len(corners)) * _work(subject) > MOST_WORK:
-        text = 'the steps take too long to be run in a check: choose shorter times (write.*)'
+        text = 'the steps take too long to simulate in a check: choose shorter times (write.*)'
         yield Finding('write_steps', {}, '', Verdict.WARN, text, SOURCE)
         return
     own = _lost(subject, 1.0, 1.0)
@@ -55,12 +55,12 @@ def check(subject: Subject) -> Iterator[Finding]:
         verdict = Verdict.WARN
         names = ', '.join(f'{c:.2f} and {t:.2f}' for c, t in off)
         text = (
-            f'the steps are made, but not where the peaks are {names} times their own '
-            '(compression and tension): `mlmem margins` tells how far they may be off'
+            f'the steps succeed, but not with the peaks at {names} times their values '
+            '(compression and tension): `mlmem margins` shows how far off they may be'
         )
     else:
         verdict = Verdict.PASS
-        text = f'the steps are made, also where both peaks are {OFF:.0%} off'
+        text = f'the steps succeed, even with both peaks {OFF:.0%} off'
     values = {
         'steps': float(len(subject.steps)),
         'lost': float(len(own)),
@@ -71,7 +71,7 @@ def check(subject: Subject) -> Iterator[Finding]:
 
 
 def _work(subject: Subject) -> float:
-    """Return the cell steps that all steps take once."""
+    """Return the cell steps for making all steps once."""
     design, write = subject.design, subject.settings.write
     cycle = Cycle.planned(write, write.tension, subject.settings.actuator.max_rate)
     dt = min(STEP, stable_step(Specimen(dataclasses.replace(design, substrate='rigid'))))
@@ -80,8 +80,8 @@ def _work(subject: Subject) -> float:
 
 
 def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
-    """Return the levels from which no step is made with the peaks multiplied by factors."""
-    # What a soft substrate does is the rigidity's finding, and takes a hundred times as long.
+    """Return the levels from which a step fails with the peaks multiplied by factors."""
+    # `substrate_rigidity` covers a soft substrate; here it would take a hundred times as long.
     design = dataclasses.replace(subject.design, substrate='rigid')
     settings = subject.settings
     write = scaled(settings.write, compression, tension)

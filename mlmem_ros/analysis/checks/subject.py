@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is checked, with the quantities that several checks share."""
+"""The subject of a check, with the quantities that several checks share."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from ...physics import Design, StateError
 from ..quasistatic import Landscape, depinning_strain, held_landscape
 
 SAMPLES = 6
-"""Number of levels, at least, that stand for all of a large element."""
+"""Least number of sampled levels of a large element."""
 
 LARGEST_STRAIN = 0.12
-"""Strain up to which a wall is pulled at, either sign."""
+"""Largest strain tried on a wall, either sign."""
 
 TOLERANCE = 1e-4
-"""How well the strain is told at which a wall lets go."""
+"""Accuracy of the strain at which a wall is released."""
 
 LAUNCH = -1
-"""Stands for a level from which a launched wall comes to level 0."""
+"""Pseudo-level from which a launched wall comes to level 0."""
 
 
 MOST_WORK = 1e9
-"""Cell steps that all runs for one finding may take: some seconds."""
+"""Most cell steps of all simulations for one finding: some seconds."""
 
 TICK_WORK = 6e4
-"""Cell steps in the time that the device takes for a tick beside its own."""
+"""Overhead of a device's tick, in cell steps."""
 
 LEAST_CELLS = 100
-"""A shorter chain takes as long for a step."""
+"""A step of a shorter chain takes as long."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +51,22 @@ class Subject:
 
     @cached_property
     def levels(self) -> list[int]:
-        """Levels that stand for all."""
+        """Sampled levels."""
         return sample(self.design.levels)
 
     @cached_property
     def steps(self) -> list[int]:
-        """Levels that stand for all from which a wall has to step on."""
+        """Sampled levels from which a wall has to step on."""
         return sample(self.design.levels - 1)
 
     @property
     def left(self) -> list[int]:
-        """Levels from which a wall rolls on; `LAUNCH` alone where there is a single level."""
+        """Levels from which a wall rolls on; `LAUNCH` alone if there is a single level."""
         return self.steps or [LAUNCH]
 
     @cached_property
     def wall_energy(self) -> float:
-        """Continuum energy of a wall where alpha = 1: the integral of sqrt(2 psi) over D."""
+        """Continuum energy of a wall at alpha = 1: the integral of sqrt(2 psi) over D."""
         D = np.linspace(self.design.D_s1, self.design.D_s2, 4001)
         root = np.sqrt(2.0 * self.design.potential.energy(D))
         return float(np.sum(0.5 * (root[1:] + root[:-1]) * np.diff(D)))
@@ -85,7 +85,7 @@ class Subject:
     def gradient_force(self) -> float:
         """Mean force of the gradient on a wall, positive to the right: -gamma E / 2.
 
-        Half of a wall's energy is in the potential, which alone is graded.
+        Half of a wall's energy is in the potential, and only that is graded.
         """
         return -0.5 * self.design.gamma * self.wall_energy
 
@@ -101,7 +101,7 @@ class Subject:
         return half - float(self.design.defect(level) - self.design.j_0) % half
 
     def released_at(self, level: int) -> float:
-        """Return the site from which a wall rolls on to the next level when the strain is gone.
+        """Return the site from which a wall rolls on to the next level once the strain is zero.
 
         A step ends at the extremum of s ahead, a launch at the least s before level 0.
         """
@@ -111,7 +111,7 @@ class Subject:
 
     @cached_property
     def ways(self) -> dict[int, Landscape]:
-        """Landscapes without strain from release to the next defect, by level left.
+        """Landscapes without strain from release to the next defect, by the level being left.
 
         Raises:
             StateError: A wall cannot be held there.
@@ -124,7 +124,7 @@ class Subject:
         return found
 
     def freeing(self, level: int, sign: float, *, kink: bool = False) -> float:
-        """Return the strain that frees a wall; NaN where none does, or no wall is held at all."""
+        """Return the strain that frees a wall; NaN if none does, or no wall is held at all."""
         key = (level, sign, kink)
         if key not in self._freeing:
             try:

@@ -26,9 +26,10 @@ def check(subject: Subject) -> Iterator[Finding]:
         Verdict.FAIL if width < NARROW else fits,
         'the wall spans several cells, and fits between two defects'
         if fits is Verdict.PASS and width >= NARROW
-        else 'the wall is as narrow as the lattice, which pins it anywhere: choose a smaller d'
+        else 'the wall is as narrow as the lattice spacing, so the lattice '
+        'pins it anywhere: choose a smaller d'
         if width < NARROW
-        else 'the wall is as wide as a level, so that it feels two defects at once: choose a '
+        else 'the wall is as wide as a level, so it feels two defects at once: choose a '
         'greater J or d',
         'transition wavefronts separating domains of opposing ground states (Fig. 1c)',
     )

@@ -14,7 +14,7 @@ from .finding import Finding
 from .subject import Subject
 
 DEAF = 0.02
-"""Share of a pulse's energy in the band below which nothing of it travels."""
+"""Fraction of a pulse's energy in the band below which nothing of it propagates."""
 
 
 def check(subject: Subject) -> Iterator[Finding]:
@@ -30,10 +30,10 @@ def check(subject: Subject) -> Iterator[Finding]:
         edges,
         'rad/time',
         Verdict.PASS,
-        'frequencies that travel in either phase, where alpha is 1 and where it is least',
+        'frequencies that propagate in either phase, where alpha is 1 and where it is least',
         'the propagating and attenuating frequency bands (Fig. 3a, Eq. 4)',
     )
-    # Along the whole way a carrier must travel in its own phase, wherever the wall is.
+    # A carrier must propagate in its own phase all along the way, wherever the wall is.
     whole = {
         's1': (band(design.k_s1 * high)[0], band(design.k_s1 * low)[1]),
         's2': (band(design.k_s2 * high)[0], band(design.k_s2 * low)[1]),
@@ -56,7 +56,7 @@ def _carrier(
     alone: tuple[float, float],
     others: tuple[float, float],
 ) -> Finding:
-    """Judge a carrier by three windows: `own` band, `alone` of it, and that of the other phase."""
+    """Judge a carrier by three windows: its `own` band, the part `alone`, the other phase's."""
     share, clear = _share(omega, sigma, own), _share(omega, sigma, alone)
     phase, other = ('s2', 's1') if end is End.LEFT else ('s1', 's2')
     inside = _inside(omega, own)
@@ -64,24 +64,24 @@ def _carrier(
     if share < DEAF:
         verdict = Verdict.FAIL
         place = f'in the band of {other} alone' if _inside(omega, others) else 'in neither band'
-        text = f'{omega:g} is {place} and does not travel: choose one inside {where}'
-        if inside:  # a pulse so short that it is everywhere
-            text = f'hardly any of the pulse is within {where}: choose a greater sigma'
+        text = f'{omega:g} is {place} and does not propagate: choose one inside {where}'
+        if inside:  # a pulse so short that its spectrum is everywhere
+            text = f'hardly any of the pulse is within {where}: choose a larger sigma'
     elif not inside:
         verdict = Verdict.WARN
-        text = f'{omega:g} is outside {where}: only the edge of the pulse travels'
+        text = f'{omega:g} is outside {where}: only the edge of the pulse propagates'
     elif not _inside(omega, alone):
         verdict = Verdict.WARN
-        text = f'{omega:g} travels in {other}, too, so that the wall reflects but a part of it'
+        text = f'{omega:g} also propagates in {other}, so the wall reflects only part of it'
     else:
         verdict = Verdict.PASS
-        text = f'{omega:g} travels in {phase} and not in {other}: the wall reflects it'
+        text = f'{omega:g} propagates in {phase} and not in {other}: the wall reflects it'
     return Finding(
         f'carrier_{end}',
         {'carrier': omega, 'usable from': alone[0], 'usable to': alone[1]},
         'rad/time',
         verdict,
-        f'{text}; {share:.0%} of the pulse travels, {clear:.0%} in {phase} alone',
+        f'{text}; {share:.0%} of the pulse propagates, {clear:.0%} in {phase} alone',
         'the carrier frequency is restricted to lie within the propagating band associated with '
         'the designated active configuration (p. 5)',
     )  # fmt: skip
@@ -92,7 +92,7 @@ def _inside(omega: float, window: tuple[float, float]) -> bool:
 
 
 def _share(omega: float, sigma: float, window: tuple[float, float]) -> float:
-    """Return the share of a Gaussian pulse's energy within a window; 0 for an empty one."""
+    """Return the fraction of a Gaussian pulse's energy in a window; 0 for an empty one."""
     if window[0] >= window[1]:
         return 0.0
     low, high = (math.erf(sigma * (edge - omega)) for edge in window)

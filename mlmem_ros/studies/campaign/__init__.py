@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many independent simulations: defined once, run anywhere, continued after a kill.
 
-A `Campaign` is a table of points and the function that evaluates one. `run` evaluates those that
-the `Ledger` on disk does not hold yet, on an executor of `concurrent.futures`: processes of this
-machine or a Dask cluster (`workers`). `save_table` writes what came out.
+A `Campaign` is a table of points and the function that evaluates one. `run` evaluates those
+missing from the `Ledger` on disk, on an executor of `concurrent.futures`: local processes or a
+Dask cluster (`workers`). `save_table` writes the results.
 """
 
 from .campaign import Campaign, Row

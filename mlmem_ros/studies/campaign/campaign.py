@@ -19,7 +19,7 @@ Values = Mapping[str, Any]
 """Numbers and words by name: what JSON can hold."""
 
 Row = dict[str, Any]
-"""A line of the table of results: point, seed, the point's values, and what came out."""
+"""A row of the table of results: point, seed, the point's values, and its results."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Campaign:
 
     Attributes:
         name: What is studied, one word.
-        evaluate: Returns what comes out at a point, as numbers and words by name, from
-            (common, values of the point, seed of the point). It has to be a function at the top
-            of a module, so that another process can import it, and depend on nothing else.
+        evaluate: Returns the results of a point, as numbers and words by name, from (common,
+            values of the point, seed of the point). It must be a module-level function, so that
+            another process can import it, and depend on nothing else.
         common: What all points share, as JSON.
         points: The values of every point, as JSON. More may be added later, at the end.
         seed: All seeds of points are made from it.
@@ -66,7 +66,7 @@ class Campaign:
             )
 
     def definition(self) -> dict[str, Any]:
-        """Return all that the rows depend on beside the points, as JSON."""
+        """Return everything the rows depend on besides the points, as JSON."""
         function = f'{self.evaluate.__module__}.{self.evaluate.__qualname__}'
         return {
             'name': self.name,
@@ -86,5 +86,5 @@ def evaluate_one(
     evaluate: Callable[[Values, Values, int], Row], common: Values, values: Values, point: int,
     seed: int,
 ) -> Row:  # fmt: skip
-    """Return the row of one point; this is what a worker is sent, without all other points."""
+    """Return the row of one point; workers get this, without all the other points."""
     return {'point': point, 'seed': seed, **values, **evaluate(common, values, seed)}

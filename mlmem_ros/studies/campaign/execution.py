@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running a campaign: what is not in the ledger yet, in any order, on any executor."""
+"""Running a campaign: the points missing from the ledger, in any order, on any executor."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def run(
     executor: Executor | None,
     points: Sequence[int] | None = None,
 ) -> Iterator[Row]:
-    """Evaluate the points that the ledger does not hold; yield every row once it is kept.
+    """Evaluate the points missing from the ledger; yield every row once it is stored.
 
-    They are taken in a shuffled order, so that what is done tells how long the rest takes.
+    They are taken in shuffled order, so that progress predicts the remaining time.
 
     Args:
         campaign: What to evaluate.
@@ -31,8 +31,8 @@ def run(
         points: Which points; by default all.
 
     Raises:
-        CampaignError: A worker died, or a point could not be evaluated, which its own error
-            follows as the cause. What was done before is kept.
+        CampaignError: A worker died, or a point could not be evaluated; its error is the cause.
+            Earlier results are kept.
     """
     wanted = range(len(campaign.points)) if points is None else points
     order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(wanted)
@@ -64,8 +64,8 @@ def _there(campaign: Campaign, todo: Iterable[int], executor: Executor) -> Itera
                 yield future.result()
             except BrokenExecutor as error:
                 raise CampaignError(
-                    'a worker process died, out of memory perhaps; what was done is kept: give '
-                    'the same command again, with fewer jobs'
+                    'a worker process died, perhaps out of memory; results so far are kept: '
+                    'repeat the command with fewer jobs'
                 ) from error
             except Exception as error:
                 raise _failed(campaign, points[future], error) from error
@@ -77,5 +77,5 @@ def _there(campaign: Campaign, todo: Iterable[int], executor: Executor) -> Itera
 def _failed(campaign: Campaign, point: int, error: Exception) -> CampaignError:
     return CampaignError(
         f'point {point} of {campaign.name}, {dict(campaign.points[point])}, could not be '
-        f'evaluated: {error!r}; what was done before is kept'
+        f'evaluated: {error!r}; earlier results are kept'
     )

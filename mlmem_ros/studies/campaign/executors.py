@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 PATIENCE = '10s'
-"""How long we wait for the scheduler of a cluster to answer."""
+"""How long to wait for a cluster's scheduler to answer."""
 
 
 def cores() -> int:
@@ -33,10 +33,10 @@ def cores() -> int:
 
 @contextmanager
 def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
-    """Lend an executor of `concurrent.futures`; None stands for this very process.
+    """Provide an executor of `concurrent.futures`; None stands for this process.
 
     Args:
-        jobs: Processes side by side on this machine; 1 for none beside this one.
+        jobs: Parallel processes on this machine; 1 for this one only.
         cluster: Address of a Dask scheduler, as 'tcp://host:8786', whose workers are then used
             instead; they need mlmem_ros installed.
 
@@ -68,7 +68,7 @@ def _processes(jobs: int) -> Iterator[Executor]:
 
 
 def _begin_worker() -> None:
-    """Leave Ctrl-C to the parent, and end with it even where it is killed."""
+    """Leave Ctrl-C to the parent, and end with it even if it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -88,7 +88,7 @@ def _cluster(address: str) -> Iterator[Executor]:
         client = Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError) as error:  # a timeout is an OSError
         raise CampaignError(
-            f'no Dask scheduler answers at {address!r} (as tcp://host:8786); {error}'
+            f'no Dask scheduler answers at {address!r} (such as tcp://host:8786); {error}'
         ) from error
     with client:
         _check_versions(client, address)

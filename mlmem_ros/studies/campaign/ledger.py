@@ -19,9 +19,9 @@ BEGINNING = b'{"fingerprint":'
 class Ledger:
     """A file of JSON lines: the campaign's definition, then one row per finished point.
 
-    A row is on its way to the disk before the next one is taken. A kill can tear the last line;
-    it is cut off when the ledger is opened again, and its point is evaluated again. Use it as a
-    context; a second process that opens the same ledger is refused.
+    A row is handed to the system before the next one is taken. A kill can tear the last line; it
+    is dropped when the ledger is opened again, and its point is evaluated again. Use it as a
+    context manager; a second process that opens the same ledger is refused.
 
     Attributes:
         path: The file.
@@ -33,10 +33,10 @@ class Ledger:
 
         Args:
             path: The file; its folder must exist.
-            campaign: What the ledger has to be of.
+            campaign: The campaign that the ledger must belong to.
 
         Raises:
-            CampaignError: It is another campaign's, or in use, or no ledger.
+            CampaignError: It belongs to another campaign, is in use, or is not a ledger.
             OSError: The file cannot be read or written.
         """
         self.path = path
@@ -61,7 +61,7 @@ class Ledger:
         self._stream.close()
 
     def append(self, row: Row) -> None:
-        """Keep the row of a point.
+        """Store the row of a point.
 
         Raises:
             OSError: The disk is full or gone.
@@ -91,7 +91,7 @@ class Ledger:
         if lines:
             self._check_head(lines[0], campaign)
         elif not content.startswith(BEGINNING[: len(content)]):
-            raise CampaignError(f'{self.path} is no ledger of a campaign')
+            raise CampaignError(f'{self.path} is not the ledger of a campaign')
         self._stream.truncate(whole)
         if not lines:
             head = {'fingerprint': campaign.fingerprint(), 'campaign': campaign.definition()}
@@ -101,7 +101,7 @@ class Ledger:
                 row = json.loads(line)
                 self._check_row(row, campaign)
             except (ValueError, KeyError, TypeError) as error:
-                raise CampaignError(f'{self.path}, line {number}: no row; {error!r}') from error
+                raise CampaignError(f'{self.path}, line {number}: not a row; {error!r}') from error
             self.rows[row['point']] = row
 
     def _check_head(self, line: bytes, campaign: Campaign) -> None:
@@ -109,14 +109,16 @@ class Ledger:
             head = json.loads(line)
             fingerprint, found = head['fingerprint'], head['campaign']
         except (ValueError, KeyError, TypeError) as error:
-            raise CampaignError(f'{self.path} is no ledger of a campaign; {error!r}') from error
+            raise CampaignError(
+                f'{self.path} is not the ledger of a campaign; {error!r}'
+            ) from error
         if fingerprint == campaign.fingerprint():
             return
         wanted = campaign.definition()
         changed = [name for name in wanted if wanted[name] != found.get(name)]
         raise CampaignError(
             f'{self.path} is that of a study with another {", ".join(changed) or "definition"}; '
-            'give this one a folder of its own, or remove that one'
+            'give this one its own folder, or remove that one'
         )
 
     def _check_row(self, row: Row, campaign: Campaign) -> None:
@@ -125,7 +127,7 @@ class Ledger:
         if not known or any(row[name] != value for name, value in campaign.points[point].items()):
             raise CampaignError(
                 f'{self.path} is that of a study with other points: point {point} is not the '
-                'same; give this one a folder of its own, or remove that one'
+                'same; give this one its own folder, or remove that one'
             )
 
     def _write(self, line: Row) -> None:
@@ -136,10 +138,10 @@ class Ledger:
 def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
     """Return the definition and the rows of a ledger in the order of their points.
 
-    Unlike `Ledger` it asks for no campaign, and takes a ledger that is still being written.
+    Unlike `Ledger` it needs no campaign, and accepts a ledger that is still being written.
 
     Raises:
-        CampaignError: It is no ledger.
+        CampaignError: It is not a ledger.
         OSError: It cannot be read.
     """
     content = path.read_bytes()
@@ -149,4 +151,4 @@ def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
         rows: list[Row] = [json.loads(line) for line in lines[1:]]
         return definition, sorted(rows, key=lambda row: row['point'])
     except (ValueError, LookupError, TypeError) as error:
-        raise CampaignError(f'{path} is no ledger of a campaign; {error!r}') from error
+        raise CampaignError(f'{path} is not the ledger of a campaign; {error!r}') from error

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a campaign is, and how long it takes yet, in the terminal."""
+"""Progress of a campaign and its remaining time, in the terminal."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from rich.progress import (
 from .campaign import Row
 
 SPEED_PERIOD = 120.0
-"""Seconds over which the speed is taken for the time left."""
+"""Seconds over which speed is averaged for the remaining time."""
 
 
 def with_progress(
     console: Console, rows: Iterable[Row], done: int, total: int | None, what: str = 'points'
 ) -> Iterator[Row]:
-    """Yield rows, and show how many there are, how long it took, and the time left.
+    """Yield rows, and show their number, the elapsed and the remaining time.
 
     Args:
         console: Where to.
         rows: What `run` yields.
         done: How many the ledger held before.
-        total: How many there will be, None where only the end will tell.
+        total: How many there will be; None if not known yet.
         what: What they are.
     """
     columns = (

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of a campaign as a file that every tool of data analysis opens."""
+"""The table of a campaign as a file for data analysis tools."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def save_table(rows: Sequence[Row], stem: Path, kind: str = 'csv') -> Path:
 
     Raises:
         OSError: It cannot be written.
-        ModuleNotFoundError: Parquet is asked for and pyarrow is not installed.
+        ModuleNotFoundError: Parquet was requested without pyarrow installed.
     """
     path = stem.with_name(f'{stem.name}.{kind}')
     if kind == 'parquet':

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shmoo maps: over which settings a memory works, and how far its own are from failure."""
+"""Shmoo maps: for which settings a memory works, and how far its own are from failure."""
 
 from .axes import AXES, Axis, make_axis
 from .distance import Margins, measure

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a map can be drawn over: any number of the settings, and the heat."""
+"""The axes of a map: any numeric setting, and the temperature."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...device import Settings
 from ...physics.potential import Array
 
 NOISE = 'noise'
-"""The axis that is no setting: temperature k_B T of the metamaterial, in k_r cells^2."""
+"""The axis that is not a setting: temperature k_B T of the metamaterial, in k_r cells^2."""
 
 RAMPS = 'ramps'
 """The axis that sets `write.ramp` and `write.release` alike."""
@@ -24,7 +24,7 @@ RAMPS = 'ramps'
 
 @dataclass(frozen=True)
 class Span:
-    """How far a map goes by default, as factors on the operating value; and its spacing."""
+    """Default range of a map, as factors on the operating value, and its spacing."""
 
     low: float
     high: float
@@ -45,7 +45,7 @@ AXES: dict[str, Span] = {
     'probe.omega_c': Span(0.8, 1.1),
     NOISE: Span(0.0, 0.0, log=True),
 }
-"""The axes with a default range; a noise has none to multiply, see `NOISE_RANGE`."""
+"""The axes with a default range; noise has no operating value, see `NOISE_RANGE`."""
 
 NOISE_RANGE = (1e-12, 1e-6)
 OTHER = Span(0.5, 1.5)
@@ -58,9 +58,9 @@ class Axis:
 
     Attributes:
         name: Name of a setting as 'write.hold', or `RAMPS`, or `NOISE`.
-        text: One phrase for a person.
+        text: One descriptive phrase.
         unit: Unit; empty for ratios.
-        operating: Value of the settings that are looked at.
+        operating: Value in the settings under study.
         low: Where the map begins.
         high: Where it ends.
         log: Whether its values are spaced evenly in their logarithm.
@@ -77,8 +77,8 @@ class Axis:
     def values(self, size: int) -> Array:
         """Return the values of a map, shape (size,), rising.
 
-        The one nearest to the operating value gives way to it, so that a line of the map goes
-        right through the operating point.
+        The one nearest to the operating value is replaced by it, so that a line of the map passes
+        exactly through the operating point.
         """
         spaced = (np.geomspace if self.log else np.linspace)(self.low, self.high, size)
         values = np.array([float(f'{value:.6g}') for value in spaced])
@@ -90,8 +90,8 @@ def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = 
     """Return an axis about the operating value of some settings.
 
     Args:
-        name: Name of a setting that is a number, or `RAMPS`, or `NOISE`.
-        settings: Those that are looked at.
+        name: Name of a numeric setting, or `RAMPS`, or `NOISE`.
+        settings: Those under study.
         span: Where the map begins and ends; by default as in `AXES`.
 
     Raises:
@@ -136,13 +136,11 @@ def _describe(name: str, settings: Settings) -> tuple[str, str, float]:
         value = getattr(settings.groups()[group], field.name)
         if field.name == key and isinstance(value, float):
             return description.text, description.unit, value
-    raise ValueError(
-        f'an axis must be a setting that is a number, as {", ".join(AXES)}; got {name!r}'
-    )
+    raise ValueError(f'an axis must be a numeric setting, such as {", ".join(AXES)}; got {name!r}')
 
 
 def with_values(settings: Settings, values: Mapping[str, Any]) -> tuple[Settings, float]:
-    """Return settings changed to the values of a point, and the temperature there.
+    """Return the settings at a point, and its temperature.
 
     Raises:
         SettingsError: A value is out of range.

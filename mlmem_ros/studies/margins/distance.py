@@ -19,13 +19,13 @@ from .shmoo import Shmoo
 
 @dataclass(frozen=True)
 class Reach:
-    """How far one axis can be moved from the operating point with the other at rest.
+    """How far one axis can be moved from the operating point with the other fixed.
 
     Attributes:
         axis: The axis.
-        low: Least value up to which every one between passes.
+        low: Least value from which every point up to the operating value passes.
         high: Greatest such value.
-        low_open: Whether the map ends there, so that it may go on.
+        low_open: Whether the map ends there, so the true value may be beyond.
         high_open: Likewise.
     """
 
@@ -38,14 +38,14 @@ class Reach:
 
 @dataclass(frozen=True)
 class Margins:
-    """What a map tells of its operating point.
+    """The margins of a map's operating point.
 
     Attributes:
         passed: Whether the operating point itself passes.
-        share: Share of the points that pass.
-        reaches: Along x and along y; none where the operating point fails.
+        share: Fraction of the points that pass.
+        reaches: Along x and along y; none if the operating point fails.
         distance: To the nearest failure in relative change, the root of the sum of the squares
-            of (x - x0) / x0 and (y - y0) / y0; None where the map has no failure. An axis whose
+            of (x - x0) / x0 and (y - y0) / y0; None if the map has no failure. An axis whose
             operating value is 0 has no relative change and stays where it is.
         nearest: The row of the nearest failure, or None.
     """
@@ -58,7 +58,7 @@ class Margins:
 
     @property
     def nearest_failure(self) -> str:
-        """Where the nearest failure is, and how far away, in words; empty without one."""
+        """Where the nearest failure is, and how far, in words; empty without one."""
         if self.nearest is None or self.distance is None or not self.passed:
             return ''
         near = self.nearest

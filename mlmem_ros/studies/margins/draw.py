@@ -24,14 +24,14 @@ UNFIT_COLOR = '#b0b0b0'
 PASS_COLOR = '#d5e8d4'
 
 LONGEST_LINE = 60
-"""Characters of an axis's label that fit beside the map."""
+"""Characters of an axis label that fit beside the map."""
 
 SIGNS = {
-    'echo': ('.', INK, 'the wall is right, its echo is not'),
-    'silent': ('x', S1, 'the echo is right, the wall is not'),
-    UNFIT: ('', UNFIT_COLOR, 'no device can be made'),
+    'echo': ('.', INK, 'right wall, wrong echo'),
+    'silent': ('x', S1, 'right echo, wrong wall'),
+    UNFIT: ('', UNFIT_COLOR, 'invalid settings'),
 }
-"""Mark, colour and words of the failures that are not the wall's."""
+"""Marker, colour and label of the failures that are not the wall's."""
 
 
 def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
@@ -40,7 +40,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
     Args:
         shmoo: The map.
         rows: Its complete table.
-        margins: What `measure` says of it.
+        margins: The result of `measure`.
     """
     figure = new_figure(5.6, 4.4)
     axes = axes_grid(figure)[0, 0]
@@ -95,7 +95,7 @@ def _draw_signs(axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
 
 
 def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
-    """Draw the nearest failure, and all points that are as far away."""
+    """Draw the nearest failure, and the contour of all points as far away."""
     if margins.nearest is None or margins.distance is None or not margins.passed:
         return
     x_0, y_0 = shmoo.x.operating, shmoo.y.operating
@@ -123,7 +123,7 @@ def _label(axis: Axis) -> str:
 
 
 def _places(axis: Axis, values: Array) -> Array:
-    """Return where values are drawn: a zero on a logarithmic axis where the map begins."""
+    """Return where values are drawn: a zero on a logarithmic axis at the map's edge."""
     return np.where(values == 0.0, axis.low, values) if axis.log else values
 
 

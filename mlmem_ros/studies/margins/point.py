@@ -16,11 +16,11 @@ from ..climb import Climb, Heat, blank_element, write_upward
 from .axes import with_values
 
 UNFIT = 'unfit'
-"""Failure of settings with which no device can be made: no echo, or out of range."""
+"""Failure of settings that give no device: no echo, or out of range."""
 
 
 def common(design: Design, settings: Settings) -> dict[str, Any]:
-    """Return what all points of a map share: design and settings, with one attempt a write."""
+    """Return what all points of a map share: design and settings, with one attempt per write."""
     once = dataclasses.replace(settings, write=dataclasses.replace(settings.write, attempts=1))
     return {'design': dataclasses.asdict(design), 'settings': once.as_dict()}
 
@@ -34,7 +34,7 @@ def rerun(shared: Values, values: Values, seed: int) -> Climb:
         seed: Of its noise.
 
     Raises:
-        SettingsError: With these settings no device can be made.
+        SettingsError: These settings give no device.
     """
     settings, temperature = with_values(Settings.from_dict(shared['settings']), values)
     element = blank_element(Design(**shared['design']), settings)
@@ -42,16 +42,18 @@ def rerun(shared: Values, values: Values, seed: int) -> Climb:
 
 
 def evaluate(shared: Values, values: Values, seed: int) -> Row:
-    """Return what came out at one point, as numbers and words.
+    """Return the results of one point, as numbers and words.
 
     Returns:
         passed: Whether every level was written and read back.
         reached: How many were, from level 0 up.
-        failure: '' or why not: see `WrittenLevel.failure`, and `UNFIT`.
-        error: What the device said.
-        wall: True position of the wall at the end, None for none or several.
-        level_margin, threshold_margin: The least of all readings, None without one.
-        time: Time units from the first write to the end of the last.
+        failure: '' or the reason: see `WrittenLevel.failure`, and `UNFIT`.
+        error: What the device
+        said.
+        wall: True position of the wall at the end, None for none or several. level_margin,
+        threshold_margin: The least of all readings, None without one.
+        time: Time units from the
+        first write to the end of the last.
     """
     try:
         climb = rerun(shared, values, seed)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A map: the points of a grid over two axes, and what came out at each."""
+"""A map: the points of a grid over two axes, and the result at each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .axes import Axis
 from .point import common, evaluate
 
 LONG_TICK = 50.0
-"""Tick of a map: the longer, the faster it is simulated."""
+"""Tick of a map: longer ticks simulate faster."""
 
 
 def coarsened(settings: Settings, tick: float | None = None) -> Settings:
@@ -27,8 +27,8 @@ def coarsened(settings: Settings, tick: float | None = None) -> Settings:
 
     Args:
         settings: The instrument's.
-        tick: Asked for. None for `LONG_TICK` where all times of a write are whole numbers of
-            it; other schedules would not be what they are, and keep the instrument's.
+        tick: Asked for. None for `LONG_TICK` if all times of a write are multiples of it; other
+            schedules would change, and keep the instrument's.
 
     Raises:
         SettingsError: It is out of range.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tolerances of several designs beside each other, from the ledgers of their studies."""
+"""Tolerances of several designs side by side, from the ledgers of their studies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FORECAST = 5000
 DASHED = {'linestyle': '--', 'linewidth': 0.8}
 
 ELEMENT = 0.1
-"""Share of elements that may have a step that fails."""
+"""Fraction of elements that may have a failing step."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,13 @@ class Counted:
     rows: list[Row]
 
     def has(self, kind: str, tried: str) -> bool:
-        """Return whether this was counted."""
+        """Return whether this combination was counted."""
         return any((row['kind'], row['tried']) == (kind, tried) for row in self.rows)
 
     def in_an_element(self, kind: str) -> str:
-        """Return the scatter at which `ELEMENT` of all elements have a step that fails.
+        """Return the scatter at which `ELEMENT` of all elements have a failing step.
 
-        As far as the curve goes, by it; beyond, logarithms are interpolated between two counts.
+        From the curve as far as it goes; beyond, by interpolating logarithms between two counts.
         """
         amounts, rates = self.study.rates(self.rows, kind, STEP)
         steps = self.study.design.levels - 1
@@ -74,7 +74,7 @@ def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
 
     Args:
         folder: Of the study.
-        tried: What is wanted; all by default.
+        tried: What to read; all by default.
 
     Raises:
         CampaignError: It is not the ledger of a tolerance study, or holds no rows.
@@ -98,7 +98,7 @@ def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
 def draw(all_counted: Sequence[Counted]) -> Any:
     """Return the figure: a row for what is tried, a panel for every kind that lets it fail.
 
-    Dashed is what the wall as a particle does, without simulation.
+    Dashed: the wall as a particle, without simulation.
     """
     shown = {
         tried: [kind for kind in KINDS if any(_fails(one, kind, tried) for one in all_counted)]
@@ -138,7 +138,7 @@ def draw(all_counted: Sequence[Counted]) -> Any:
 def _forecast(
     one: Counted, kind: str, amounts: Sequence[float], rates: Sequence[Rate]
 ) -> tuple[list[float], list[float]]:
-    """Return the amounts about which failures begin, and the rates that the particle gives."""
+    """Return the amounts around which failures begin, and the rates from the particle."""
     design = one.study.design
     forecast = Forecast(design, one.study.settings)
     some = [

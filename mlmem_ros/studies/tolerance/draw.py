@@ -30,7 +30,7 @@ NAMES = {
 }
 
 SHOWN = 0.1
-"""The rate next to which the levels are compared."""
+"""The rate near which levels are compared."""
 
 UNSEEN = 1e-2
 """Upper end of the interval below which a count without a failure is shown."""

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One element as chance has it: every level read from an end, or every step up tried once.
+"""One random element: every level read from an end, or every step up tried once.
 
-Each level is tried for itself: the wall is put where it rests in this element (by Newton's
+Each level is tried on its own: the wall is put where it rests in this element (by Newton's
 method), and read from there, or driven on by a write of the next level. So one element gives a
-sample of every step or of every read, and a step that fails spoils no other.
+sample of every step or read, and a failed step does not spoil the others.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from ..trace import wall_position
 T = TypeVar('T')
 
 LONG_TICK = 100.0
-"""Of a read: it waits longer than by the instrument's own, and the material is the same."""
+"""Tick of a read: waits are longer than with the instrument's, the material is the same."""
 
 
 @dataclass(frozen=True)
 class Chance:
-    """What chance decides, as standard deviations.
+    """What is random, as standard deviations.
 
     Attributes:
         scatter: Of the fabrication.
-        noise: Of what the transducers hear, in cells.
+        noise: Of the transducers' signals, in cells.
         vibration: Of the acceleration of the base, in lattice constants per time unit squared:
             drawn anew for every tick of the instrument, with straight lines between.
     """
@@ -52,18 +52,18 @@ class Chance:
 
 
 STEP = 'step'
-"""A step up, as what is tried; a read is named by its end."""
+"""Name of a step up as the thing tried; a read is named by its end."""
 
 ARRIVED = 1.0
-"""Cells from where a wall rests at a level, in this element, within which it is there. One that
-stops on its way reads as the nearest level, but the next cycle does not find it in its place."""
+"""Distance in cells within which a wall counts as at its rest position in this element. A wall
+that stops on its way reads as the nearest level, but the next cycle does not find it there."""
 
 KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
-"""Names of what chance may decide."""
+"""Names of what may be random."""
 
 
 def chance(kind: str, amount: float) -> Chance:
-    """Return chance in one thing alone."""
+    """Return randomness in one quantity only."""
     changed: dict[str, Any] = {kind: amount}
     return Chance(**changed) if kind in ('noise', 'vibration') else Chance(Scatter(**changed))
 
@@ -81,22 +81,22 @@ def outcomes(
     tried: str,
     levels: Sequence[int] | None = None,
 ) -> tuple[int, ...]:
-    """Make an element by chance and try its steps up, or its reads from an end.
+    """Make a random element and try its steps up, or its reads from an end.
 
     It is read with the calibration of the ideal element: it has none of its own.
 
     Args:
-        design: What was meant to be made.
+        design: The intended element.
         settings: The instrument's.
-        by: What chance decides.
+        by: What is random.
         seed: Of the element: the same gives the same outcome.
         tried: `STEP`, or the end that is read from.
         levels: From which, or of which; by default all that there are.
 
     Returns:
         Of steps, for every one of these levels, the level to which a write of the next one took
-        the wall; `UNDECODABLE` where there is not one wall at rest at any, or the level it started
-        from pins none. Of reads, the one decoded.
+        the wall; `UNDECODABLE` unless exactly one wall is at rest at a level, or if the start
+        level pins none. For reads, the decoded level.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -123,7 +123,7 @@ def outcomes(
 
 
 class _Made:
-    """An element made by chance, on a base that may shake."""
+    """A random element, on a base that may shake."""
 
     def __init__(
         self, element: MemoryElement, specimen: Specimen, vibration: float, seed: int
@@ -144,7 +144,7 @@ class _Made:
         return True
 
     def step(self, level: int) -> int:
-        """Drive the wall to the next level, and return that at which it rests then."""
+        """Drive the wall to the next level, and return the level where it then rests."""
         element, design = self._element, self._element.design
         run(element, drive(element, level, level + 1), self._shake)
         run(element, wait(element, element.settings.write.final_settle), self._shake)
@@ -168,7 +168,7 @@ class _Made:
             return UNDECODABLE
 
     def _shake(self) -> None:
-        """Give the base the acceleration of a tick, where it is not still."""
+        """Give the base the acceleration of a tick, if it shakes."""
         if self._vibration:
             drawn = self._vibration * float(self._random.standard_normal())
             self._element.base.disturb(min(max(drawn, -self._limit), self._limit))

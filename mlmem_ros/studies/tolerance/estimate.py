@@ -3,9 +3,9 @@
 """Error rates from counts: intervals, when to stop counting, and where one in a thousand fails.
 
 The curve between scatter and failure is a fragility curve as in structural reliability, the
-normal distribution of the logarithm of the scatter. It is fitted to the foot of the counts
-alone: the levels of an element fail at different scatters, and no single curve fits them all
-from the first failure to the last.
+normal distribution of the logarithm of the scatter. It is fitted only to the foot of the counts:
+the levels of an element fail at different scatters, and no single curve fits them all from the
+first failure to the last.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ENOUGH = 30
 error of a rate is then about 1 / sqrt(30), 18 %, however small the rate."""
 
 RARE = 1e-3
-"""The failure rate whose scatter is looked for."""
+"""The failure rate whose scatter is sought."""
 
 FOOT = 0.02
 """Rate up to which the curve is fitted, with the first count above it."""
@@ -34,7 +34,7 @@ FOOT = 0.02
 
 @dataclass(frozen=True)
 class Rate:
-    """A failure rate as counted.
+    """A counted failure rate.
 
     Attributes:
         failures: How many failed; an estimate where trials were screened.
@@ -50,12 +50,12 @@ class Rate:
 
     @property
     def value(self) -> float:
-        """The share that failed."""
+        """The fraction that failed."""
         return self.failures / self.trials
 
     @property
     def effective(self) -> tuple[float, float]:
-        """Failures and trials of a count of independent trials that would tell as much."""
+        """Failures and trials of independent trials with the same information."""
         return self.failures / self.clustering, self.trials / self.clustering
 
     @property
@@ -83,15 +83,15 @@ def pooled(
         each: Trials of every element.
         failures: How many failed of all.
         squares: Sum over the elements of the square of the number of their failures.
-        heaviest: What a single failure may count, at most, where trials were screened.
+        heaviest: Largest weight of a single failure if trials were screened.
     """
     trials = elements * each
     p = failures / trials
-    if p <= 0.0:  # what was not seen may have been of the kind that is hardly looked at
+    if p <= 0.0:  # unseen failures may have been of the kind that is rarely simulated
         return Rate(failures, trials, heaviest)
     if p >= 1.0:
         return Rate(trials, trials)
-    if elements == 1:  # nothing tells whether the trials of one element depend on each other
+    if elements == 1:  # nothing shows whether the trials of one element are dependent
         return Rate(failures, trials, float(each))
     variance = (squares - failures**2 / elements) / (elements - 1)
     return Rate(failures, trials, max(1.0, variance / (each * p * (1.0 - p))))
@@ -102,7 +102,7 @@ class Fragility:
     """Failure rate against scatter: Phi(ln(sigma / median) / spread).
 
     Attributes:
-        median: Scatter at which every second one fails.
+        median: Scatter at which half fail.
         spread: Standard deviation of the logarithm of the scatter at which one fails.
     """
 
@@ -119,20 +119,20 @@ class Fragility:
 
 
 def foot(rates: Sequence[Rate]) -> int:
-    """Return how many counts, in the order of the scatter, belong to the foot of the curve.
+    """Return how many counts, in order of scatter, belong to the foot of the curve.
 
-    Those up to the first above `FOOT`, so that two of them tell a slope.
+    Those up to the first above `FOOT`, so that two of them give a slope.
     """
     steep = [i for i, rate in enumerate(rates) if rate.value > FOOT]
     return steep[0] + 1 if steep else len(rates)
 
 
 def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
-    """Return the curve of the greatest likelihood, or None where the counts tell none.
+    """Return the maximum-likelihood curve, or None if the counts determine none.
 
     Args:
         sigmas: Scatters above 0, rising.
-        rates: What was counted at each; at least two in the foot neither none nor all.
+        rates: The counts at each; at least two in the foot neither none nor all.
     """
     end = foot(rates)
     if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
@@ -159,7 +159,7 @@ def rare_scatter(
 
     Args:
         sigmas: Scatters.
-        rates: What was counted at each.
+        rates: The counts at each.
         seed: Of the bootstrap.
         repeats: Number of draws.
     """

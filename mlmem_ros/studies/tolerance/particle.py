@@ -20,14 +20,15 @@ DT = 4.0
 """Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""
 
 FORESEEN = ('alpha', 's', 'offset')
-"""Kinds of scatter whose failures of steps are forecast."""
+"""Kinds of scatter for which step failures are forecast."""
 
 RESTING = 0.3
 """Where a wall rests, in cells right of its defect."""
 
 
 NEAR = 2.0
-"""Cells from a defect within which a wall has arrived; where it rests there scatters, too."""
+"""Distance from a defect in cells within which a wall has arrived; its rest position scatters
+too."""
 
 
 class Forecast:
@@ -47,7 +48,7 @@ class Forecast:
             inflations: What the deviations from the design are multiplied by, in turn.
 
         Returns:
-            Infinity where none fails.
+            Infinity if none fails.
         """
         design, way = self._design, self._track(level)
         extra = way.extra_pull(specimen)
@@ -77,19 +78,19 @@ class Forecast:
 
 
 def _schedule(settings: Settings, strain: float) -> Schedule:
-    """Return a write of the next level as the device makes it, whatever the ticks."""
+    """Return a write of the next level as the device makes it, independent of ticks."""
     cycle = Cycle.planned(settings.write, strain, settings.actuator.max_rate)
     duration = cycle.duration + settings.write.final_settle
     return Schedule(cycle.strain(np.arange(0.0, duration, DT)), DT)
 
 
 def forecast_rate(forecast: Forecast, design: Design, scatter: Scatter, steps: int) -> float:
-    """Return the share of steps that the forecast alone lets fail.
+    """Return the fraction of steps that fail by the forecast alone.
 
     Args:
         forecast: Of the design.
         design: What is to be made.
-        scatter: By how much it is not.
+        scatter: Its deviations.
         steps: About how many steps to try.
     """
     each = design.levels - 1

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One point of a tolerance study: a batch of elements with one kind of chance, counted."""
+"""One point of a tolerance study: a batch of elements with one kind of randomness, counted."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from .particle import FORESEEN, Forecast
 from .screen import DRAWN, weights
 
 BATCH = 64
-"""Levels of a point: so many small elements, or one that is tried at 64 levels."""
+"""Levels per point: several small elements, or one tried at 64 levels."""
 
 
 def screened(shared: Values, kind: str, tried: str) -> bool:
-    """Return whether a forecast tells which trials are simulated."""
+    """Return whether a forecast selects the trials to simulate."""
     return bool(shared['screen']) and tried == STEP and kind in FORESEEN
 
 
@@ -50,14 +50,14 @@ def size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class TriedElement:
-    """What was tried of one element.
+    """The trials of one element.
 
     Attributes:
-        seed: With which it can be made again alone.
+        seed: Reproduces this element alone.
         levels: From which, or of which, rising: all, or as many as are tried, drawn by chance.
-        counts: What a failure of each counts; 0 where the screen left it out.
-        found: What came out, see `outcomes`; where it was left out, what should.
-        wrong: Whether that is not what should, of each.
+        counts: Weight of a failure of each; 0 if the screen left it out.
+        found: The result, see `outcomes`; the expected one if left out.
+        wrong: Whether each result is not the expected one.
     """
 
     seed: int
@@ -93,7 +93,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
                 found[simulated] = outcomes(
                     design, settings, by, one, tried, levels[simulated].tolist()
                 )
-            except DesignError:  # a cell so light that the step is too long for it: all lost
+            except DesignError:  # a cell so light that the time step is too long for it: all lost
                 found[simulated] = UNDECODABLE
         yield TriedElement(one, levels, counts, found, found != right[levels])
 

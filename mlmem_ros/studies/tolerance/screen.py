@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which steps of an element to simulate: those that a forecast says may fail, few of the others.
+"""Which steps of an element to simulate: those that may fail by a forecast, few others.
 
-Unequal probability sampling (Horvitz and Thompson 1952): what is simulated with a probability
-of q counts 1 / q times. The estimate is unbiased however bad the forecast is; a good one makes it
+Unequal probability sampling (Horvitz and Thompson 1952): a step simulated with probability q
+counts 1 / q times. The estimate is unbiased however bad the forecast is; a good one makes it
 cheap. The nearer a step is to failing, told by how much the element's deviations from its design
 may be inflated before the forecast fails, the more probable it is to be simulated. The best
 probabilities go with the root of the failure rate (Neyman 1934); these are near it for the paper's
@@ -23,17 +23,17 @@ from ...physics.potential import Array
 from .particle import Forecast
 
 PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
-"""Of being simulated, by the first inflation at which the forecast fails."""
+"""Probability of simulation, by the first inflation at which the forecast fails."""
 
 HEAVIEST = 1.0 / min(PROBABILITY.values())
-"""What one failure may count, at most."""
+"""Largest weight of one failure."""
 
 DRAWN = 16
-"""Elements drawn for each that would be made without a screen: about as much computing."""
+"""Elements drawn for each one without a screen: about the same computing time."""
 
 
 def weights(forecast: Forecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
-    """Draw the steps of an element that are simulated.
+    """Draw the steps of an element to simulate.
 
     Args:
         forecast: Of its design and instrument.
@@ -42,7 +42,7 @@ def weights(forecast: Forecast, specimen: Specimen, levels: Iterable[int], seed:
         seed: Of the draw; the same gives the same.
 
     Returns:
-        What each step counts, in the order of the levels: 0 for those that are not simulated.
+        The weight of each step, in order of levels: 0 if not simulated.
     """
     inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
     q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The study: what is tried, by kind of chance and amount, each counted where it fails."""
+"""The study: what is tried, by kind of randomness and amount, counted where failures occur."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .screen import DRAWN, HEAVIEST
 from .walk import next_rung, trials_wanted
 
 LEAST = 1e-8
-"""Least amount of scatter, noise or vibration that is looked at."""
+"""Least amount of scatter, noise or vibration studied."""
 
 GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
 """Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
@@ -31,17 +31,17 @@ GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A study of what an element stands of chance: in its fabrication, its sensors, its base.
+    """A study of an element's tolerance to randomness in fabrication, sensors and base.
 
     Attributes:
         design: The element.
         settings: The instrument's.
-        kinds: What chance decides, one at a time.
+        kinds: What is random, one at a time.
         tried: What is tried, one at a time; by default a step and a read from every end that the
             instrument reads from.
-        amounts: How many amounts in a decade are looked at.
+        amounts: How many amounts per decade.
         most: Trials of an amount after which counting stops, however few have failed.
-        screen: Whether a forecast tells which steps are simulated, see `screen`.
+        screen: Whether a forecast selects the steps to simulate, see `screen`.
         levels: How many levels of each element are tried, drawn anew for each; 0 for all.
         seed: Of everything.
     """
@@ -72,7 +72,7 @@ class Tolerance:
 
     @cached_property
     def curves(self) -> list[tuple[str, str]]:
-        """What is counted by amount: kinds of chance and what is tried."""
+        """What is counted by amount: kinds of randomness and what is tried."""
         return [(kind, tried) for kind in self.kinds for tried in self.tried]
 
     def ladder(self, kind: str) -> list[float]:
@@ -83,7 +83,7 @@ class Tolerance:
 
     @cached_property
     def cells(self) -> list[tuple[str, str, float]]:
-        """Kind, what is tried, and amount: all that may be counted."""
+        """Kind, what is tried, and amount: everything that may be counted."""
         return [
             (kind, tried, amount)
             for kind, tried in self.curves
@@ -101,7 +101,7 @@ class Tolerance:
         return elements * each
 
     def limit(self, kind: str, tried: str) -> int:
-        """Return the trials of an amount, at most; a screen lets as many more be drawn."""
+        """Return the most trials of an amount; a screen draws proportionally more."""
         return self.most * (DRAWN if screened(self.shared, kind, tried) else 1)
 
     def campaign(self) -> Campaign:
@@ -113,10 +113,10 @@ class Tolerance:
         return Campaign('tolerance', evaluate, self.shared, points * rounds, self.seed)
 
     def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
-        """Evaluate batches where they tell most, until every curve is known.
+        """Evaluate batches where they are most informative, until every curve is known.
 
-        What is done next follows from what came out before alone, so that a study that was
-        killed goes on as if it had not been.
+        The next batch follows from earlier results alone, so a killed study continues as if it had
+        not been.
         """
         campaign = self.campaign()
         seen: list[list[Row]] = [[] for _ in self.cells]
@@ -151,7 +151,7 @@ class Tolerance:
         """Return the rate at which steps or reads fail, of all levels.
 
         Args:
-            rows: Points, all of the same kind, amount, and thing tried.
+            rows: Points, all of the same kind, amount and trial.
         """
         what = rows[0]['kind'], rows[0]['tried']
         elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
@@ -162,7 +162,7 @@ class Tolerance:
     def rates_by_level(self, rows: Sequence[Row]) -> dict[int, Rate]:
         """Return the rate of every level that was tried, the one it starts from or reads.
 
-        A level is one trial of an element; what a screen weights is weighted here, too.
+        A level is one trial of an element; a screen's weights apply here too.
         """
         weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
         clustering = self.rate(rows).clustering if weighted else 1.0

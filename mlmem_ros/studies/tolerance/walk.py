@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which amount of scatter to count next: first where failures begin, then all about it.
+"""Which amount of scatter to count next: first where failures begin, then around it.
 
 Amounts stand on a ladder. Where one in ten fails is found by bisection with a batch at every rung;
 from there counting goes down the ladder until fewer than one in a thousand fail, and up until
-half do. So every design is counted where it fails, however far that is from another's.
+half do. So every design is counted where it fails, however different from another's.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from collections.abc import Mapping
 from .estimate import ENOUGH, RARE, Rate
 
 BEGIN = 0.1
-"""Rate that is looked for first, because a batch shows it."""
+"""Rate sought first, because a batch shows it."""
 
 HALF = 0.5
 """Rate up to which counting goes."""
 
 
 def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
-    """Return the rung to be counted next, None where the curve is known.
+    """Return the rung to count next; None if the curve is known.
 
     Args:
-        rates: What was counted, by rung; the greatest scatter stands on the last.
+        rates: What was counted, by rung; the largest scatter is on the last.
         rungs: How many there are.
         most: Trials at a rung after which counting stops there.
     """

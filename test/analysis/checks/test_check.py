@@ -132,7 +132,8 @@ def test_the_printed_carrier_is_in_neither_band():
     report = check(CASE_II, Settings(probe=ProbeSettings(omega_c=2.4)))
     assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}
     assert report['carrier_left'].text.startswith(
-        '2.4 is in neither band and does not travel: choose one inside the band of s2, 0.7688 to'
+        '2.4 is in neither band and does not propagate: choose one inside the band of s2, '
+        '0.7688 to'
     )
 
 
@@ -208,7 +209,7 @@ def test_steps_that_fail_near_the_operating_point_are_warned_of():
     settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
     found = part((steps,), CASE_II, settings)['write_steps']
     assert found.verdict is Verdict.WARN
-    assert '0.85 and 0.85, 1.15 and 0.85 times their own' in found.text
+    assert '0.85 and 0.85, 1.15 and 0.85 times their values' in found.text
     assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
 
 
@@ -316,7 +317,7 @@ def test_an_echo_that_is_sought_below_what_sensors_tell_is_a_warning():
     eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
     report = part((echo_range,), settings=Settings(probe=eager))
     assert report['range_left'].verdict is Verdict.WARN
-    assert 'asks much of a sensor' in report['range_left'].text
+    assert 'demanding for a sensor' in report['range_left'].text
     assert report['range_left'].values['range'] > 200.0
 
 
