@@ -298,6 +298,8 @@ class Loop:
         """Make the calls that wait, and wait until ticks shall run; None: the loop shall end."""
         box = self._box
         while True:
+            if overdue := self._overdue(due):
+                return _Turn(due, overdue)
             while (call := box.take_call()) is not None:
                 _make(*call)
             with box.changed:
@@ -336,9 +338,17 @@ class Loop:
         """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
         in_time = self._at_once - self.element.ticks % self._at_once
         ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
-        if not ticks or not self._box.command_waits:
+        if not ticks or not (self._box.command_waits or self._box.call_waits):
             return ticks
         return min(ticks, max(0, int(late / self._period)))
+
+    def _overdue(self, due: float) -> int:
+        """Return how many put-off ticks come before a call: it finds, or holds, the present."""
+        box = self._box
+        with box.changed:
+            if not box.call_waits or box.ending is not Ending.NOT or box.speed != self._paced:
+                return 0
+            return self._due(self._pacer.now() - due)
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
