@@ -45,7 +45,7 @@ EXTRAS = {
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='1.0.0',
     description='Mechanical multi-level memory for robots, as a ROS 2 device',
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
 
-__version__ = '0.1.0'
+__version__ = '1.0.0'
 
 __all__ = [
     'BankFailed',

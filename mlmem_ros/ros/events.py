@@ -20,8 +20,15 @@ def events_executor(context: Context | None = None) -> Executor:
 
     Args:
         context: ROS's, by default the one of the process.
+
+    Raises:
+        ImportError: rclpy is older than 7.1.4.
     """
     context = context or rclpy.get_default_context()
+    if not hasattr(rclpy_implementation, 'EventsExecutor'):
+        raise ImportError(
+            'rclpy must be 7.1.4 or later; update it: sudo apt upgrade ros-jazzy-rclpy'
+        )
     executor: Executor = rclpy_implementation.EventsExecutor(context)
     context.on_shutdown(executor.wake)
     return executor

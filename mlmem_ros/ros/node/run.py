@@ -58,7 +58,7 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     """
     try:
         nodes, executor = begin(arguments, elements=elements)
-    except (*REFUSALS, ParameterError, ParameterException) as error:
+    except (*REFUSALS, ParameterError, ParameterException, ImportError) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
         return NOT_STARTED
