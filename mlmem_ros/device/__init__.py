@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory element as an instrument: it knows the material, neither ROS nor the true wall."""
+"""The memory element as an instrument: it uses the material, but neither ROS nor the true wall."""
 
 from ..words import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable

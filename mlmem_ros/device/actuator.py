@@ -47,7 +47,7 @@ class Actuator:
 
     @property
     def left(self) -> float:
-        """Time until it stands still; not above 0 where it does."""
+        """Time until it stands still; at most 0 if it does."""
         return self.motion.duration - self.elapsed
 
     def check(self, strain: float) -> None:
@@ -67,16 +67,16 @@ class Actuator:
 
     def slew_to(self, strain: float) -> None:
         """Move by hand: as fast as its own rate limit lets a smooth ramp; see `ramp_to`."""
-        self.check(strain)  # an abrupt start or stop was seen to push the wall on
+        self.check(strain)  # an abrupt start or stop was seen to move the wall
         self._begin(Ramp.limited(self.strain, strain, 0.0, self.settings.by_hand))
 
     def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
-        """Move to a strain smoothly in a time, or longer if the rate limit asks for it.
+        """Move to a strain smoothly in a given time, or longer if the rate limit requires it.
 
         Args:
             strain: Where to.
             duration: In time units.
-            delay: If not 0, the move is made in two half steps so far apart (see `shaped`), where
+            delay: If not 0, the move is made in two half steps this far apart (see `shaped`), if
                 it takes long enough.
 
         Raises:
@@ -88,14 +88,14 @@ class Actuator:
         self._begin(shaped(ramp, delay) if two else ramp)
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
-        """Move along a timed profile, from where the strain is.
+        """Move along a timed profile, from the current strain.
 
         Args:
             command: The profile.
             time_unit: Seconds per time unit.
 
         Raises:
-            Refused: It is no profile, or beyond a limit of the actuator.
+            Refused: It is not a profile, or exceeds a limit of the actuator.
         """
         self._begin(planned(command, self.strain, self.settings, time_unit))
 
@@ -104,7 +104,7 @@ class Actuator:
         self.elapsed = 0.0
 
     def advance(self, times: Array, ticks: int = 1) -> Array:
-        """Return the strain during ticks, after which it is now.
+        """Return the strain during ticks, and advance past them.
 
         Args:
             times: In a tick from its beginning, the last being its end, shape (m,).

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The base the element stands on: a robot that shakes."""
+"""The base that carries the element: a shaking robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .settings import DisturbanceSettings
 
 @dataclass(frozen=True)
 class BaseState:
-    """All that the base remembers.
+    """The state of the base.
 
     Attributes:
         acceleration: Its acceleration now, in lattice constants per time unit squared.
@@ -31,14 +31,14 @@ class BaseState:
 
 
 class Base:
-    """Turns messages of an acceleration, one now and then, into a course without jumps.
+    """Turns occasional messages of acceleration into a course without jumps.
 
-    A message is met at the end of the tick that follows it, by a straight line, and holds until
-    the next. When none has come for the time-out the base is at rest again one tick later: a
-    sensor that died shakes nothing.
+    The acceleration ramps linearly to a message's value by the end of the following tick, and
+    holds until the next. Without messages for the time-out the base is at rest one tick later: a
+    dead sensor shakes nothing.
 
     Attributes:
-        state: All that it remembers.
+        state: Its state.
     """
 
     def __init__(self, settings: DisturbanceSettings, tick: float, most: float = math.inf) -> None:
@@ -47,8 +47,8 @@ class Base:
         Args:
             settings: Limit and time-out.
             tick: Length of a tick in time units.
-            most: Acceleration from which on no cell stays where it is: all would slide, faster
-                and faster.
+            most: Acceleration from which on no cell stays in place: all would slide, faster and
+                faster.
         """
         self.state = BaseState()
         self._settings = settings
@@ -60,7 +60,7 @@ class Base:
         limit = self._limit
         whose = 'disturbance.max_acceleration'
         if limit < self._settings.max_acceleration:
-            whose = 'beyond it no cell of this design stays where it is'
+            whose = 'beyond it no cell of this design stays in place'
         number = isinstance(acceleration, (int, float)) and not isinstance(acceleration, bool)
         if not (number and abs(acceleration) <= limit):  # false for NaN, too
             raise Refused(
@@ -70,12 +70,12 @@ class Base:
 
     @property
     def still(self) -> bool:
-        """Whether it is at rest and stays so."""
+        """Whether it is at rest and will stay so."""
         return self.state.acceleration == self.state.target == 0.0
 
     @property
     def harmful(self) -> bool:
-        """Whether it shakes so that it may move a wall."""
+        """Whether it shakes enough to move a wall."""
         strongest = max(abs(self.state.acceleration), abs(self.state.target))
         return strongest > self._settings.harmless
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an element knows of itself: the echo delay of every level, and its trims."""
+"""What an element has learnt about itself: the echo delay of every level, and its trims."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from .trims import AS_SET, Trim, Trims, schedule_of
 
 @dataclass(frozen=True)
 class DelayTable:
-    """What one end hears.
+    """The delays at one end.
 
     Attributes:
         delays: Echo delay of every level in time units, by level.
-        blank: Echo delay of a blank element, or None where it gives no echo.
+        blank: Echo delay of a blank element, or None if it gives no echo.
     """
 
     delays: tuple[float, ...]
@@ -56,11 +56,11 @@ class DelayTable:
         return max(self.delays if self.blank is None else (*self.delays, self.blank))
 
     def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
-        """Return the entry next to a delay, and how clear the choice is.
+        """Return the entry nearest to a delay, and how clear the choice is.
 
         Args:
             delay: Measured delay.
-            without: An entry that it cannot be: a level, or -1 for the blank entry.
+            without: An excluded entry: a level, or -1 for the blank entry.
 
         Returns:
             The level, or -1 for the blank entry; and the level margin: 1 on the entry, 0
@@ -117,10 +117,10 @@ class Calibration:
     """The delay tables of both ends, and what was learnt of the steps.
 
     Attributes:
-        left: That of the left end, or None where it is not read from: the echoes of a long
-            element are heard at the right alone, where waves are faster.
+        left: That of the left end, or None if it is not read from: in a long element only the
+            right end hears the echoes, since waves are faster there.
         right: That of the right end, which also hears whether the element is blank.
-        trims: Of launch and steps, or None where all are made as in the settings.
+        trims: Of launch and steps, or None if all are as in the settings.
     """
 
     left: DelayTable | None
@@ -137,7 +137,7 @@ class Calibration:
         for end in self.ends:
             if (count := len(self.table(end).delays)) != levels:
                 raise SettingsError(
-                    f'the calibration must have {levels} levels, as the design; got {count}'
+                    f'the calibration must have {levels} levels, like the design; got {count}'
                 )
         if self.trims is not None and (count := len(self.trims.steps)) != levels:
             raise SettingsError(f'trims must be {levels}, one for every level; got {count}')
@@ -145,7 +145,7 @@ class Calibration:
     def pulses(self, settings: Settings) -> list[Trim]:
         """Return the trims of launch and steps, by the level to which they take the wall.
 
-        Those that were learnt with another schedule mean nothing.
+        Trims learnt with another schedule do not apply.
         """
         trims = self.trims
         if trims is None or trims.schedule != schedule_of(settings):
@@ -193,9 +193,9 @@ class Calibration:
 
 
 def calibration_key(design: Design, settings: Settings) -> str:
-    """Return a hash of all that echo delays depend on: the design, the pulses and the detectors.
+    """Return a hash of everything echo delays depend on: design, pulses and detectors.
 
-    Delays under one key mean nothing under another.
+    Delays under one key do not apply under another.
     """
     values = [
         dataclasses.asdict(design),
@@ -204,7 +204,7 @@ def calibration_key(design: Design, settings: Settings) -> str:
         settings.time.tick,
         settings.read.end == End.RIGHT,  # which leaves the left end out
     ]
-    if settings.time.integrator != 'noh_bathe':  # which had no name in the keys of before
+    if settings.time.integrator != 'noh_bathe':  # which had no name in earlier keys
         values.append(settings.time.integrator)
     text = json.dumps(values, sort_keys=True)  # which writes every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

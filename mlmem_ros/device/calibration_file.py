@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations that outlive a run: those of every design and settings that an element had."""
+"""Calibrations that outlive a run: one for every design and settings that an element had."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ FORMAT = 1
 """Version of the file."""
 
 KEPT = 32
-"""Calibrations that a file keeps; the one that was saved longest ago makes room for a new one."""
+"""Most calibrations in a file; the oldest makes room for a new one."""
 
 
 def beside(state: Path) -> Path:
-    """Return the file of the calibrations that belongs to a state file."""
+    """Return the calibration file that belongs to a state file."""
     return state.with_name(f'{state.stem}.calibration.json')
 
 
 def load(path: Path, key: str, levels: int) -> Calibration | None:
-    """Return the calibration that was saved under a key, or None where there is none yet.
+    """Return the calibration saved under a key, or None if there is none yet.
 
     Args:
         path: The file.
-        key: What `calibration.calibration_key` gives.
+        key: The result of `calibration.calibration_key`.
         levels: Number of levels it must have.
 
     Raises:
@@ -49,7 +49,7 @@ def load(path: Path, key: str, levels: int) -> Calibration | None:
 
 
 def save(path: Path, key: str, calibration: Calibration) -> None:
-    """Keep a calibration under a key, beside those under other keys.
+    """Store a calibration under a key, beside those under other keys.
 
     Raises:
         StateError: The file cannot be read or written; it is left as it was.
@@ -68,7 +68,7 @@ def save(path: Path, key: str, calibration: Calibration) -> None:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """Return what a file keeps, by key; nothing where there is none yet."""
+    """Return a file's calibrations by key; empty if there is no file yet."""
     try:
         content = json.loads(durable.read_text(path))
     except FileNotFoundError:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The carrier of a pulse apart from what is slower: the sway of an element that is shaken."""
+"""Separating a pulse's carrier from slower motion: the sway of a shaken element."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .settings import ProbeSettings
 
 WEIGHTS = (0.0625, -0.25, 0.375, -0.25, 0.0625)
 """Of samples half a carrier period apart: together sin^4(pi omega / 2 omega_c), which is 1 at the
-carrier. What is ten times as slow loses 99.9 %, an echo some per cent of its height."""
+carrier. Motion ten times slower loses 99.9 %, an echo a few per cent of its height."""
 
 
 def half_period(probe: ProbeSettings, dt: float) -> int:
@@ -20,7 +20,7 @@ def half_period(probe: ProbeSettings, dt: float) -> int:
 
 
 def carried(v: Array, lag: int) -> Array:
-    """Return what is left of displacements when all that is far slower is taken away.
+    """Return displacements with all motion far slower than the carrier removed.
 
     Args:
         v: Displacements, shape (n,).

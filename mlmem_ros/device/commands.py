@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything that can enter a device. A command takes effect at a tick and is stamped with it."""
+"""All inputs of a device. A command takes effect at a tick and is stamped with it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class FollowTrajectory:
         times: Of every point, in seconds since the beginning.
         strains: Of every point.
         rates: Of every point, in 1/s; empty for straight lines between them.
-        joint: What moves: `JOINT`.
+        joint: The joint that moves: `JOINT`.
     """
 
     times: tuple[float, ...]
@@ -41,7 +41,7 @@ class FollowTrajectory:
     joint: str = JOINT
 
     def __post_init__(self) -> None:
-        for name in ('times', 'strains', 'rates'):  # lists where they come from a file
+        for name in ('times', 'strains', 'rates'):  # lists if they come from a file
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
 
@@ -54,7 +54,7 @@ class Write:
 
 @dataclass(frozen=True)
 class Read:
-    """Probe from an end, or from both, and decode; an empty end is the one in the settings."""
+    """Probe from one end or both, and decode; an empty end means the one in the settings."""
 
     end: str = ''
 
@@ -90,13 +90,13 @@ class Disturb:
 
 @dataclass(frozen=True)
 class SetFaults:
-    """Be faulty in these ways from now on, and in no other."""
+    """Have exactly these faults from now on."""
 
     faults: Faults
 
 
 Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
-"""Commands that take their time, and whose outcome is told when they end."""
+"""Commands that take time, and whose outcome is reported at the end."""
 
 Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Procedures
 
@@ -126,7 +126,7 @@ def from_dict(data: Mapping[str, Any]) -> Command:
     """Return the command that `as_dict` described.
 
     Raises:
-        Refused: The data describe no command.
+        Refused: The data do not describe a command.
     """
     values = dict(data)
     kind = values.pop('kind', None)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an instrument asks of what it strains and listens to: a simulation, or a real element.
+"""What an instrument requires of the element behind it: a simulation, or a real one.
 
 `docs/drivers.md` shows how to write one.
 """
@@ -14,24 +14,24 @@ from ..physics.potential import Array
 
 
 class Driver(ABC):
-    """Strains an element, holds an end of it, and tells what both ends do, sample by sample.
+    """Strains an element, holds an end of it, and measures both ends, sample by sample.
 
-    It is made open: its class is called with design, settings and `device.address`, and raises
-    `DriverError` or `SettingsError` where that does not do. It is opened, played and closed in a
-    thread of its own (see `Watched`); what it tells is asked for while that waits.
+    The constructor opens it: the class is called with design, settings and `device.address`, and
+    raises `DriverError` or `SettingsError` if that fails. It is opened, played and closed in its
+    own thread (see `Watched`); its other methods are called while that thread waits.
 
-    What only a simulation can tell or suffer hangs on `chain`: field, wall and views, state
-    hashes and replay, restoring a content, faults of the material, a base that is shaken.
+    Whatever needs a simulation depends on `chain`: field, wall and views, state hashes and replay,
+    restoring content, material faults, a shaken base.
 
     Attributes:
-        dt: Time from sample to sample, in time units; a tick has a whole number of samples.
-        nodes: The times in a sample at which it takes a set-point, as shares of the sample:
+        dt: Time between samples, in time units; a tick has a whole number of samples.
+        nodes: The times in a sample at which it takes a set-point, as fractions of the sample:
             rising, the last one 1. A real element takes one at the end of each.
-        lag: Ticks by which samples come later than their set-points.
-        own_clock: Whether `advance` waits for a clock of its own, which then paces all ticks.
+        lag: Ticks by which samples lag behind their set-points.
+        own_clock: Whether `advance` waits for its own clock, which then paces all ticks.
         interrupted: Whether the element was left alone within, or just before, the samples that
-            `advance` returned last: an echo cannot be heard across that.
-        V_N: Displacement of the substrate's end that was asked for last.
+            `advance` returned last: an echo cannot be measured across that.
+        V_N: The last set-point of the substrate's end displacement.
         chain: The simulated material, or None for a real one.
     """
 
@@ -49,21 +49,21 @@ class Driver(ABC):
     ) -> Array:
         """Play the set-points of whole ticks, and return as many samples.
 
-        All lengths are in cells, `lag` ticks lie between a set-point and its sample: the first
-        samples ever are those of an element at rest.
+        All lengths are in cells, `lag` ticks lie between a set-point and its sample: the very
+        first samples are those of an element at rest.
 
         Args:
             V_N: Displacement of the substrate's end, shape (n nodes,) for n samples.
-            drive: An end cell that is held for the first set-points, then let go.
+            drive: An end cell that is held for the first set-points, then released.
             shake: Acceleration of the base, which a real element feels by itself.
-            looks: How many ticks that is.
+            looks: Number of ticks.
 
         Returns:
             Displacements of the first and the last cell after every sample, shape (2, n).
 
         Raises:
-            DriverError: The element cannot be reached, or says what cannot be.
-            StateError: The simulated material cannot go on; it is as it was before.
+            DriverError: The element cannot be reached, or returns impossible values.
+            StateError: The simulated material cannot continue; it is as it was before.
         """
 
     @abstractmethod
@@ -71,12 +71,12 @@ class Driver(ABC):
         """Return the last known displacement of an end: site 1 or N."""
 
     def force(self) -> float | None:
-        """Return the force on the substrate's end in k_r cells, or None where none is measured."""
+        """Return the force on the substrate's end in k_r cells, or None if it is not measured."""
         return None
 
     def health(self) -> dict[str, float | str]:
-        """Return what diagnostics shall tell of it, by name."""
+        """Return values for diagnostics, by name."""
         return {}
 
     def close(self) -> None:  # noqa: B027
-        """Let the element go, with no strain on it; it may be called twice."""
+        """Release the element, with zero strain; it may be called twice."""

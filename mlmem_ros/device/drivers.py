@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers by their names: the simulation, the one that is shipped, and any that is installed."""
+"""Drivers by name: the simulation, the shipped one, and any installed one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHIPPED = {'rig': 'mlmem_ros.rig:Rig'}
 
 
 def opened(name: str, address: str, design: Design, settings: Settings) -> Driver:
-    """Return the driver of an element, open.
+    """Open and return the driver of an element.
 
     Args:
         name: 'sim', a name of `SHIPPED`, or 'package.module:Class'.
@@ -30,7 +30,7 @@ def opened(name: str, address: str, design: Design, settings: Settings) -> Drive
         settings: The instrument's settings.
 
     Raises:
-        SettingsError: There is no such driver, or it is not for these settings.
+        SettingsError: There is no such driver, or it does not fit these settings.
         DriverError: The element cannot be reached.
         DesignError: The step of a simulation is beyond the stability limit.
     """
@@ -57,7 +57,7 @@ def loaded(name: str) -> Make:
     """Return the class of a driver.
 
     Raises:
-        SettingsError: There is none of that name; the message says what was found instead.
+        SettingsError: There is none of that name; the message says what was found.
     """
     module, colon, kind = SHIPPED.get(name, name).partition(':')
     if not (colon and module and kind):
@@ -69,7 +69,7 @@ def loaded(name: str) -> Make:
         found = getattr(importlib.import_module(module), kind)
     except AttributeError:
         raise SettingsError(f'device.driver {name}: {module} has no {kind}') from None
-    except Exception as error:  # whatever the module does
+    except Exception as error:  # the module may raise anything
         why = printable(repr(error), 300)
         raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
     if not (isinstance(found, type) and issubclass(found, Driver)):

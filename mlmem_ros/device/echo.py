@@ -29,21 +29,21 @@ def pulse_duration(probe: ProbeSettings) -> float:
 
 
 def blanking(probe: ProbeSettings) -> float:
-    """Return the time from which echoes are looked for: the window is clear of the pulse."""
+    """Return the time from which to look for echoes: the window is clear of the pulse."""
     return pulse_duration(probe) + 0.5 * window(probe)
 
 
 def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
-    """Return how long an echo can take: there and back over the whole element, and its tail."""
+    """Return the longest time of an echo: there and back over the whole element, plus its tail."""
     speed = max(SLOWEST, float(group_velocity(probe.omega_c, end.k_s(design))))
     return pulse_duration(probe) + 2.0 * design.N / speed + TAIL
 
 
 TAIL = 150.0
-"""How long a read listens on after the first crossing, for the echo's peak, in time units."""
+"""Time units that a read listens on after the first crossing, for the echo's peak."""
 
 SLOWEST = 0.15
-"""Least group velocity, in cells per time unit, for which the listening time is made."""
+"""Least group velocity, in cells per time unit, that the listening time allows for."""
 
 FAINTEST = 1e-13
 """Least threshold in cells: about an end that rests near 0, rounding alone makes as much."""
@@ -59,16 +59,16 @@ def threshold(
 ) -> Array:
     """Return the threshold of v_c at times t since the pulse began.
 
-    Every wave loses exp(-eta t / 2) to the on-site damping, an early echo and a late one, and
-    the ring-down of the pulse. The threshold falls with them. What a sensor's noise adds to
-    v_c does not fall; it adds in quadrature, and so it does here, so that an echo crosses
-    about when it would without noise. Below what rounding makes of a resting end there is
-    nothing to hear, however fast the threshold falls.
+    Every wave decays as exp(-eta t / 2) by the on-site damping: early echoes, late ones, and the
+    ring-down of the pulse. The threshold decays with them. A sensor's noise in v_c does not decay;
+    it adds in quadrature, as it does here, so that an echo crosses at about the same time as
+    without noise. Below the rounding noise of a resting end there is nothing to detect, however
+    fast the threshold decays.
 
     Args:
         probe: The detector's settings.
         t: Times.
-        floor: What noise alone may make of v_c.
+        floor: Contribution of noise alone to v_c.
         least: Bound from below, in cells.
     """
     plain = np.maximum(falling(probe, t), least)
@@ -77,7 +77,7 @@ def threshold(
 
 @dataclass(frozen=True)
 class Echo:
-    """What came back to a probe.
+    """The response to a probe.
 
     Attributes:
         end: The end that was probed.
@@ -86,11 +86,11 @@ class Echo:
         v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, that of the
             carrier alone.
         v_c: v_m averaged over a centred window of width T, shape (n,).
-        delay: Time of the first crossing of the threshold, or None where nothing came back.
+        delay: Time of the first crossing of the threshold, or None without an echo.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
-        floor: What noise and vibration alone may make of v_c, as measured before the pulse.
+        floor: Contribution of noise and vibration alone to v_c, measured before the pulse.
         shaken: Whether the base shook.
-        spoiled: Whether it began to only after the pulse, when all was listened to.
+        spoiled: Whether it began to only after the pulse, without the carrier filter.
     """
 
     end: End
@@ -115,7 +115,7 @@ class Echo:
 
     @property
     def raised(self) -> float:
-        """How many times the noise raised the threshold at the delay, or at the end: from 1."""
+        """Factor by which noise raised the threshold at the delay, or at the end; at least 1."""
         if self.floor == 0.0:
             return 1.0
         t = np.array(self.delay if self.delay is not None else self.t[-1])
@@ -140,13 +140,13 @@ class EchoDetector:
         least: float = FAINTEST,
         shaken: bool = False,
     ) -> None:
-        """Wait for the samples of a pulse that begins now.
+        """Prepare for the samples of a pulse that begins now.
 
         Args:
             probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
-            floor: What noise alone may make of v_c: it raises the threshold.
-            least: What rounding alone may make of it: the threshold does not fall below.
+            floor: Contribution of noise alone to v_c: it raises the threshold.
+            least: Contribution of rounding alone: lower bound of the threshold.
             shaken: Whether to listen to the carrier alone.
         """
         self._floor = floor
@@ -168,21 +168,21 @@ class EchoDetector:
         return len(self._v_c) * self._dt
 
     def loudest(self, duration: float, ago: float = 0.0) -> float:
-        """Return the greatest v_c of a time, 0 where nothing was heard.
+        """Return the greatest v_c in an interval, 0 if nothing was received.
 
         Args:
-            duration: How long that is.
-            ago: How long ago it has ended.
+            duration: Length of the interval.
+            ago: How long ago it ended.
         """
         n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
         return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
     def feed(self, v: Array, ticks: int = 1) -> None:
-        """Take displacements from rest and look for a crossing.
+        """Take displacements from rest and look for a threshold crossing.
 
         Args:
             v: The displacements, shape (ticks m,).
-            ticks: How many ticks they are of: sums are rounded after each.
+            ticks: How many ticks they cover: sums are rounded after each.
         """
         if not self._lag:
             self._feed(np.abs(v), ticks)
@@ -218,7 +218,7 @@ class EchoDetector:
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])
 
     def echo(self, end: End, spoiled: bool = False) -> Echo:
-        """Return all that was heard, up to the time where v_c is known.
+        """Return everything received, up to the time where v_c is known.
 
         Args:
             end: The end that was listened to.

@@ -37,7 +37,7 @@ from .progress import Feedback, Progress
 from .settings import Settings
 
 FAR = 2**31
-"""Ticks that nobody lives to see."""
+"""A number of ticks that is never reached."""
 
 
 class MemoryElement(Memory):
@@ -50,7 +50,7 @@ class MemoryElement(Memory):
         calibration: Calibration,
         driver: Driver | None = None,
     ) -> None:
-        """Make a device around an element; as `Memory`."""
+        """Make a device around an element, like `Memory`."""
         super().__init__(design, settings, calibration, driver)
         self._running: _Run | None = None
 
@@ -62,26 +62,26 @@ class MemoryElement(Memory):
         return self._running.name if self._running else ''
 
     def runs(self, command: object) -> bool:
-        """Return whether the running procedure is that of this very command."""
+        """Return whether the running procedure belongs to exactly this command."""
         run = self._running  # which another thread may end meanwhile
         return run is not None and run.command is command
 
     def feedback(self) -> Feedback:
-        """Return how far the running procedure is; it may be asked for from any thread."""
+        """Return the progress of the running procedure; any thread may call it."""
         progress = self.progress
         share = progress.share(self.ticks)
         return Feedback(progress.phase, share, self.linkage.encoder, progress.attempts)
 
     @property
     def resting(self) -> bool:
-        """Whether nothing is under way: no procedure runs, strain and base stand still."""
+        """Whether the device is at rest: no procedure runs, strain and base stand still."""
         return not self._running and super().resting
 
     @property
     def foreseen(self) -> int:
-        """Ticks before anything can be decided, without a command: they can be made up for.
+        """Ticks before the next decision without a command: they can be run later in one go.
 
-        A real element waits for nobody.
+        A real element cannot be delayed.
         """
         if self._running:
             return self._running.due - self.ticks if self.simulated else 0
@@ -89,7 +89,7 @@ class MemoryElement(Memory):
 
     @property
     def released(self) -> bool:
-        """Whether no procedure runs, and no strain is on or on its way."""
+        """Whether no procedure runs, and strain is zero and stays so."""
         actuator = self.actuator
         return not (self._running or actuator.moving or actuator.strain)
 
@@ -99,7 +99,7 @@ class MemoryElement(Memory):
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
-        match command:  # what may come at any time
+        match command:  # allowed at any time
             case Abort(why):
                 self._abort(command, why)
                 return
@@ -153,36 +153,35 @@ class MemoryElement(Memory):
     # --- time ----------------------------------------------------------------------------
 
     def advance(self, most: int = 1) -> list[Event]:
-        """Advance by a tick, or by a run of them in which nothing is decided.
+        """Advance by a tick, or by a run of ticks without decisions.
 
-        However time is cut into runs, the bits are the same, and so are the events.
+        However time is cut into runs, results and events are the same to the bit.
 
         Args:
-            most: Ticks that the run may have.
+            most: Most ticks of the run.
 
         Returns:
-            What happened in the first tick: in no other does anything happen.
+            The events of the first tick: the others have none.
 
         Raises:
-            StateError: The material cannot go on (see `Chain.advance`). It is as it was before
-                the tick in which it could not, the procedure has failed, and strain and base
-                stand still.
+            StateError: The material cannot continue (see `Chain.advance`). It is as it was before
+                the failing tick, the procedure has failed, and strain and base stand still.
             DriverError: As by `pass_ticks`; the procedure has failed.
         """
         ticks = self._step(self._running) if self._running else most
         if self.base.harmful:
             self.forget()
-        if self._events:  # to be told after the first
+        if self._events:  # reported after the first
             ticks = 1
         self.pass_ticks(min(ticks, most))
         events, self._events = self._events, []
         return events
 
     def perform(self, command: Procedures, between: Callable[[], object] | None = None) -> Outcome:
-        """Apply a command and advance until its procedure has ended; return how it did.
+        """Apply a command and advance until its procedure has ended; return its outcome.
 
         Args:
-            command: What is done.
+            command: The command.
             between: Called between two ticks.
 
         Raises:
@@ -198,7 +197,7 @@ class MemoryElement(Memory):
                 between()
 
     def _step(self, run: _Run) -> int:
-        """Let a procedure go on; return after how many ticks it wants to again."""
+        """Resume a procedure; return after how many ticks to resume it again."""
         try:
             ticks = next(run.steps)
         except StopIteration as stop:
@@ -214,7 +213,7 @@ class MemoryElement(Memory):
         return 1
 
     def stand_still(self, why: str) -> None:
-        """End whatever is under way, after a tick that could not be made."""
+        """End whatever is under way, after a tick that failed."""
         super().stand_still(why)
         self.forget()
         if self._running:
@@ -222,9 +221,9 @@ class MemoryElement(Memory):
             self.statistics.count(self._end(False, why, Result(None)))
 
     def _finish(self, success: bool, error: str, result: Result) -> None:
-        """Let the running procedure end, well or not, with no cell held and no set-point left.
+        """End the running procedure, successful or not: no cell held, no set-point pending.
 
-        But a read leaves a strain that was set by hand.
+        A read keeps a strain that was set by hand.
         """
         outcome = self._end(success, error, result)
         self.statistics.count(outcome)
@@ -251,7 +250,7 @@ class MemoryElement(Memory):
 
 
 class _Run:
-    """A procedure under way, and the tick in which it wants to go on."""
+    """A running procedure, and the tick in which to resume it."""
 
     def __init__(
         self, command: Command, name: str, steps: Procedure[Any], start_tick: int

@@ -11,7 +11,7 @@ from .settings import ProbeSettings, Settings
 
 
 class End(str, Enum):
-    """An end at which an element is driven and listened to; in files and answers its word."""
+    """An end at which an element is driven and probed; its value is used in files and answers."""
 
     LEFT = 'left'
     RIGHT = 'right'
@@ -35,11 +35,11 @@ class End(str, Enum):
         return 1 if self is End.LEFT else design.N
 
     def rest(self, design: Design) -> float:
-        """Return the ground state that lies before a wall: active at the left, else inactive."""
+        """Return the ground state in front of a wall: active at the left, otherwise inactive."""
         return design.D_s2 if self is End.LEFT else design.D_s1
 
     def k_s(self, design: Design) -> float:
-        """Return the on-site stiffness of that state: what its waves travel in."""
+        """Return the on-site stiffness of that state, in which its waves travel."""
         return design.k_s2 if self is End.LEFT else design.k_s1
 
     def distance(self, design: Design, level: int) -> int:
@@ -47,7 +47,7 @@ class End(str, Enum):
         return abs(design.defect(level) - self.site(design))
 
     def displacement(self, design: Design, strain: float) -> float:
-        """Return how far a strain of the substrate moves it."""
+        """Return how far a substrate strain moves it."""
         return 0.0 if self is End.LEFT else design.end_displacement(strain)
 
     def probe(self, settings: Settings) -> ProbeSettings:
@@ -59,13 +59,13 @@ def ends(word: str) -> tuple[End, ...]:
     """Return the ends that a word names: 'left', 'right' or 'both'.
 
     Raises:
-        ValueError: It is none of these.
+        ValueError: It is not one of these.
     """
     return tuple(End) if word == BOTH else (End(word),)
 
 
 def read_from(settings: Settings) -> tuple[End, ...]:
-    """Return the ends that levels are read from; the right one tells an erase, too."""
+    """Return the ends that levels are read from; the right one also verifies an erase."""
     return (End.RIGHT,) if settings.read.end == End.RIGHT else tuple(End)
 
 

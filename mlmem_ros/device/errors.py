@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the instrument refuses, and how a procedure fails."""
+"""Errors of the instrument and of procedures."""
 
 
 class SettingsError(ValueError):
@@ -8,18 +8,18 @@ class SettingsError(ValueError):
 
 
 class Refused(Exception):
-    """A command that cannot be taken now or at all; the element is unchanged."""
+    """A command that cannot be accepted, now or ever; the element is unchanged."""
 
 
 class DriverError(Exception):
-    """A real element cannot be reached, or its driver says what cannot be: the device fails."""
+    """A real element is unreachable, or its driver returns impossible values: the device fails."""
 
 
 class ProcedureFailed(Exception):
-    """A procedure that ran and did not reach its aim; the message says what was seen.
+    """A procedure that ran but failed; the message says what was seen.
 
     Attributes:
-        attempts: Tries it took.
+        attempts: Attempts it took.
     """
 
     def __init__(self, message: str, attempts: int = 1) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device tells while it runs."""
+"""Events of a running device."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .reading import Reading
 
 @dataclass(frozen=True)
 class Heard:
-    """A probe has been answered, or was not within the listening time."""
+    """A probe was answered, or not within the listening time."""
 
     echo: Echo
     reading: Reading
@@ -25,7 +25,7 @@ class Check:
 
     Attributes:
         name: What was tested.
-        passed: Whether it is as it should be.
+        passed: Whether it is as required.
         message: What was found.
         values: What was measured, by name.
     """
@@ -42,14 +42,14 @@ class Outcome:
 
     Attributes:
         procedure: Its name: write, read, erase, calibrate, self_test or abort.
-        success: Whether it reached its aim.
+        success: Whether it succeeded.
         error: Why not; empty on success.
         reading: The last reading it made, or None.
-        attempts: Tries it took.
+        attempts: Attempts it took.
         start_tick: The tick in which it began.
         end_tick: The tick in which it ended.
-        checks: What a self-test tested.
-        delays: What a calibration learnt: the echo delay of every level in time units, by end.
+        checks: The checks of a self-test.
+        delays: Echo delay of every level in time units, by end, from a calibration.
     """
 
     procedure: str
@@ -63,7 +63,7 @@ class Outcome:
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as plain values: what the ROS services answer as JSON."""
+        """Return the outcome as plain values: the ROS services' answer as JSON."""
         values: dict[str, Any] = {'procedure': self.procedure}
         if self.error:
             values['error'] = self.error

@@ -31,12 +31,12 @@ def new_element(
     calibration: Calibration | None = None,
     driver: Driver | None = None,
 ) -> MemoryElement:
-    """Return a device, calibrated: a blank one, unless a driver brings its element.
+    """Return a calibrated device: a blank one, unless a driver brings its own element.
 
     Args:
-        design: The element; a preset brings its settings along.
+        design: The element; a preset includes its settings.
         settings: The instrument's settings, by default the preset's, or those for Case II.
-        calibration: One that is known for them; by default that of the factory.
+        calibration: A known one for them; by default the factory's.
         driver: Of a real element; by default that of a simulated one.
 
     Raises:
@@ -51,7 +51,7 @@ def new_element(
     return MemoryElement(design, settings, calibration, driver)
 
 
-@lru_cache(maxsize=64)  # equal instruments share it
+@lru_cache(maxsize=64)  # shared by equal instruments
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
     """Return the echo delays of an ideal element, probed with its wall resting at every level.
 
@@ -60,7 +60,7 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
-    at_rest = replace(settings.read, rest=0.0)  # as the ideal element is: no wait is needed
+    at_rest = replace(settings.read, rest=0.0)  # the ideal element is: no wait needed
     twin = Instrument(design, replace(settings, read=at_rest))
     walls = [_resting(design, level) for level in range(design.levels)]
     tables = {end: _delays(twin, walls, end) for end in read_from(settings)}
@@ -73,7 +73,7 @@ def _resting(design: Design, level: int) -> Array:
     try:
         return resting_wall(Specimen(design), level)
     except StateError as error:
-        raise SettingsError(f'the wall finds no rest at level {level}: {error}') from error
+        raise SettingsError(f'the wall does not settle at level {level}: {error}') from error
 
 
 def _delays(twin: Instrument, walls: Sequence[Array], end: End) -> tuple[float, ...]:
@@ -97,7 +97,7 @@ def _delay(twin: Instrument, v: Array, end: End) -> float | None:
     twin.transducer.settle()
     write = twin.settings.write
     try:
-        if twin.design.substrate == 'elastic':  # which the wall pulls at: let that come to rest
+        if twin.design.substrate == 'elastic':  # which the wall pulls: let it come to rest
             run(twin, wait(twin, write.settle + write.final_settle))
         return run(twin, answer(twin, end, 0.0)).delay
     except ProcedureFailed as error:

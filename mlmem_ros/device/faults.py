@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be wrong with a device. The defaults are a healthy one.
+"""Faults of a device. The defaults describe a healthy one.
 
-Each fault acts in one place, and nothing else knows of it: on what the transducers hear
-(`sensor_faults`), between the actuator and the substrate (`linkage`), or in the material
-(`worn`). The device itself never looks at its faults; it has to find out.
+Each fault acts in one place, and nothing else knows of it: on the transducers' signals
+(`sensor_faults`), between actuator and substrate (`linkage`), or in the material (`worn`). The
+device never looks at its own faults; it has to detect them.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from .settings import Checked
 
 @dataclass(frozen=True)
 class Faults(Checked):
-    """Everything that is wrong with a device at a time.
+    """The present faults of a device.
 
-    Chance is decided by `seed` and the tick alone, so that a replay meets the same faults.
+    Random events depend only on `seed` and the tick, so a replay meets the same faults.
     """
 
     sensor_noise: float = described(
@@ -33,42 +33,42 @@ class Faults(Checked):
     )
     sensor_dropout: float = described(
         0.0,
-        'probability that the transducers stand still for a tick, at their last sample',
+        'probability that the transducers freeze for a tick, at their last sample',
         low=0.0,
         high=1.0,
     )
     actuator_offset: float = described(
-        0.0, 'strain that is on the substrate unknown to the actuator', low=-0.1, high=0.1
+        0.0, 'substrate strain unknown to the actuator', low=-0.1, high=0.1
     )
     actuator_lag: float = described(
-        0.0, 'time constant with which the actuator follows', unit='time', low=0.0, high=1e6
+        0.0, "time constant of the actuator's lag", unit='time', low=0.0, high=1e6
     )
-    actuator_stuck: bool = described(False, 'the actuator stays where it is')
+    actuator_stuck: bool = described(False, 'the actuator does not move')
     missed_cycle: float = described(
         0.0, 'probability that the grip slips for a whole strain cycle', low=0.0, high=1.0
     )
     weak_cell: int = described(0, 'site of a weak cell; 0: none', low=0, high=100_000)
     weak_factor: float = described(
-        0.5, 'on-site stiffness of the weak cell over its own', low=0.01, high=1.0
+        0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
     )
-    stuck_cell: int = described(
-        0, 'site of a cell that stays where it is; 0: none', low=0, high=100_000
-    )
+    stuck_cell: int = described(0, 'site of a stuck cell; 0: none', low=0, high=100_000)
     disorder_alpha: float = described(
         0.0, 'standard deviation of every on-site stiffness, relative', low=0.0, high=0.5
     )
     disorder_s: float = described(
         0.0, 'standard deviation of every substrate spring, relative', low=0.0, high=0.5
     )
-    damping_factor: float = described(1.0, "damping over the design's", low=0.0, high=100.0)
+    damping_factor: float = described(
+        1.0, "damping, relative to the design's", low=0.0, high=100.0
+    )
     seed: int = described(
-        0, 'which chance: of noise, drop-out, slips, disorder', low=0, high=2**31 - 1
+        0, 'seed of the random numbers: noise, drop-out, slips, disorder', low=0, high=2**31 - 1
     )
 
     def active(self) -> dict[str, Any]:
-        """Return what is wrong, by name; empty for a healthy device.
+        """Return the active faults by name; empty for a healthy device.
 
-        The seed is never wrong by itself, nor is the factor of a weak cell that is not there.
+        The seed alone is not a fault, nor is the factor of an absent weak cell.
         """
         healthy = Faults()
         aside = {'seed'} if self.weak_cell else {'seed', 'weak_factor'}
@@ -80,12 +80,12 @@ class Faults(Checked):
         }
 
     def of_the_material(self) -> tuple[str, ...]:
-        """Return the names of those that a real element cannot be given."""
+        """Return the names of active faults that a real element cannot have."""
         return tuple(name for name in self.active() if name.startswith(MATERIAL))
 
 
 MATERIAL = ('weak_', 'stuck_', 'disorder_', 'damping_')
-"""How the names of the faults begin that are the material's own."""
+"""Prefixes of the names of material faults."""
 
 HEALTHY = Faults()
 
@@ -94,7 +94,7 @@ def worn(design: Design, faults: Faults) -> Specimen:
     """Return the material with its faults.
 
     Raises:
-        SettingsError: A cell is named that the design does not have, or one is stuck that a
+        SettingsError: The design does not have a named cell, or a stuck cell is one that a
             transducer holds.
     """
     if faults.weak_cell > design.N:

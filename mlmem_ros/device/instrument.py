@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A driver with its actuator, linkage, base and transducers, and one tick of it.
 
-It knows no command and no level: procedures play on it, and `MemoryElement` runs them.
+It has no commands and no levels: procedures act on it, and `MemoryElement` runs them.
 """
 
 from __future__ import annotations
@@ -29,36 +29,36 @@ from .transducer import Transducer
 from .units import Units
 
 LONGEST_RUN = 50
-"""Ticks that are worth to be made in one run: their strain fits a cache."""
+"""Ticks worth making in one run: their strain fits a cache."""
 
 FARTHEST = 1e6
-"""Cells by which no end is displaced: a driver that says so is broken."""
+"""Impossible end displacement in cells: a driver that reports more is broken."""
 
 EARLY = 1e-6
-"""Ticks by which a look comes too early rather than too late, as clocks round."""
+"""Ticks by which to look early rather than late, as clocks round."""
 
 
 class Instrument:
-    """What strains an element and listens to its ends, tick by tick.
+    """Strains an element and listens to its ends, tick by tick.
 
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        driver: Strains and hears the element, simulated or real.
-        actuator: Tells the strain of the substrate.
+        driver: Strains and measures the element, simulated or real.
+        actuator: Sets the strain of the substrate.
         linkage: Brings that strain to the substrate.
-        base: What the element stands on.
-        faults: What is wrong.
+        base: What carries the element.
+        faults: The present faults.
         transducer: Drives and senses the ends.
         ticks: Ticks since the instrument was made: its clock.
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
         substrate_speed: Mean speed of the substrate's end in the last tick.
-        progress: How far the procedure is that plays on it.
+        progress: Progress of the running procedure.
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver | None = None) -> None:
-        """Put an element that nothing strains into an instrument.
+        """Put an unstrained element into an instrument.
 
         Args:
             design: The element.
@@ -66,8 +66,8 @@ class Instrument:
             driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
-            SettingsError: It would have to take too many steps or samples, or no whole number of
-                samples is a tick.
+            SettingsError: It would need too many steps or samples, or a tick is not a whole number
+                of samples.
             DesignError: The step is beyond the stability limit.
         """
         self.design = design
@@ -89,13 +89,13 @@ class Instrument:
 
     @property
     def chain(self) -> Chain:
-        """The simulated material, for those who may look inside: no procedure does.
+        """The simulated material, for those who may look inside; procedures may not.
 
         Raises:
             Refused: The element is real.
         """
         if (chain := self.driver.chain) is None:
-            raise Refused('only a simulated element can be looked into')
+            raise Refused('only a simulated element shows its inside')
         return chain
 
     @property
@@ -105,21 +105,21 @@ class Instrument:
 
     @property
     def units(self) -> Units:
-        """What its units are in SI."""
+        """Its units in SI."""
         return Units(self.design, self.settings.scale)
 
     @property
     def resting(self) -> bool:
-        """Whether nothing is under way: strain and base stand still."""
+        """Whether strain and base stand still."""
         return not self.actuator.moving and self.base.still
 
     @property
     def steady(self) -> bool:
-        """Whether it is known what the next ticks bring: there is no fault."""
+        """Whether the next ticks are predictable: there is no fault."""
         return self.linkage.state.true and self.faults == HEALTHY
 
     def next_look(self, left: float) -> int:
-        """Return after how many ticks to look again at what takes a time yet: never too late."""
+        """Return after how many ticks to check on something that takes this long; never late."""
         return max(1, math.floor(left / self.tick - EARLY) + 1)
 
     def phase(self, end: End) -> int | None:
@@ -128,14 +128,14 @@ class Instrument:
         return phase_of(self.design, self.transducer.rest(end) - substrate)
 
     def specimen(self, faults: Faults) -> Specimen:
-        """Return the material with faults; it may be asked for from any thread.
+        """Return the material with faults; any thread may call it.
 
         Raises:
-            Refused: The design has no such cell, the step is too long for this material, or it
-                is that of a real element, which is as it is.
+            Refused: The design has no such cell, the step is too long for this material, or the
+                element is real and cannot be changed.
         """
         if not self.simulated and (wrong := faults.of_the_material()):
-            raise Refused(f'faults: {", ".join(wrong)} can be given to a simulated element alone')
+            raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
         try:
             specimen = worn(self.design, faults)
             if self.simulated:
@@ -145,28 +145,28 @@ class Instrument:
         return specimen
 
     def suffer(self, faults: Faults) -> None:
-        """Be faulty in these ways, and in no other; raises as `specimen`, nothing changed."""
+        """Have exactly these faults; raises as `specimen` does, with nothing changed."""
         specimen = self.specimen(faults)
         if self.simulated:
             self.chain.become(specimen)
         self.faults = faults
 
     def pass_ticks(self, ticks: int = 1) -> None:
-        """Let ticks pass; while the instrument is `steady` the driver is asked once for all.
+        """Let ticks pass; while the instrument is `steady`, in one call of the driver.
 
-        The bits are those of the ticks one by one.
+        The results are those of single ticks, to the bit.
 
         Raises:
-            StateError: The material cannot go on (see `Chain.advance`). It is as it was before
-                the tick in which it could not, and strain and base stand still.
-            DriverError: The element cannot be reached, or its driver says what cannot be.
+            StateError: The material cannot continue (see `Chain.advance`). It is as it was before
+                the failing tick, and strain and base stand still.
+            DriverError: The element cannot be reached, or its driver returns impossible values.
         """
         try:
             if ticks > 1 and self.steady:
                 try:
                     self._pass(ticks)
                 except StateError:
-                    pass  # one by one they tell in which tick
+                    pass  # single ticks show which one fails
                 else:
                     return
             for _ in range(ticks):
@@ -177,7 +177,7 @@ class Instrument:
             raise
 
     def _pass(self, ticks: int) -> None:
-        """Let ticks pass in one run; nothing is changed where it raises `StateError`."""
+        """Let ticks pass in one run; on `StateError` nothing is changed."""
         actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
         before = actuator.state, linkage.state, transducer.held, self.base.state
         shake = self.base.advance(self._progress, ticks)
@@ -202,7 +202,7 @@ class Instrument:
         self.ticks += ticks
 
     def stand_still(self, why: str) -> None:
-        """End whatever is under way, after a tick that could not be made."""
+        """End whatever is under way, after a tick that failed."""
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release()
@@ -219,7 +219,7 @@ def _samples(tick: float, dt: float) -> int:
 
 
 def _check(ends: Array, samples: int) -> None:
-    """Raise `DriverError` for samples of a real element that cannot be."""
+    """Raise `DriverError` for impossible samples of a real element."""
     if np.shape(ends) != (2, samples):
         raise DriverError(
             f'the driver must tell {samples} samples of both ends; got shape {np.shape(ends)}'

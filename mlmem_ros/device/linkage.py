@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What lies between the strain the actuator is told and the strain the substrate gets.
+"""The path from the actuator's commanded strain to the strain of the substrate.
 
-Told -> drive (may be stuck, may lag; the encoder reads it) -> grip (may slip, may be mounted
-askew) -> substrate. Nothing of it is ever quicker than the actuator's greatest rate, so that a
-fault that comes or goes jerks no cell out of its phase.
+Command -> drive (may be stuck, may lag; the encoder reads it) -> grip (may slip, may be mounted
+askew) -> substrate. No part ever moves faster than the actuator's greatest rate, so that a fault
+that comes or goes does not jerk cells out of their phase.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from ..physics.potential import Array
 from .faults import Faults
 
 NO_LAG = 1e-9
-"""Time constant within which a drive follows in no time."""
+"""Time constant below which a drive follows without delay."""
 
 
 @dataclass(frozen=True)
 class LinkageState:
-    """All that the linkage remembers.
+    """The state of the linkage.
 
     Attributes:
-        told: The strain the actuator was told last.
+        told: The last commanded strain.
         drive: Strain of the drive, as the encoder reads it.
         strain: Strain of the substrate.
-        slipping: Whether the grip slips for the present strain cycle.
+        slipping: Whether the grip slips during the present strain cycle.
     """
 
     told: float = 0.0
@@ -41,7 +41,7 @@ class LinkageState:
 
     @property
     def true(self) -> bool:
-        """Whether the substrate has the strain that was told."""
+        """Whether the substrate has the commanded strain."""
         return self.told == self.drive == self.strain and not self.slipping
 
 
@@ -49,7 +49,7 @@ class Linkage:
     """Passes the strain on; without a fault to the bit.
 
     Attributes:
-        state: All that it remembers.
+        state: Its state.
     """
 
     def __init__(self, max_rate: float) -> None:
@@ -63,18 +63,18 @@ class Linkage:
 
     @property
     def encoder(self) -> float:
-        """The strain of the drive, which the device can read; not that of the substrate."""
+        """The strain of the drive, which the device can read, not that of the substrate."""
         return self.state.drive
 
     def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
         """Return the strain of the substrate at the end of every sub-step of a tick.
 
-        Without a fault, and with a linkage that is true, it may be a run of ticks.
+        Without a fault, and if the linkage is true, it may be a run of ticks.
 
         Args:
-            told: The strain that the actuator is told, at the end of every sub-step, shape (m,).
+            told: The commanded strain at the end of every sub-step, shape (m,).
             dt: Lengths of the sub-steps of a tick, shape (m,).
-            faults: What is wrong.
+            faults: The present faults.
             tick: The tick.
         """
         state, last = self.state, float(told[-1])
@@ -86,12 +86,14 @@ class Linkage:
         drive = self._driven(told, dt, faults)
         wanted = np.zeros_like(drive) if slipping else drive
         strain = _followed(state.strain, wanted + faults.actuator_offset, self._max_rate * dt)
-        slipping = slipping and bool(told.any())  # else the cycle is over: the grip holds again
+        slipping = slipping and bool(
+            told.any()
+        )  # otherwise the cycle is over: the grip holds again
         self.state = LinkageState(last, float(drive[-1]), float(strain[-1]), slipping)
         return strain
 
     def _slips(self, told: Array, faults: Faults, tick: int) -> bool:
-        """Return whether the grip slips: decided when a cycle leaves zero, until it is back."""
+        """Return whether the grip slips: decided when a cycle leaves zero, until it returns."""
         may_slip = faults.missed_cycle > 0.0 or self.state.slipping
         if may_slip and self.state.told == 0.0 and told.any():
             return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
@@ -110,18 +112,18 @@ class Linkage:
 
 
 def _faulty(faults: Faults) -> bool:
-    """Return whether the drive, or how it is mounted, does not pass on what is told."""
+    """Return whether a fault of the drive or its mounting distorts the commanded strain."""
     return bool(faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset)
 
 
 def _followed(start: float, wanted: Array, most: Array, share: Array | None = None) -> Array:
-    """Return what follows a course from a start, by at most so much in each sub-step.
+    """Return a path that follows a course, limited in each sub-step.
 
     Args:
-        start: Where it is before.
+        start: Where it starts.
         wanted: The course, shape (m,).
         most: Largest change in each sub-step, shape (m,).
-        share: Share of the way that is made in each sub-step, shape (m,); all of it by default.
+        share: Fraction of the remaining way made in each sub-step, shape (m,); all by default.
     """
     followed = np.empty_like(wanted)
     at = start

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real time: a thread that runs a device's ticks at the pace of a clock.
 
-The clock decides only when the next tick runs, never what it computes. A tick that comes late
-is counted, and the time that was lost is skipped, not caught up.
+The clock decides only when the next tick runs, never what it computes. A late tick is counted, and
+the lost time is skipped, not caught up.
 
-To wake up costs more than a tick. While nothing is to be decided, at rest or in the middle of a
-procedure, ticks are therefore put off and run several at a time, one period before the tick that
-they are put off to, which then comes in time: a stream is published by it, or the procedure goes
-on. A command ends such a rest and takes effect in the tick that it falls into. What a base that
-shakes tells does not end it: it is put off with the ticks, and still falls into its own.
-
-Where there is no pace all ticks go on in runs, each up to the next that the listener waits for.
+Waking up costs more than a tick. So while there is nothing to decide, at rest or within a
+procedure, ticks are deferred and run several at a time, one period before the tick that ends the
+rest, which then comes on time: it publishes a stream, or resumes the procedure. A command ends
+such a rest and takes effect in the tick it falls into. Messages of a shaking base do not end it:
+they are deferred with the ticks, and still fall into their own. Without a pace all ticks go in
+runs, each up to the next that the listener waits for.
 """
 
 from __future__ import annotations
@@ -40,13 +39,13 @@ Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 LONGEST_SLEEP = 0.1
-"""Seconds after which a sleeping loop looks again whether the clock has jumped."""
+"""Seconds after which a sleeping loop checks whether the clock has jumped."""
 
 LONGEST_REST = 0.04
-"""Seconds for which ticks are put off at most where somebody hears of them."""
+"""Most seconds to defer ticks while somebody subscribes."""
 
 LONGEST_UNHEARD = 0.06
-"""The same where nobody does: it takes 1 ms to make up for them, and a command waits for it."""
+"""The same while nobody does: catching up takes 1 ms, for which a command waits."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -54,7 +53,7 @@ CANCELED = 'canceled by its client'
 
 
 class _Turn(NamedTuple):
-    """What the loop does next: a batch of ticks that rest, or one tick that takes the commands."""
+    """The loop's next work: a batch of deferred ticks, or one tick that takes the commands."""
 
     due: float
     batch: int = 0
@@ -88,12 +87,12 @@ class Loop:
             element: The device.
             listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
-            speed: Factor on the scale's real time; 0 runs as fast as it can.
-            batch: Ticks that may be put off and run at a time: whoever listens is served in
-                time where every tick that matters to it is a multiple of this number.
-            publish_every: No run of ticks goes on beyond a multiple of this number of ticks.
-            heard: Tells whether anybody waits for the ticks that are multiples of `batch`: if not,
-                they are put off with the others, and longer.
+            speed: Multiple of the scale's real time; 0 runs as fast as possible.
+            batch: Ticks that may be deferred and run at a time: the listener is served on time if
+                every tick that matters to it is a multiple of this number.
+            publish_every: No run of ticks extends beyond a multiple of this number.
+            heard: Returns whether anybody waits for the ticks that are multiples of `batch`: if
+                not, they are deferred with the others, and longer.
             failed: Called in the loop's thread once a failure has stopped it.
         """
         self.element = element
@@ -117,11 +116,11 @@ class Loop:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the loop after the present tick; who still waits is refused."""
+        """End the loop after the present tick; pending requests are refused."""
         self._end(Ending.STOP)
 
     def finish(self) -> None:
-        """Abort what runs, bring the strain to zero without waiting for the clock, and stop."""
+        """Abort any procedure, bring the strain to zero regardless of the clock, and stop."""
         self._end(Ending.FINISH)
 
     def _end(self, ending: Ending) -> None:
@@ -132,38 +131,38 @@ class Loop:
 
     @property
     def speed(self) -> float:
-        """Factor on the scale's real time that is asked for; 0 for as fast as it can."""
+        """Requested multiple of the scale's real time; 0 for as fast as possible."""
         return self._box.speed
 
     def set_speed(self, speed: float) -> None:
-        """Run at a factor of the scale's real time from the next tick on; 0: as fast as it can."""
+        """Run at a multiple of the scale's real time from now on; 0: as fast as possible."""
         self._box.set_speed(speed)
 
     @property
     def tick_seconds(self) -> float:
-        """Real time that a tick stands for: times the ticks in a second, the factor."""
+        """Real time that a tick stands for; times ticks per second it is the speed factor."""
         return self.element.tick * self.element.settings.scale.time
 
     def cancel(self, command: Command) -> Future[Outcome | None]:
-        """Have the procedure of this very command aborted, and no other, in the next tick.
+        """Abort the procedure of exactly this command in the next tick.
 
         Returns:
-            The outcome of that abort once the strain is down; None where the procedure has ended.
+            The outcome of that abort once the strain is zero; None if the procedure has ended.
         """
         return self._box.submit(Cancel(command))
 
     def call(self, function: Callable[[], T]) -> Future[T]:
-        """Have a function called between two ticks, in the loop's thread, paused or not."""
+        """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick.
 
         Returns:
-            What becomes of it: the outcome of a procedure when it ends, None for a set-point
-            once it is taken, the exception `Refused` where it is not.
+            Its result: the outcome of a procedure when it ends, None for a set-point once it is
+            accepted, the exception `Refused` if it is not.
         """
-        if isinstance(command, Disturb):  # before it takes the place of one that is in range
+        if isinstance(command, Disturb):  # before it replaces one that is in range
             try:
                 self.element.base.check(command.acceleration)
             except Refused as refusal:
@@ -175,14 +174,13 @@ class Loop:
 
     @property
     def paused(self) -> bool:
-        """Whether time is held."""
+        """Whether time is paused."""
         return self._box.paused
 
     def pause(self, paused: bool) -> Future[int]:
-        """Hold time, or let it run on.
+        """Pause or resume time.
 
-        Returns:
-            The number of ticks done: when held, after the last that was still under way.
+        Returns: The number of ticks done; when pausing, after the last one under way.
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
@@ -190,7 +188,7 @@ class Loop:
         """Run one tick while paused.
 
         Returns:
-            The number of ticks done, once it is; `Refused` where time is running.
+            The number of ticks done, once it is run; `Refused` if time is running.
         """
         return self._box.single_tick()
 
@@ -202,7 +200,7 @@ class Loop:
             self._run_ticks()
             if self._box.ending is Ending.FINISH:
                 self._let_go()
-        except Exception as failure:  # anything: a device that failed must say so, and stop
+        except Exception as failure:  # anything: a failed device must say so, and stop
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
         self._box.close(refusal)
@@ -221,7 +219,7 @@ class Loop:
                 due = self._after(turn.due, self._tick(turn.due, commands, turn.asked_for))
 
     def _let_go(self) -> None:
-        """Abort what runs and bring the strain to zero, without a pace."""
+        """Abort any procedure and bring the strain to zero, without pacing."""
         self._box.close(Refused(SHUT_DOWN))
         if self.element.released:
             return
@@ -231,7 +229,7 @@ class Loop:
             commands = []
 
     def _make_up(self, due: float, ticks: int) -> float:
-        """Run ticks that were put off, the first of them due at a time; return when the next is.
+        """Run deferred ticks, the first due at a given time; return when the next is due.
 
         In one go up to each that the listener waits for, or that an acceleration falls into.
         """
@@ -251,7 +249,7 @@ class Loop:
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
 
-        Where there is no pace, and no single tick is asked for, it may be a run of ticks.
+        Without a pace, and unless a single tick is requested, it may be a run of ticks.
         """
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._period > 0.0 or asked_for
@@ -263,7 +261,7 @@ class Loop:
         return now
 
     def _advance(self, most: int, commands: list[Stamped]) -> None:
-        """Run a tick, or several in which nothing is decided; tell what happened."""
+        """Run a tick, or several without decisions; report what happened."""
         events = self.element.advance(most)
         for event in events:
             if isinstance(event, Outcome):
@@ -277,17 +275,17 @@ class Loop:
 
     @property
     def _longest_run(self) -> int:
-        """Ticks of a run without a pace: none that takes longer than a rest holds up a command."""
+        """Ticks of a run without a pace: it delays a command no longer than a rest does."""
         busy = self.statistics.busy
         return max(1, min(self._until_published, int(LONGEST_REST / busy) if busy > 0.0 else 1))
 
     def _after(self, due: float, now: float) -> float:
-        """Return when the next tick is due; time that was lost is counted and skipped."""
+        """Return when the next tick is due; lost time is counted and skipped."""
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
         borne = max(self._period, self._pacer.slack)
-        if lag > borne and self.element.foreseen:  # what may be put off may be late
+        if lag > borne and self.element.foreseen:  # deferred ticks may be late
             put_off = self._at_once > 1 if self._heard() else self._unheard > 0
             borne = max(borne, LONGEST_REST if put_off else 0.0)
         skipped = int(lag / self._period) if lag > borne else 0
@@ -295,7 +293,7 @@ class Loop:
         return due + (1 + skipped) * self._period
 
     def _wait(self, due: float) -> _Turn | None:
-        """Make the calls that wait, and wait until ticks shall run; None: the loop shall end."""
+        """Make pending calls, and wait until ticks are to run; None: the loop is to end."""
         box = self._box
         while True:
             if overdue := self._overdue(due):
@@ -314,7 +312,7 @@ class Loop:
                 now = self._pacer.now()
                 if box.single_tick_waits:
                     return _Turn(min(due, now), asked_for=True)
-                due = min(due, now + self._period)  # a clock that jumped back is not waited for
+                due = min(due, now + self._period)  # do not wait for a clock that jumped back
                 batch = self._due(now - due)
                 wake = due + max(0, batch - 1) * self._period
                 if now >= wake:
@@ -323,11 +321,11 @@ class Loop:
                     self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
 
     def _pace(self, speed: float) -> None:
-        """Run at a speed: how long a tick lasts, and how many a rest may put off."""
+        """Set a speed: how long a tick lasts, and how many a rest may defer."""
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
         self._unheard = int(LONGEST_UNHEARD / self._period) if speed > 0.0 else 0
-        longest = LONGEST_REST + 1e-9  # a rest of that length is not lost by rounding
+        longest = LONGEST_REST + 1e-9  # rounding must not lose a rest of that length
         self._at_once = max(
             ticks
             for ticks in range(1, self._batch + 1)
@@ -335,7 +333,7 @@ class Loop:
         )
 
     def _due(self, late: float) -> int:
-        """Return how many ticks a batch has, when the next is late by a time; 0: none is due."""
+        """Return the ticks of a batch if the next is late by a given time; 0: none is due."""
         in_time = self._at_once - self.element.ticks % self._at_once
         ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
         if not ticks or not (self._box.command_waits or self._box.call_waits):
@@ -357,12 +355,12 @@ class Loop:
         return taken + self._shaken(math.inf)
 
     def _shaken(self, before: float) -> list[Stamped]:
-        """Have the base take what it told before a time."""
+        """Give the base the accelerations it reported before a time."""
         asked = self._box.take_shake(before)
         return self._apply(*asked) if asked is not None else []
 
     def _apply(self, command: Command | Cancel, answer: Future[Outcome | None]) -> list[Stamped]:
-        """Give the device a command; return it with its tick where it is taken."""
+        """Give the device a command; return it with its tick if it is accepted."""
         if isinstance(command, Cancel):
             if not self.element.runs(command.of):
                 answer.set_result(None)
@@ -385,7 +383,7 @@ class Loop:
 
 
 def _make(function: Callable[[], T], answer: Future[T]) -> None:
-    """Call a function for somebody, whose the exception is that it may raise."""
+    """Call a function for a requester, who also gets any exception it raises."""
     try:
         result = function()
     except Exception as failure:

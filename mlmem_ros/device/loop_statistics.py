@@ -32,7 +32,7 @@ class LoopStatistics:
     busy: float = 0.0
 
     def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
-        """Take the times of ticks alike; a clock that jumped back within them tells nothing."""
+        """Take the times of equal ticks; ignored if the clock jumped back within them."""
         busy = max(0.0, busy)
         self.ticks += ticks
         weight = max(1.0 - (1.0 - LATENESS_MEMORY) ** ticks, ticks / self.ticks)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What other threads leave for a loop: one lock guards all of it, one thread takes it out."""
+"""Requests of other threads to a loop: one lock guards them all, one thread takes them out."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ T = TypeVar('T')
 
 @dataclass(frozen=True)
 class Cancel:
-    """Asks for an end of the procedure that a command began; of that very one, not an equal."""
+    """Asks to end the procedure of a command: of this one, not of an equal one."""
 
     of: Command
 
 
 Asked = tuple[Command | Cancel, 'Future[Outcome | None]']
-"""A command and what becomes of it."""
+"""A command and its result."""
 
 Shake = tuple[float, Disturb, 'Future[Outcome | None]']
-"""When the base told of an acceleration, that, and what becomes of it."""
+"""Time of a base acceleration, its value, and its result."""
 
 Call = tuple[Callable[[], Any], 'Future[Any]']
 """A function to be called between two ticks, and its result."""
 
 
 MOST = 1000
-"""Commands, or single ticks, that may wait: while time is held nothing takes them out."""
+"""Most commands, or single ticks, that may wait: while time is paused nothing takes them out."""
 
 
 class Ending(Enum):
-    """How a loop shall end."""
+    """How a loop is to end."""
 
     NOT = 'goes on'
     FINISH = 'aborts what runs and lets go of the strain first'
@@ -50,13 +50,13 @@ class Ending(Enum):
 
 
 class Mailbox:
-    """Requests that wait for the loop's thread, and how that thread shall run.
+    """Requests that wait for the loop's thread, and how that thread is to run.
 
     Attributes:
         changed: Notified when anything here has changed; its lock guards all attributes.
-        paused: Whether time is held.
-        speed: Factor on real time; 0 for as fast as the loop can.
-        ending: How the loop shall end.
+        paused: Whether time is paused.
+        speed: Multiple of real time; 0 for as fast as possible.
+            ending: How the loop shall end.
     """
 
     def __init__(self, speed: float) -> None:
@@ -84,8 +84,8 @@ class Mailbox:
     def shake(self, when: float, command: Disturb) -> Future[Outcome | None]:
         """Leave an acceleration of the base for the tick that a time falls into.
 
-        It wakes nobody, for the base of a robot tells it often, and on and on: while time is held,
-        a newer one takes the place of the last.
+        It does not wake the loop, because such messages are frequent; while time is paused, a
+        newer one replaces the last.
         """
         answer: Future[Outcome | None] = threads.Future()
         superseded = None
@@ -99,9 +99,9 @@ class Mailbox:
         return _refused(answer, refusal)
 
     def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
-        """Leave a function to be called between two ticks; with `paused`, hold time or let it run.
+        """Leave a function to be called between two ticks; with `paused`, pause or resume time.
 
-        Once it is called, no tick is under way that began before.
+        When it is called, no earlier tick is still under way.
         """
         answer: Future[T] = threads.Future()
         with self.changed:
@@ -112,7 +112,7 @@ class Mailbox:
         return _refused(answer, refusal)
 
     def single_tick(self) -> Future[int]:
-        """Ask for one tick while time is held."""
+        """Ask for one tick while time is paused."""
         answer: Future[int] = threads.Future()
         with self.changed:
             refusal = self._closed or _full(self._single_ticks)
@@ -124,20 +124,20 @@ class Mailbox:
         return _refused(answer, refusal)
 
     def set_speed(self, speed: float) -> None:
-        """Run at another factor on real time from the next tick on."""
+        """Run at another multiple of real time from the next tick on."""
         with self.changed:
             self.speed = speed
             self.changed.notify_all()
 
     def end(self, ending: Ending) -> None:
-        """Have the loop end; one that shall stop does not finish any more."""
+        """End the loop; one that is stopping no longer finishes."""
         with self.changed:
             if self.ending is not Ending.STOP:
                 self.ending = ending
             self.changed.notify_all()
 
     def close(self, refusal: Refused) -> None:
-        """Refuse all who wait, and all who come from now on; the first reason stays."""
+        """Refuse all pending and future requests; the first reason stays."""
         with self.changed:
             self._closed = refusal = self._closed or refusal
             asked: Sequence[tuple[Any, ...]] = (*self._commands, *self._shakes, *self._calls)
@@ -152,26 +152,26 @@ class Mailbox:
 
     @property
     def command_waits(self) -> bool:
-        """Whether a command waits; to be asked with the lock held."""
+        """Whether a command waits; call with the lock held."""
         return bool(self._commands)
 
     @property
     def call_waits(self) -> bool:
-        """Whether a call waits; to be asked with the lock held."""
+        """Whether a call waits; call with the lock held."""
         return bool(self._calls)
 
     @property
     def held(self) -> bool:
-        """Whether no tick shall run; to be asked with the lock held."""
+        """Whether no tick is to run; call with the lock held."""
         return self.paused and not self._single_ticks and self.ending is Ending.NOT
 
     @property
     def single_tick_waits(self) -> bool:
-        """Whether a single tick is asked for; to be asked with the lock held."""
+        """Whether a single tick is requested; call with the lock held."""
         return bool(self._single_ticks)
 
     def take_single_tick(self) -> Future[int] | None:
-        """Take out who waits longest for a single tick and has not withdrawn."""
+        """Take out the oldest request for a single tick that was not cancelled."""
         with self.changed:
             while self._single_ticks:
                 taken = self._single_ticks.popleft()
@@ -180,15 +180,15 @@ class Mailbox:
         return None
 
     def take_call(self) -> Call | None:
-        """Take out the oldest call that was not withdrawn, which cannot be from now on."""
+        """Take out the oldest call that was not cancelled; it no longer can be."""
         return self._take(self._calls)
 
     def take_command(self) -> Asked | None:
-        """Take out the oldest command that was not withdrawn, which cannot be from now on."""
+        """Take out the oldest command that was not cancelled; it no longer can be."""
         return self._take(self._commands)
 
     def take_shake(self, before: float) -> Asked | None:
-        """Take out the newest acceleration told before a time; older ones had no time to act."""
+        """Take out the newest acceleration from before a time; older ones had no time to act."""
         taken: list[Shake] = []
         with self.changed:
             while self._shakes and self._shakes[0][0] < before:
@@ -199,7 +199,7 @@ class Mailbox:
         return live[-1] if live else None
 
     def next_shake(self) -> float:
-        """Return when the base told of the oldest acceleration that waits; infinity: of none."""
+        """Return the time of the oldest pending acceleration; infinity if there is none."""
         with self.changed:
             return self._shakes[0][0] if self._shakes else math.inf
 
@@ -214,7 +214,7 @@ class Mailbox:
 
 
 def _full(queue: Sized) -> Refused | None:
-    return Refused(f'{MOST} requests wait already') if len(queue) >= MOST else None
+    return Refused(f'{MOST} requests are already waiting') if len(queue) >= MOST else None
 
 
 def _refused(answer: Future[T], refusal: Refused | None) -> Future[T]:

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An instrument that knows what its echoes mean: calibration, content, history.
+"""An instrument that interprets its echoes: calibration, content, history.
 
-This is all that a procedure knows of an element.
+This is all that a procedure knows about an element.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Memory(Instrument):
 
     Attributes:
         calibration: Echo delay of every level.
-        reading: The last reading, None while the content is not known.
-        statistics: What the element has been through.
+        reading: The last reading, None while the content is unknown.
+        statistics: The history of the element.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Memory(Instrument):
         calibration: Calibration,
         driver: Driver | None = None,
     ) -> None:
-        """Make an instrument around an element; raises as `Instrument`.
+        """Make an instrument around an element; raises as `Instrument` does.
 
         Args:
             design: The element.
@@ -44,7 +44,7 @@ class Memory(Instrument):
             driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
-            SettingsError: The calibration is that of another number of levels.
+            SettingsError: The calibration has another number of levels.
         """
         calibration.check(design.levels)
         super().__init__(design, settings, driver)
@@ -54,7 +54,7 @@ class Memory(Instrument):
         self._events: list[Event] = []
 
     def forget(self) -> None:
-        """Hold the content for unknown from now on: the wall may be about to move."""
+        """Treat the content as unknown from now on: the wall may be about to move."""
         self.reading = None
 
     def begin_cycle(self) -> None:
@@ -65,14 +65,13 @@ class Memory(Instrument):
     def hear(
         self, echo: Echo, left: Reading | None = None, said: list[int] | None = None
     ) -> Reading:
-        """Decode an echo, remember the reading and tell it.
+        """Decode an echo, store the reading and report it.
 
         Args:
-            echo: What came back.
-            left: What the left end has said just before, to be combined with an echo at the
-                right end.
-            said: The levels that the pulses before have said, to which this one's is added: while
-                the base shakes, two have to say the same.
+            echo: The echo.
+            left: The left end's reading just before, to be combined with an echo at the right end.
+            said: The levels from earlier pulses, to which this one's is added: while the base
+                shakes, two have to agree.
         """
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         reading = decode(self.design, self.settings.read, self.calibration, echo, phases)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a memory has been through: how often, how well, and how long its writes took."""
+"""The history of a memory: how often, how well, and how long it was written."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class MemoryStatistics:
 
     Attributes:
         level_writes: Successful writes by level.
-        level_ticks: Ticks they took in all, by level.
-        writes: Writes that ended by themselves.
-        first_try: Of these, those that succeeded at the first try.
-        retries: Tries beyond the first.
+        level_ticks: Total ticks they took, by level.
+        writes: Writes that were not aborted.
+        first_try: Of these, those that succeeded at the first attempt.
+        retries: Attempts beyond the first.
         failures: Writes that did not reach their level.
-        erases: Erases that ended by themselves.
-        reads: Reads that ended by themselves.
+        erases: Erases that were not aborted.
+        reads: Reads that were not aborted.
         undecodable: Of these, those that decoded nothing.
         aborted: Procedures that an abort ended.
-        cycles: Strain cycles of all procedures, launches among them: what wears an element.
+        cycles: Strain cycles of all procedures, including launches: they wear an element.
     """
 
     level_writes: list[int]
@@ -45,11 +45,11 @@ class MemoryStatistics:
 
     @classmethod
     def of(cls, levels: int) -> MemoryStatistics:
-        """Return those of a new element."""
+        """Return the statistics of a new element."""
         return cls([0] * levels, [0] * levels)
 
     def count(self, outcome: Outcome) -> None:
-        """Take in how a procedure ended by itself."""
+        """Count the outcome of a procedure that was not aborted."""
         match outcome.procedure:
             case 'write':
                 self._count_write(outcome)

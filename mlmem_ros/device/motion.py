@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A strain over time as a value, which everybody passes on who strains an element.
+"""A strain over time as a value, used by everything that strains an element.
 
-A `Ramp` is smooth, a `Profile` goes through timed points: these the actuator plays. A `Cycle` is
-ramps and waits one after the other: procedures play it tick by tick, and analysis and figures ask
-for its strain beforehand. A pulse of any shape is one: `Cycle.through([(peak, 400.0), (peak,
-60.0), (-0.1 * peak, 20.0), (0.0, 20.0)])`.
+A `Ramp` is smooth, a `Profile` goes through timed points: the actuator plays these. A `Cycle` is a
+sequence of ramps and waits: procedures play it tick by tick; analysis and figures compute its
+strain in advance. A pulse of any shape is a cycle: `Cycle.through([(peak, 400.0), (peak, 60.0),
+(-0.1 * peak, 20.0), (0.0, 20.0)])`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SMOOTH_PEAK_RATE = 1.5
 
 @dataclass(frozen=True)
 class Ramp:
-    """A smooth move, or a wait where it leads nowhere.
+    """A smooth move, or a wait if start and target are equal.
 
     Attributes:
         start: Strain at the beginning.
@@ -40,7 +40,7 @@ class Ramp:
 
     @classmethod
     def limited(cls, start: float, target: float, duration: float, max_rate: float) -> Ramp:
-        """Return a move in a time, or in a longer one if the rate limit asks for it."""
+        """Return a move of a given duration, or longer if the rate limit requires it."""
         least = SMOOTH_PEAK_RATE * abs(target - start) / max_rate
         return cls(start, target, max(duration, least))
 
@@ -59,14 +59,14 @@ class Ramp:
 
 
 def shaped(ramp: Ramp, delay: float) -> Profile:
-    """Return a smooth move in two half steps, the second of which cancels what the first rings.
+    """Return a smooth move in two half steps, the second of which cancels the first's ringing.
 
     The zero-vibration shaper of Singer & Seering (1990, doi 10.1115/1.2894142), without damping:
-    what swings with twice the delay for its period is left at rest.
+    an oscillation with a period of twice the delay is left at rest.
 
     Args:
         ramp: The move.
-        delay: Between the half steps; the move takes as much longer.
+        delay: Between the half steps; the move takes this much longer.
     """
     T = ramp.duration
     times = np.unique((0.0, delay, T, T + delay))
@@ -81,10 +81,10 @@ def shaped(ramp: Ramp, delay: float) -> Profile:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Ramps and waits, one after the other.
+    """Ramps and waits in sequence.
 
     Attributes:
-        motions: In their order; each begins where the one before ends.
+        motions: In order; each begins where the previous one ends.
     """
 
     motions: tuple[Ramp, ...]
@@ -108,7 +108,7 @@ class Cycle:
 
     @classmethod
     def planned(cls, times: CycleSettings, peak: float, max_rate: float = math.inf) -> Cycle:
-        """Return a strain cycle: up to a peak, hold, back by a pause if there is one, settle.
+        """Return a strain cycle: up to a peak, hold, back (with an optional pause), settle.
 
         Args:
             times: Ramp, hold, ease, release and settle.
@@ -120,7 +120,7 @@ class Cycle:
 
     @classmethod
     def let_go(cls, times: CycleSettings, strain: float, max_rate: float = math.inf) -> Cycle:
-        """Return the way back of a strain cycle, from a strain to none, and the rest after it."""
+        """Return the way back of a strain cycle, from a strain to zero, and the rest after it."""
         ease = [(times.ease_to * strain, times.ease)] if times.ease else []
         return cls.through([*ease, (0.0, times.release), (0.0, times.settle)], strain, max_rate)
 
@@ -134,7 +134,7 @@ class Cycle:
 
     @property
     def target(self) -> float:
-        """The last strain, which is kept."""
+        """The final strain, which is held."""
         return self.motions[-1].target
 
     def strain(self, t: Array) -> Array:
@@ -152,7 +152,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Profile:
-    """A move of the strain through timed points, one segment after the other.
+    """A move of the strain through timed points, segment by segment.
 
     With rates a segment is the cubic that has the strains and the rates of its two points
     (Hermite), without it is a straight line: as `joint_trajectory_controller` has it.
@@ -175,7 +175,7 @@ class Profile:
 
     @property
     def target(self) -> float:
-        """The last strain, which is kept."""
+        """The final strain, which is held."""
         return self.strains[-1]
 
     def strain(self, t: Array) -> Array:
@@ -188,7 +188,7 @@ class Profile:
 
     @cached_property
     def _segments(self) -> tuple[Array, Array, Array]:
-        """Start and width of every segment, and its cubic in its share of the width, (4, k)."""
+        """Start and width of every segment, and its cubic in the fraction of its width, (4, k)."""
         widths, rise = np.diff(self.times), np.diff(self.strains)
         rates = np.array(self.rates)
         early, late = (widths * rates[:-1], widths * rates[1:]) if self.rates else (rise, rise)
@@ -216,4 +216,4 @@ def _within(x: Array) -> Array:
 
 
 Motion = Ramp | Profile
-"""What an actuator is moved by."""
+"""The motions of an actuator."""

@@ -1,10 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What moves the wall from one level to another, how long it takes, and the quickest way.
+"""The moves of the wall between levels, their durations, and the quickest path.
 
-Levels and the blank element are places, moves lead from one to the next: a launch, a step up, a
-stroke up or down, a throw, an erase. Which of them a write makes is a question of the shortest way
-(docs/going_back.md).
+Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up, a
+stroke up or down, a throw, an erase. A write takes the shortest path (docs/going_back.md).
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from .reading import BLANK
 from .settings import CycleSettings, Settings, StrokeSettings, peak
 
 RINGING = 12.0
-"""Damping times until an element that was strained in haste is quiet enough to be read."""
+"""Damping times until an element that was strained fast is quiet enough to be read."""
 
 
 class How(Enum):
@@ -43,7 +42,7 @@ class Move:
         how: The way.
         start: Level at which it begins, or `BLANK`.
         target: Level at which it ends, or `BLANK`.
-        time: Time units that it takes; of an erase, which listens, roughly.
+        time: Duration in time units; approximate for an erase, which listens.
     """
 
     how: How
@@ -59,7 +58,7 @@ def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0)
         design: The element.
         settings: The instrument's settings.
         move: Which.
-        force: Factor on the peak of a step up, as far as the actuator goes.
+        force: Factor on the peak of a step up, within the actuator's limit.
     """
     if move.how is How.THROW:
         pulses = 1 + move.start // settings.throw.levels
@@ -85,15 +84,15 @@ def stroke_of(settings: Settings, start: int, *, upward: bool) -> StrokeSettings
 def stroke_peak(design: Design, stroke: StrokeSettings, start: int) -> float:
     """Return the peak of a stroke from a level.
 
-    The farther a wall is the farther a stroke takes it, for its substrate moves by the strain
-    times its site: X_last / X to the power of `growth` makes up for that.
+    A stroke takes a wall farther the farther away it is, since its substrate moves by the strain
+    times its site: X_last / X to the power of `growth` compensates.
     """
     farther = design.defect(design.levels - 1) / design.defect(start)
     return float(stroke.peak * farther**stroke.growth)
 
 
 def gentle(settings: Settings) -> Settings:
-    """Return settings whose steps up end as the last of a write does: more gently."""
+    """Return settings whose steps up end like the last one of a write: more gently."""
     write = settings.write
     release = max(write.release, write.last_release)
     return replace(settings, write=replace(write, release=release))
@@ -107,7 +106,7 @@ def paper_way(settings: Settings) -> Settings:
 
 
 def throw_cycle(settings: Settings, pulse: int) -> Cycle:
-    """Return a pulse that throws the wall out, the first being 0: every second is mirrored."""
+    """Return a pulse that throws the wall out, counted from 0: every second one is mirrored."""
     throw = settings.throw
     share = throw.mirrored if pulse % 2 else 1.0
     return Cycle.planned(throw, share * throw.peak, settings.actuator.max_rate)
@@ -145,15 +144,15 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
 
 
 def half_period(design: Design) -> float:
-    """Return half a period of the inactive cells all in step, as a ramp makes them swing.
+    """Return half a period of the inactive cells swinging in phase, as after a ramp.
 
-    At that edge of their band waves stand: they ring at the right end until they are damped.
+    At that band edge waves do not propagate: they ring at the right end until damped.
     """
     return math.pi / math.sqrt(design.k_s1)
 
 
 def ringing(design: Design) -> float:
-    """Return how long a strain in haste is heard; 0 where it never dies away."""
+    """Return how long a fast strain is heard; 0 if it never dies away."""
     return RINGING / design.eta if design.eta > 0.0 else 0.0
 
 
@@ -169,7 +168,7 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()
-    while True:  # every place is reached: by an erase, a launch and steps
+    while True:  # every node is reachable: by an erase, a launch and steps
         time, _, place, way = heapq.heappop(ways)
         if place == target:
             return way
@@ -178,5 +177,5 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
         seen.add(place)
         for move in moves_from(design, settings, place):
             if move.how is How.ERASE and place != start:
-                continue  # a kink's erase is as quick as that where the wall was read alone
+                continue  # a kink's erase is that quick only if the wall was read
             heapq.heappush(ways, (time + move.time, next(order), move.target, [*way, move]))

@@ -14,8 +14,8 @@ class Pacer(Protocol):
     """A clock to wait on. It may stand still, jump, or run at any rate.
 
     Attributes:
-        slack: Seconds by which ticks may lag and are made up for; what is lost beyond that is
-            skipped. A clock that advances in steps needs more than one of its steps.
+        slack: Seconds of lag that are caught up; lost time beyond that is skipped. A clock that
+            advances in steps needs more than one of its steps.
     """
 
     slack: float
@@ -31,7 +31,7 @@ class Pacer(Protocol):
 
 
 class SteadyPacer:
-    """The steady clock of the machine: ticks it has lost are not sprinted after."""
+    """The steady clock of the machine: lost ticks are not caught up."""
 
     slack = 0.0
 
@@ -40,5 +40,5 @@ class SteadyPacer:
         return threads.monotonic()
 
     def wait(self, changed: Condition, seconds: float) -> None:
-        """Wait on a condition, for a time at most."""
+        """Wait on a condition, for at most a given time."""
         changed.wait(seconds)

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The elements that ship, each whole: a design, and the settings of its instrument.
+"""The shipped elements, each complete: a design, and the settings of its instrument.
 
-Table I of the paper, and elements of 1 to 8 bits. What is not said here is as in `Settings`, whose
-defaults are those of Case II. Times are in time units: docs/presets.md and docs/fast_write.md tell
-how the schedules were found.
+Table I of the paper, and elements of 1 to 8 bits. Anything not given here is as in `Settings`,
+whose defaults are those of Case II. Times are in time units: docs/presets.md and
+docs/fast_write.md tell how the schedules were found.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Preset(NamedTuple):
 
 
 DEFAULT = 'case_2'
-"""The preset that is meant where none is named."""
+"""The default preset."""
 
 
 _CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
@@ -47,8 +47,8 @@ _CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
 
 - `write.compression` works from -0.021 to beyond -0.054, `write.tension` from 0.0363 to the
   actuator's limit: compression frees the wall at even levels, tension at odd ones;
-- `erase.compression` works from -0.032 on, `erase.tension` from 0.016 to 0.036: beyond, it frees
-  the wall, too, ahead of the kink;
+- `erase.compression` works from -0.032 on, `erase.tension` from 0.016 to 0.036: beyond, it also
+  frees the wall, ahead of the kink;
 - `probe` is inside the band of s2 and above that of s1, the other phase; `probe_right` inside that
   of s1 and below that of s2, and short, so that the nearest level's echo comes after the pulse.
 """
@@ -61,7 +61,7 @@ def _case_1() -> Preset:
     """
     settings = Settings(
         write=WriteSettings(start_strain=0.03),
-        # The wall is too wide to reflect but near the band's upper edge.
+        # The wall is too wide to reflect except near the band's upper edge.
         probe=ProbeSettings(omega_c=1.95, v_th=1.7e-4),
         # A longer pulse: the window between the lower band edges is narrow.
         probe_right=ProbeSettings(omega_c=0.30, sigma=16.0, v_th=1e-3, window=8.0),
@@ -70,7 +70,7 @@ def _case_1() -> Preset:
 
 
 def _calmer() -> dict[str, Any]:
-    """Return what of `BY_25` rests longer, for quick steps and launches that follow."""
+    """Return what rests longer than in `BY_25`, for quick steps and launches after them."""
     throw, jump = BY_25['throw'], BY_25['up_odd']
     return {
         'throw': replace(throw, settle=900.0, levels=6),
@@ -85,7 +85,7 @@ def _fast() -> Preset:
         # Quick ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
-            settle=800.0,  # or what still rings upsets the next step
+            settle=800.0,  # or ringing upsets the next step
             final_settle=1000.0, compression=-0.0227, tension=0.0122, start_strain=0.03,
         ),
         read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
@@ -109,20 +109,20 @@ def _nine_cells(
     tick: float = 20.0,
     **back: Any,
 ) -> Preset:
-    """Return an element as `analysis.designer` finds it: Case II's cells, nine to a level.
+    """Return an element found by `analysis.designer`: Case II's cells, nine per level.
 
     Args:
         N: Number of cells.
         write: Its cycle, by a search; `write_cycle`.
         erase: Its cycle; `erase_cycle`.
-        right: Carrier, sigma and threshold of the probe at the right end, which alone is read.
+        right: Carrier, sigma and threshold of the probe at the right end, the only one read.
         patience: Longest wait for the element to be quiet.
         rest: Wait before a pulse.
         tail: Cells at the right end without defects.
         eta: Damping; the gain of both probes makes up for it.
-        max_rate: By hand: what the steepest ramp of a write needs, and a little.
+        max_rate: Rate limit: what the steepest ramp of a write needs, and a little more.
         tick: Every ramp of a write is a whole number of them.
-        **back: Strokes other than those of `by_9`, and a throw; without, a kink erases it.
+        **back: Strokes other than those of `by_9`, and a throw; without one, a kink erases it.
     """
     omega_c, sigma, v_th = right
     design = Design(
@@ -155,7 +155,7 @@ def _write(
     peaks: tuple[float, float],
     ease_to: float = 0.03,
 ) -> WriteSettings:
-    """Return a write that eases nearly all the way back: the wall is brought, not dropped."""
+    """Return a write that eases nearly all the way back, to place the wall gently."""
     return WriteSettings(
         ramp=ramp, hold=hold, ease=ease, ease_to=ease_to, release=release, settle=0.0,
         final_settle=1000.0, last_release=60.0, compression=peaks[0], tension=peaks[1],

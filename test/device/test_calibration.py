@@ -135,7 +135,7 @@ def test_a_calibration_has_a_table_for_either_end():
     assert calibration.table(End.RIGHT) is FALLING
     calibration.check(4)
     for other in (3, 5):
-        with pytest.raises(SettingsError, match=f'must have {other} levels, as the design; got 4'):
+        with pytest.raises(SettingsError, match=f'must have {other} levels, like the design'):
             calibration.check(other)
-    with pytest.raises(SettingsError, match='must have 4 levels, as the design; got 1'):
+    with pytest.raises(SettingsError, match='must have 4 levels, like the design; got 1'):
         Calibration(RISING, DelayTable((1.0,))).check(4)

@@ -66,7 +66,7 @@ def test_a_damaged_file_is_refused_and_kept(path, text):
 
 def test_a_calibration_of_other_levels_is_refused(path):
     calibration_file.save(path, 'a', THIRDS)
-    with pytest.raises(StateError, match='must have 8 levels, as the design; got 2'):
+    with pytest.raises(StateError, match='must have 8 levels, like the design; got 2'):
         calibration_file.load(path, 'a', 8)
 
 

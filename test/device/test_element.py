@@ -64,7 +64,7 @@ def test_a_tick_without_number_of_steps_is_refused():
 
 def test_a_calibration_of_another_element_is_refused():
     three = DelayTable((1.0, 2.0, 3.0))
-    with pytest.raises(SettingsError, match='must have 8 levels, as the design; got 3'):
+    with pytest.raises(SettingsError, match='must have 8 levels, like the design; got 3'):
         MemoryElement(CASE_II, Settings(), Calibration(three, three))
 
 

@@ -116,7 +116,7 @@ def test_no_patience_is_enough_for_an_element_at_rest():
 def test_a_design_whose_defects_repel_the_wall_is_told():
     """With beta > 0 a defect is a hill, not a hollow."""
     hill = dataclasses.replace(CASE_II, beta=0.3)
-    with pytest.raises(SettingsError, match='the wall finds no rest at level 0'):
+    with pytest.raises(SettingsError, match='the wall does not settle at level 0'):
         factory_calibration(hill, Settings())
 
 

@@ -189,7 +189,7 @@ def test_a_stuck_actuator_fails_a_write_with_the_reason(written):
     element = suffering(written(1), actuator_stuck=True)
     outcome = rig.run(element, Write(2))
     assert not outcome.success
-    assert 'the actuator does not follow: it stands at a strain of 0.0000 where' in outcome.error
+    assert 'the actuator does not follow: it is at a strain of 0.0000 instead' in outcome.error
     assert rig.holds(element, 1)
     element.apply(HEALTHY)
     assert rig.succeed(element, Write(2)).level == 2
@@ -201,7 +201,7 @@ def test_an_actuator_that_gets_stuck_under_strain_stays_there_even_for_an_abort(
     rig.ticks(element, 15)
     suffering(element, actuator_stuck=True)
     outcome = rig.run(element, Abort())
-    assert 'it stands at a strain of 0.0200 where 0.0000 is wanted' in outcome.error
+    assert 'it is at a strain of 0.0200 instead of 0.0000' in outcome.error
     assert strains(element, 1)[0] == pytest.approx(0.02)
 
 

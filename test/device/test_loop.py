@@ -822,7 +822,7 @@ def test_a_heap_of_commands_is_refused(start):
     hold(loop)
     answers = [loop.submit(SetStrain(0.0)) for _ in range(MOST + 5)]
     for late in answers[MOST:]:
-        assert refusal(late) == '1000 requests wait already'
+        assert refusal(late) == '1000 requests are already waiting'
     loop.pause(False)
     assert all(result(answer) is None for answer in answers[:MOST])
 

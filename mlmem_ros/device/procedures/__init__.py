@@ -1,12 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the device can be asked to do, as sequences that the tick loop advances.
+"""The device's procedures, as sequences that the tick loop advances.
 
-A procedure is a generator: what it does before a `yield` takes effect in the tick that follows.
-It yields after how many ticks it wants to go on, and may be asked to at any tick before: then it
-has nothing to do yet, and says how many are left.
-It never sleeps and never looks at a clock, and it knows only what the device can measure: the
-displacements of the two ends, never the true wall position.
+A procedure is a generator: what it does before a `yield` takes effect in the following tick. It
+yields the number of ticks after which to resume it. It may be resumed earlier: then it does
+nothing yet, and yields how many are left. It never sleeps or looks at a clock, and it knows only
+what the device can measure: the displacements of the two ends, never the true wall position.
 """
 
 from .aborting import abort

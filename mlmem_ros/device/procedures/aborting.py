@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Aborting: let go of what is held, as softly as it was taken."""
+"""Aborting: release whatever is held, gently."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from .blocks import Procedure, Result, ramp, wait
 
 
 def abort(element: Memory) -> Procedure[Result]:
-    """Let a held cell go and bring the strain to zero, smoothly.
+    """Release a held cell and bring the strain to zero, smoothly.
 
-    As slowly as an erase does: let go at the greatest rate, one element in twenty was left with
+    As slowly as an erase does: released at the greatest rate, one element in twenty was left with
     cells in a third ground state, which no strain clears (see `bring_back`).
     """
     times = element.settings.erase
@@ -20,8 +20,8 @@ def abort(element: Memory) -> Procedure[Result]:
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
         yield from ramp(element, 0.0, times.release)
-    elif detector is not None:  # the next read must not take this pulse's echo for its own
-        element.transducer.detector = detector  # and an abort of this abort has to wait as well
+    elif detector is not None:  # the next read must not mistake this pulse's echo for its own
+        element.transducer.detector = detector  # and an abort of this abort has to wait too
         yield from wait(element, times.settle)
         element.transducer.release()
     return Result(None)

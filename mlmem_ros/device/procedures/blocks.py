@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The blocks of which procedures are made: waits, strains, and moves of the boundary cells."""
+"""Building blocks of procedures: waits, strains, and moves of the boundary cells."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from ..settings import EraseSettings, WriteSettings
 
 T = TypeVar('T')
 Procedure = Generator[int, None, T]
-"""Yields after how many ticks it wants to go on: it decides nothing before, and may be asked."""
+"""Yields the number of ticks after which to resume it; resuming it earlier changes nothing."""
 
 BRING_BACK_SPEED = 0.2
-"""Speed at which an end in a third ground state is moved back; 0.1 to 0.4 was seen to work."""
+"""Speed for moving an end in a third ground state back; 0.1 to 0.4 was seen to work."""
 
 
 FOLLOWING_ERROR = 0.1
-"""Share of the greatest strain by which the actuator may be beside its set-point."""
+"""Allowed error of the actuator, as a fraction of the greatest strain."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a procedure leaves: its last reading, its tries, what it tested and learnt."""
+    """The result of a procedure: last reading, attempts, checks and what it learnt."""
 
     reading: Reading | None
     attempts: int = 1
@@ -48,12 +48,12 @@ def run(
 
     Args:
         instrument: What it plays on.
-        procedure: What is done.
+        procedure: The procedure.
         before: Called before every tick.
 
     Raises:
         ProcedureFailed: As by the procedure.
-        StateError: The material cannot go on.
+        StateError: The material cannot continue.
     """
     while True:
         try:
@@ -77,17 +77,16 @@ def wait(element: Instrument, duration: float) -> Procedure[None]:
 
 
 def catch_up(element: Instrument) -> Procedure[None]:
-    """Let ticks pass until the samples of this one are in: a driver may hear late."""
+    """Let ticks pass until this one's samples have arrived: a driver may lag."""
     yield from wait(element, element.driver.lag * element.tick)
 
 
 def ramp(
     element: Instrument, strain: float, duration: float, delay: float = 0.0
 ) -> Procedure[None]:
-    """Move the strain smoothly and wait until it is there.
+    """Move the strain smoothly and wait until it arrives.
 
-    Raises:
-        ProcedureFailed: The actuator does not follow, though it was waited for as long again.
+    Raises: ProcedureFailed: The actuator does not follow, even in twice the time.
     """
     element.progress.phase = STRAINING
     element.actuator.ramp_to(strain, duration, delay)
@@ -98,8 +97,8 @@ def ramp(
     while abs((encoder := element.linkage.encoder) - strain) > allowed:
         if patience == 0:
             raise ProcedureFailed(
-                f'the actuator does not follow: it stands at a strain of {encoder:.4f} where '
-                f'{strain:.4f} is wanted'
+                f'the actuator does not follow: it is at a strain of {encoder:.4f} instead of '
+                f'{strain:.4f}'
             )
         patience -= 1
         yield 1
@@ -117,10 +116,10 @@ def play(element: Instrument, cycle: Cycle, delay: float = 0.0) -> Procedure[Non
 def launch(
     element: Instrument, times: WriteSettings | EraseSettings, target: float
 ) -> Procedure[None]:
-    """Under a strain, move v_1 to another ground state at constant speed, and let it go."""
+    """Under a strain, move v_1 to another ground state at constant speed, and release it."""
     rise, *rest = Cycle.planned(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
-    yield from catch_up(element)  # to know where the end is
+    yield from catch_up(element)  # to learn where the end is
     element.progress.phase = LAUNCHING
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
@@ -131,9 +130,8 @@ def launch(
 def bring_back(element: Memory, end: End) -> Procedure[None]:
     """Move an end that strayed into a third ground state back to the active phase.
 
-    A wall that is driven over a free end comes back as one between the active phase and the
-    next. No strain moves it, but the wall that this launches does away with it where it is
-    within some 90 cells.
+    A wall driven over a free end comes back as one between the active phase and the next. No
+    strain moves it, but the wall launched here removes it within some 90 cells.
     """
     element.forget()
     element.progress.phase = LAUNCHING
@@ -147,7 +145,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
 def slacken(element: Memory) -> Procedure[None]:
     """Bring a strain that was set by hand back to zero, and let the element settle.
 
-    By the times of an erase, which is slow: a write may end its way back within a tick.
+    With the times of an erase, which is slow: a write's way back may take only a tick.
     """
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Climbing: the wall is taken up step by step, listened to at each, by pulses that are learnt."""
+"""Climbing: take the wall up step by step with learnt pulses, and listen at each step."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .erasing import erase
 from .listening import probe
 
 Heard = dict[End, Reading]
-"""What either end that is read from hears."""
+"""What each end that is read from hears."""
 
 NOWHERE = -math.inf
 """Margin of a level that is not heard."""
@@ -34,8 +34,8 @@ BESIDE = 0.1
 def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]]:
     """Take the wall up to a level, and learn which pulses do that.
 
-    A step that fails is made with another pulse when the wall comes by again: it is taken up from
-    where it is, or from a blank element. What was learnt is kept in the calibration.
+    A failed step is made with another pulse when the wall comes by again: it continues from where
+    it is, or from a blank element. What is learnt is kept in the calibration.
 
     Args:
         element: The device.
@@ -66,7 +66,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
             place += 1
         elif lessons[place + 1].another(margin):
             here = _place(heard[place + 1])
-            place = here if here <= place else UNDECODABLE  # beyond, a level would be left out
+            place = here if here <= place else UNDECODABLE  # beyond, a level would be skipped
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {place + 1} again')
     found = learnt((lesson.trim for lesson in lessons), settings)
@@ -75,28 +75,28 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
 
 
 class _Lesson:
-    """What is being learnt of one level.
+    """Learning the pulse for one level.
 
-    An echo beside that of the level tells of a wall that has stopped on its way. If no pulse
-    brings it nearer, the one that brought it nearest is taken.
+    An echo off that of the level means a wall that stopped on its way. If no pulse brings it
+    nearer, the one that brought it nearest is used.
 
     Attributes:
-        trim: The pulse that is given now.
+        trim: The current pulse.
     """
 
     def __init__(self, trim: Trim, others: Sequence[Trim]) -> None:
-        """Begin with what is known, and go on to others."""
+        """Start with the known pulse, then try others."""
         self.trim = trim
         self._menu = [other for other in others if other != trim]
         self._best = NOWHERE, trim
         self._enough = CLEAR if self._menu else NOWHERE
 
     def passed(self, margin: float) -> bool:
-        """Return whether a level margin tells that the wall has arrived."""
+        """Return whether a level margin means that the wall has arrived."""
         return margin > NOWHERE and margin >= self._enough
 
     def another(self, margin: float) -> bool:
-        """Go on to another pulse, after the last to the best; return whether there is one."""
+        """Go on to another pulse, after the last one to the best; return whether there is one."""
         self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
         if self._menu:
             self.trim = self._menu.pop(0)

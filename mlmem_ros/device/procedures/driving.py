@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Driving: the wall to a level by the quickest moves, without looking."""
+"""Driving: take the wall to a level by the quickest moves, open loop."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ def drive(
     plainly: bool = False,
     trims: Sequence[Trim] | None = None,
 ) -> Procedure[None]:
-    """Drive the wall from the level that was read to another the quickest way, without looking.
+    """Drive the wall from the level that was read to another the quickest way, open loop.
 
     Args:
         element: The device.
         present: The level that was read, `BLANK` or `UNDECODABLE`.
         level: Where to.
-        force: Factor on the peak strains of steps up, as far as the actuator goes.
-        plainly: By steps up and a kink alone, as the paper has it.
+        force: Factor on the peak strains of steps up, within the actuator's limit.
+        plainly: Use only steps up and a kink, as in the paper.
         trims: By the level to which a move goes; by default what the element has learnt.
     """
     design, settings = element.design, element.settings

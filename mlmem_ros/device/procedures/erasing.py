@@ -16,12 +16,12 @@ from .blocks import Procedure, Result, bring_back, catch_up, launch, play, slack
 from .listening import probe
 
 LOOK_SPACING = 8
-"""An erase looks after every cycle at first, then after an eighth more each time: a look takes as
-long as a cycle or several."""
+"""An erase listens after every cycle at first, then at intervals an eighth longer each time:
+listening takes as long as one cycle or several."""
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
-    """Make the element blank: by a throw where `erase.method` is pulse, or by a kink.
+    """Make the element blank: by a throw if `erase.method` is pulse, otherwise by a kink.
 
     Args:
         element: The device.
@@ -41,9 +41,9 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
 
 
 def _throw(element: Memory) -> Procedure[Result | None]:
-    """Throw the wall out at the left end, and return None where it is still heard afterwards.
+    """Throw the wall out at the left end; return None if it is still heard afterwards.
 
-    Whether it is gone is heard after every pulse. A pulse leaves a blank element blank.
+    After every pulse it listens whether the wall is gone. A pulse leaves a blank element blank.
     """
     for pulse in range(element.settings.throw.pulses):
         element.progress.tried('erase', pulse + 1)
@@ -62,7 +62,7 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
 
     A kink answers to the opposite strain of a wall at the same site. Whether the wall is gone
     is heard from the right end, where a blank element echoes from its far end. With
-    `erase.trust_reading` that is not listened for before the kink is where the wall was read.
+    `erase.trust_reading` it does not listen before the kink is where the wall was read.
     """
     settings = element.settings.erase
     design = element.design
@@ -76,7 +76,7 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
         if element.phase(End.LEFT) != 0:
             element.begin_cycle()
             yield from launch(element, settings, design.D_s1)
-            if kink:  # launched again: nothing is as foreseen
+            if kink:  # launched again: no longer as predicted
                 kink = meeting = 0
         late = kink - meeting
         if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
@@ -94,10 +94,10 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
 
 
 def _meeting(element: Memory) -> int:
-    """Return after how many cycles to begin listening: when the kink meets the wall, if known.
+    """Return after how many cycles to start listening: when the kink meets the wall, if known.
 
     It begins at level 0 and moves on by one level each. A wall that compression frees has by then
-    been moved on, too; from the level before its own, where levels are short, the two attract.
+    also moved on; with short levels the two attract from one level apart.
     """
     reading = element.reading
     if not element.settings.erase.trust_reading or reading is None or reading.level < 1:

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How long procedures are expected to take, in time units: for who watches them, and no more.
+"""Expected durations of procedures, in time units: only for display.
 
-What is not foreseen (a try in vain, an end that is long restless) is expected when it comes.
+Anything unforeseen (a failed attempt, an end that stays restless) is added when it occurs.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from ..moves import How, ringing, route
 from ..reading import BLANK, UNDECODABLE
 
 HASTY = (How.STROKE, How.THROW)
-"""Moves after which the element rings before it can be read."""
+"""Moves after which the element rings and cannot be read yet."""
 
 
 def expect(element: Memory, duration: float) -> None:
-    """Expect the running procedure to end in a time from now, or later."""
+    """Expect the running procedure to end after this time, or later."""
     element.progress.expect(element.ticks + duration / element.tick)
 
 
@@ -28,7 +28,7 @@ def reading(element: Memory, pulses: int = 1) -> float:
 
 
 def driving(element: Memory, present: int, target: int) -> float:
-    """Return how long it takes from a place, `BLANK` or `UNDECODABLE`, to another, and to rest."""
+    """Return how long it takes from one place, or `BLANK` or `UNDECODABLE`, to another at rest."""
     start = element.design.levels - 1 if present == UNDECODABLE else present
     moves = route(element.design, element.settings, start, target)
     if present == UNDECODABLE and target != BLANK:
@@ -38,12 +38,12 @@ def driving(element: Memory, present: int, target: int) -> float:
 
 
 def writing(element: Memory, present: int, target: int) -> float:
-    """Return how long it takes to drive the wall somewhere, and to see that it is there."""
+    """Return how long it takes to drive the wall somewhere, and to verify it."""
     return driving(element, present, target) + reading(element)
 
 
 def everything(element: Memory) -> float:
-    """Return how long it takes to erase, to write and hear every level, and to restore what was.
+    """Return how long it takes to erase, write and hear every level, and restore the content.
 
     As calibration and self-test do.
     """
@@ -55,5 +55,5 @@ def everything(element: Memory) -> float:
 
 
 def known(element: Memory) -> int:
-    """Return the content as far as it is known: a level, `BLANK` or `UNDECODABLE`."""
+    """Return the content, as far as known: a level, `BLANK` or `UNDECODABLE`."""
     return UNDECODABLE if element.reading is None else element.reading.level

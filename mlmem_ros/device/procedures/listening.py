@@ -19,33 +19,32 @@ from . import foreseen
 from .blocks import Procedure, Result, catch_up, wait
 
 NOISE_SHARE = 1.25
-"""Unrest over the sensor's noise up to which an end counts as resting under that noise."""
+"""Ratio of unrest to sensor noise up to which an end counts as at rest."""
 
 NEGLIGIBLE = 0.01
-"""Noise that does not matter, as a share of the threshold."""
+"""Negligible noise, as a fraction of the threshold."""
 
 LIFE = 500.0
-"""Least time for which a hum is listened to: of waves that live 2 / eta a third is left then."""
+"""Least time for measuring hum: of waves with lifetime 2 / eta a third remains then."""
 
 FAINT = 0.3
-"""Hum that hardly matters, as a share of the threshold at the last echo: it raises it by 4 %."""
+"""Hum that hardly matters, as a fraction of the threshold at the last echo: raises it by 4 %."""
 
 FALLING = 0.7
-"""Hum over that of before up to which it is told by waves that die away."""
+"""Ratio of hum to the previous one up to which decaying waves explain it."""
 
 
 def quiet(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
 
-    Both, because a wave that still runs to and fro at one end is on its way to the other; where
-    one alone is read from, as quiet as its detector needs. The noise of a sensor never falls
-    silent, and is not waited for: it raises the threshold. Nor does an element that is shaken,
-    which hums (see `hum`).
+    Both, because a wave that still runs to and fro at one end is on its way to the other; if only
+    one is read from, both as quiet as its detector needs. Sensor noise never ends, so the wait
+    ignores it: it raises the threshold instead. So does the hum of a shaken element (see `hum`).
 
     Raises:
         ProcedureFailed: They did not become quiet within `read.patience`.
     """
-    while element.actuator.moving:  # a strain set by hand: the wall may be under way
+    while element.actuator.moving:  # a strain set by hand: the wall may be moving
         yield element.next_look(element.actuator.left)
     yield from catch_up(element)
     element.progress.phase = QUIETING
@@ -55,24 +54,23 @@ def quiet(element: Instrument) -> Procedure[None]:
             end, limit = loud
             raise ProcedureFailed(
                 f'the {end} end does not come to rest: it moves by '
-                f'{element.transducer.unrest(end):.2g} and at most {limit:.2g} lets an echo be '
-                'heard'
+                f'{element.transducer.unrest(end):.2g}; hearing an echo takes at most {limit:.2g}'
             )
         patience -= 1
         yield 1
 
 
 def settle(element: Instrument, longest: float) -> Procedure[None]:
-    """Rest until both ends are quiet, or for a time at most."""
+    """Rest until both ends are quiet, or for at most a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
     while element.ticks < end and (_loud(element) or not element.base.still):
         yield 1
 
 
 def noise_floor(element: Instrument, end: End) -> float:
-    """Return what noise alone may make of v_c at an end that is quiet; 0 where it is negligible.
+    """Return the contribution of noise alone to v_c at a quiet end; 0 if negligible.
 
-    That is its mean size with what else still moves, times a factor for how it fluctuates.
+    That is its mean size, with any residual motion, times a factor for its fluctuation.
     """
     transducer = element.transducer
     if transducer.noise(end) < NEGLIGIBLE * transducer.probes[end].v_th:
@@ -81,10 +79,10 @@ def noise_floor(element: Instrument, end: End) -> float:
 
 
 def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
-    """Listen to a shaken element without a pulse, and return what that may make of v_c.
+    """Listen to a shaken element without a pulse, and return its contribution to v_c.
 
-    As long as the longest echo takes, so that waves that are under way come by; and on while it
-    falls silent, for those die away.
+    For as long as the longest echo takes, so that waves under way pass by; and longer while it
+    decays, as they fade.
     """
     element.progress.phase = LISTENING
     factor = element.settings.read.noise_factor
@@ -118,14 +116,14 @@ def _restless(element: Instrument, end: End, limit: float) -> bool:
 
 
 def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire a pulse and return what comes back; again where it was not heard without a break.
+    """Fire a pulse and return the echo; repeat it if listening was interrupted.
 
-    A real element goes on while nobody listens: across a break no delay is measured.
+    A real element goes on while nobody listens: a delay cannot be measured across a break.
 
     Args:
         element: The instrument.
         end: Where the pulse is fired.
-        longest: The delay of the farthest echo, for which a hum is listened to.
+        longest: The delay of the farthest echo: the time for measuring hum.
 
     Raises:
         ProcedureFailed: The ends do not come to rest, or there was a break every time.
@@ -134,14 +132,14 @@ def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
         echo = yield from _answer(element, end, longest)
         if not element.transducer.interrupted:
             return echo
-    raise ProcedureFailed('the element was left alone while it was listened to, every time')
+    raise ProcedureFailed('listening to the element was interrupted every time')
 
 
 def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire one pulse and return what comes back.
+    """Fire one pulse and return the echo.
 
-    While the base shakes the carrier alone is listened to, and its hum beforehand; a base that
-    begins to shake afterwards spoils the answer.
+    While the base shakes it listens to the carrier alone, and measures hum beforehand; a base that
+    begins to shake afterwards spoils the echo.
     """
     yield from quiet(element)
     yield from wait(element, element.settings.read.rest)
@@ -151,10 +149,10 @@ def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     detector = element.transducer.fire(end, floor, shaken)
     bound = listening_time(element.design, element.transducer.probes[end], end)
     last = bound
-    while detector.time < last:  # a delay comes after now, and is listened on for TAIL
+    while detector.time < last:  # a delay comes after now; listening continues for TAIL
         yield element.next_look(min(last - detector.time, TAIL))
         spoiled |= not (shaken or element.base.still)
-        if spoiled:  # or the true echo were heard only after the next pulse
+        if spoiled:  # or the true echo would come only after the next pulse
             last = bound
         elif detector.delay is not None:
             last = min(last, detector.delay + TAIL)
@@ -163,12 +161,12 @@ def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
 
 
 def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[Reading]:
-    """Fire a pulse and tell what was heard; while the base shakes, until two say the same.
+    """Fire a pulse and return the reading; while the base shakes, repeat until two agree.
 
     Args:
         element: The device.
         end: Where the pulse is fired.
-        left: What the left end has said just before, to be combined with what the right one says.
+        left: The left end's reading just before, to be combined with the right one's.
     """
     said: list[int] = []
     while True:
@@ -181,10 +179,10 @@ def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[R
 
 
 def look(element: Memory) -> Procedure[Reading]:
-    """Probe from the end in the settings, or from the one that hears anything.
+    """Probe from the end in the settings, or from the one that can hear.
 
-    The carrier of the left end lies above the band of the inactive phase, so that a blank
-    element can only be told from the right; and so the other way round.
+    The left end's carrier lies above the band of the inactive phase, so a blank element can only
+    be recognised from the right, and vice versa.
     """
     return (yield from probe_from(element, ends(element.settings.read.end)))
 
@@ -206,7 +204,7 @@ def probe_from(element: Memory, wanted: tuple[End, ...]) -> Procedure[Reading]:
 
 
 def read(element: Memory, end: str = '') -> Procedure[Result]:
-    """Fire a probe pulse from an end, or from both in turn, and decode what comes back.
+    """Fire a probe pulse from one end, or from both in turn, and decode the echo.
 
     Args:
         element: The device.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The self-test: actuator, transducers, erase and every level, and the content as it was."""
+"""The self-test: actuator, transducers, erase and every level; it restores the content."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .listening import look, noise_floor, probe_from, quiet
 from .writing import restore, write
 
 TEST_STRAIN = 0.01
-"""Strain by which the actuator is tested: a third of what moves a wall."""
+"""Test strain for the actuator: a third of what moves a wall."""
 
 STRAIN_TOLERANCE = 0.05
-"""Largest error of the strain as the right end feels it, as a share of the test strain."""
+"""Largest error of the strain at the right end, as a fraction of the test strain."""
 
 
 def self_test(element: Memory) -> Procedure[Result]:
-    """Test all that can be tested, one check for each, and restore the content.
+    """Test everything testable, one check for each, and restore the content.
 
-    What cannot be heard or strained is not written: with a transducer or the actuator that
-    fails, the content is left as it is. A level that fails keeps no other from being tested.
+    Nothing is written that cannot be read back or strained: if a transducer or the actuator fails,
+    the content is left as it is. A failing level does not stop the test of others.
 
     Raises:
         ProcedureFailed: The content cannot be read, so that it could not be restored; nothing
@@ -42,7 +42,7 @@ def self_test(element: Memory) -> Procedure[Result]:
     content = yield from look(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
-            'not tested, for the content could not be restored: it cannot be read now '
+            'not tested, because the content could not be restored: it cannot be read now '
             f'({content.reason}); write a level or erase first'
         )
     checks = []
@@ -63,9 +63,9 @@ def _passed(checks: list[Check]) -> bool:
 
 
 def _hear(element: Memory, end: End) -> Procedure[Check]:
-    """Measure the noise of an end's sensor: it must leave the threshold at the last echo alone.
+    """Measure the noise of an end's sensor: it must not raise the threshold at the last echo.
 
-    The last echo is that of the level that is farthest from the end, or of the blank element.
+    The last echo is that of the level farthest from the end, or of the blank element.
     """
     name = f'transducer {end}'
     try:
@@ -77,7 +77,7 @@ def _hear(element: Memory, end: End) -> Procedure[Check]:
     last = np.array(table.longest)
     needed = float(threshold(probe, last))
     raised = float(threshold(probe, last, floor)) / needed
-    heard = f'noise raises the threshold {raised:.3g} times, and up to {MOST_RAISED:g} is borne'
+    heard = f'noise raises the threshold {raised:.3g} times; at most {MOST_RAISED:g} is tolerated'
     values = {'floor': floor, 'threshold': needed, 'raised': raised}
     return Check(name, raised <= MOST_RAISED, heard, values)
 
@@ -91,9 +91,9 @@ def _erase(element: Memory) -> Procedure[Check]:
 
 
 def _strain(element: Memory) -> Procedure[Check]:
-    """Strain the element a little and see whether its right end goes with it, from zero on.
+    """Strain the element a little, from zero, and check that its right end follows.
 
-    As slowly as an erase does, so that the end is at rest when it is looked at.
+    As slowly as an erase does, so that the end is at rest when measured.
     """
     times = element.settings.erase
     asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
@@ -110,7 +110,7 @@ def _strain(element: Memory) -> Procedure[Check]:
     return Check(
         'actuator',
         error <= STRAIN_TOLERANCE * asked,
-        f'strain {offset:.4f} where none was asked and {felt:.4f} where {asked:g} was',
+        f'measured strain {offset:.4f} at a set-point of 0 and {felt:.4f} at {asked:g}',
         {'offset': offset, 'felt': felt, 'asked': asked},
     )
 
@@ -141,7 +141,7 @@ def _level(element: Memory, level: int) -> Procedure[Check]:
     if reading.level != level:
         found = reading.reason or describe_level(reading.level)
         return Check(name, False, f'read from both ends: {found}', values)
-    tries = '' if written.attempts == 1 else f' after {written.attempts} tries'
+    tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
     return Check(name, True, f'read from both ends{tries}', values)
 
 

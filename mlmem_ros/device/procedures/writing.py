@@ -18,12 +18,12 @@ from .listening import look
 def write(element: Memory, level: int) -> Procedure[Result]:
     """Write a level: step up to it, down to it, or erase and start again; verify by reading.
 
-    What the reading says is where the next try goes on from, with peak strains that are
-    `write.escalation` times greater: a wall that did not follow was not pulled hard enough. A
-    wall that stopped on its way is nearest to a level, too, but no later step finds it in its
-    place: with less than `write.min_margin` it is written anew. The last try is made by steps up
-    and a kink alone. An element that has learnt its pulses is not pulled harder, but taken up step
-    by step, and goes on learning.
+    The next attempt continues from the level that was read, with peak strains `write.escalation`
+    times greater: a wall that did not follow was not pulled hard enough. A wall that stopped on
+    its way also reads as the nearest level, but later steps do not find it there: with a margin
+    below `write.min_margin` it is written again. The last attempt uses only steps up and a kink.
+    An element that has learnt its pulses is not pulled harder, but taken up step by step, and goes
+    on learning.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
@@ -64,10 +64,10 @@ def write(element: Memory, level: int) -> Procedure[Result]:
 
 
 def restore(element: Memory, content: Reading) -> Procedure[Result]:
-    """Write what a reading said, or erase where it said blank.
+    """Restore a reading: write its level, or erase if it was blank.
 
     Raises:
-        ProcedureFailed: It cannot be brought back.
+        ProcedureFailed: It cannot be restored.
     """
     if content.level >= 0:
         return (yield from write(element, content.level))
@@ -75,6 +75,6 @@ def restore(element: Memory, content: Reading) -> Procedure[Result]:
 
 
 def _force(element: Memory, attempt: int) -> float:
-    """Return the factor on the peak strains of a try, the first being 1."""
+    """Return the factor on the peak strains of an attempt, counted from 1."""
     settings = element.settings.write
     return float(min(settings.escalation ** (attempt - 1), settings.escalation_limit))
