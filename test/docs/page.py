@@ -4,8 +4,8 @@
 
 `python` is executed, in one namespace for the page; what defines tests is given to pytest.
 `console` is run by a shell, a line after each `$`; `...` in what it prints stands for anything.
-`&` leaves a memory node running until the page ends. `ros2` is passed over where there is none.
-What reads `sh` or `text` is not run.
+`&` leaves a memory node running until the page ends, or `kill %1`. `ros2` is passed over where there
+is none. What reads `sh` or `text` is not run.
 """
 
 from __future__ import annotations
@@ -71,15 +71,19 @@ class Page:
     def _tests(self, tests: list[str]) -> None:
         if not tests:
             return
-        Path('test_of_the_page.py').write_text('\n\n'.join(tests))
+        file = Path(f'test_{self.path.stem}.py')  # of its own name: modules are kept by name
+        file.write_text('\n\n'.join(tests))
         tests.clear()
         options = ['-q', '-p', 'no:cacheprovider', '-c', os.devnull, '--rootdir', '.']
-        assert pytest.main([*options, '--import-mode=importlib', 'test_of_the_page.py']) == 0
+        assert pytest.main([*options, '--import-mode=importlib', str(file)]) == 0
 
     def _command(self, command: str, expected: str) -> None:
         words = shlex.split(command)
         if words[0] == 'memory_node' and words[-1] == '&':
             self.nodes.enter_context(NodeHere('/mlmem', words[:-1]))
+            return
+        if command == 'kill %1':
+            self.nodes.close()
             return
         if words[0] == 'ros2' and not shutil.which('ros2'):
             return

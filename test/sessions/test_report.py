@@ -60,7 +60,8 @@ def replayed(capsys, *arguments):
 def test_it_says_what_was_compared(capsys):
     status, told = replayed(capsys, SESSION)
     assert status == 0
-    assert re.sub(' +', ' ', told).splitlines() == [
+    lines = re.sub(' +', ' ', told).splitlines()
+    assert [line for line in lines if not line.startswith('build ')] == [  # an older one made it
         'replayed 2700 ticks, 4 commands',
         'states 6 of 6 equal',
         'echoes 8 of 8 equal',

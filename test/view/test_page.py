@@ -50,7 +50,7 @@ def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(p
         return page.text('.level') == '5' and page.text('.code') == '101'
 
     page.until(written, 'level 5')
-    assert len(seen) > 10, seen  # it was under way for many pictures
+    assert len(seen - {150}) > 1, seen  # it was seen on its way: it jumps two levels at a time
     page.pick('#speed', '1')
     page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
     assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
