@@ -4,8 +4,8 @@
 
 `python` is executed, in one namespace for the page; what defines tests is given to pytest.
 `console` is run by a shell, a line after each `$`; `...` in what it prints stands for anything.
-`&` leaves a memory node running until the page ends, or `kill %1`. `ros2` is passed over where there
-is none. What reads `sh` or `text` is not run.
+`&` leaves a memory node running until the page ends, or `kill %1`. `ros2` is passed over where it
+is missing. What reads `sh` or `text` is not run.
 """
 
 from __future__ import annotations
