@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How soon a client finds the node.
+"""Fast discovery of the node by clients.
 
-Fast DDS greets a newcomer once, mostly before that one can hear, and then speaks every three
-seconds: a third of all clients would wait for that, by 1 to 3 s of the time that `mlmem read`
-takes. The node speaks more often, and all find it within 0.8 s.
+Fast DDS announces itself to a newcomer once, mostly before that one can listen, and then every
+three seconds: a third of all clients would wait for that, which adds 1 to 3 s to `mlmem read`. The
+node announces itself more often, and all clients find it within 0.8 s.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 PROFILE = Path(__file__).with_name('fast_dds.xml')
-"""Profile of Fast DDS that tells how often; other middleware does not look at it."""
+"""Fast DDS profile with the announcement period; other middleware ignores it."""
 
 NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-"""Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""
+"""Variables that name a profile: for Fast DDS 2, which Jazzy has, and for Fast DDS 3."""
 
 FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
-"""Profiles in the present folder that they take by themselves."""
+"""Profiles in the current folder that they load by default."""
 
 
 def profile_variable(environment: Mapping[str, str]) -> str:
-    """Return the variable that names a profile to the Fast DDS that is installed here.
+    """Return the variable that names a profile for the installed Fast DDS.
 
-    Each looks at its own, and rmw_fastrtps warns of the older one beside Fast DDS 3.
+    Each version reads its own, and rmw_fastrtps warns about the older one with Fast DDS 3.
 
     Args:
         environment: Of the process.
@@ -37,7 +37,7 @@ def profile_variable(environment: Mapping[str, str]) -> str:
 
 
 def announce_often(environment: MutableMapping[str, str]) -> None:
-    """Have the process announce itself often, unless it has been given a profile.
+    """Make the process announce itself often, unless it has a profile already.
 
     Args:
         environment: Of the process, before it loads the middleware.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """rclpy's executor of events, made without the fault handler that its own function turns on.
 
-That one needs a stderr that is a file: a notebook and a captured test have none.
+That one needs a stderr that is a file: notebooks and captured tests have none.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 
 
 def events_executor(context: Context | None = None) -> Executor:
-    """Return an executor that a callback costs some microseconds, and no wait set of all there is.
+    """Return an executor that spends microseconds per callback, and builds no wait set.
 
-    It knows no callback groups, and waits for ever where no time-out is given.
+    It ignores callback groups, and waits for ever without a time-out.
 
     Args:
         context: ROS's, by default the one of the process.

@@ -1,8 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executables `memory_node` and `memory_bank`: they mind signals from their first moment, then
-load all else.
-"""
+"""The executables `memory_node` and `memory_bank`: they handle signals before loading the rest."""
 
 from __future__ import annotations
 
@@ -26,15 +24,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def bank(arguments: Sequence[str] | None = None) -> int:
-    """Run several of them in one process, as `main` runs one."""
+    """Run several memory nodes in one process, as `main` runs one."""
     return _serve(arguments, several=True)
 
 
 def _serve(arguments: Sequence[str] | None, several: bool) -> int:
     """Run what a command line asks for.
 
-    Signals are ours: rclpy's own handler would shut the context down before the session file is
-    closed and before those who wait are answered.
+    We handle signals: rclpy's own handler would shut the context down before the session file is
+    closed and pending requests are answered.
 
     Args:
         arguments: The command line.
@@ -53,7 +51,7 @@ def _serve(arguments: Sequence[str] | None, several: bool) -> int:
     announce_often(os.environ)
     given = sys.argv if arguments is None else arguments
     given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))
-    from .node.run import run  # a second or two, in which a signal must not raise
+    from .node.run import run  # takes a second or two, in which a signal must not raise
 
     return 0 if received else run(given, received, elements)
 

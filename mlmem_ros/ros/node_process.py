@@ -14,7 +14,7 @@ from os import PathLike
 from typing import Any
 
 PATIENCE = 20.0
-"""Seconds that it may take to end before it is killed."""
+"""Seconds it may take to end before it is killed."""
 
 PR_SET_PDEATHSIG = 1
 
@@ -23,7 +23,7 @@ Parameters = Mapping[str, bool | int | float | str]
 
 @contextmanager
 def node_process(arguments: Sequence[str], **streams: Any) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a memory node, and end it as Ctrl-C would; it is killed when this process is.
+    """Run a memory node, and end it like Ctrl-C; it is killed if this process is.
 
     Args:
         arguments: Its command line.
@@ -45,14 +45,14 @@ def node_process(arguments: Sequence[str], **streams: Any) -> Iterator[subproces
 
 
 def _end_with_parent() -> None:
-    """Have a process killed when its parent is: a node left over would answer the next one."""
+    """Kill a process when its parent is killed: a leftover node would answer the next client."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def node_arguments(
     element: str, parameters: Parameters | None = None, file: str | PathLike[str] | None = None
 ) -> list[str]:
-    """Return what the ROS command line says of a node.
+    """Return the ROS command line of a node.
 
     Args:
         element: Its name with its namespace.
@@ -71,7 +71,7 @@ def node_arguments(
 
 
 def _literal(value: bool | float | str) -> str:
-    """Return a value as the ROS command line wants it."""
+    """Return a value in the syntax of the ROS command line."""
     if isinstance(value, bool):
         return str(value).lower()
     return f"'{value}'" if isinstance(value, str) else repr(value)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""For a robot's own tests: a memory node beside them, its clock and faults, recorded sessions.
+"""For a robot's own tests: a memory node, its clock and faults, recorded sessions.
 
 def test_the_gait_is_remembered():
     with memory_node({'scale.time': 1e-5}) as node, frozen_clock(node) as clock:

@@ -26,22 +26,22 @@ class NodeApart(RunningNode):
             )
 
     def step(self, ticks: int) -> int:
-        """Run ticks while time is held; return the ticks it has made in its life."""
+        """Run ticks while time is paused; return the ticks since its start."""
         return [self.memory.step().wait().tick for _ in range(ticks)][-1]
 
     @property
     def output(self) -> str:
-        """All it has said, on both of its streams."""
+        """Its output, on both streams."""
         return self._output.read_text(encoding='utf-8')
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether it is still running."""
         return self._process.poll() is None
 
     @property
     def pid(self) -> int:
-        """Number of the process."""
+        """Process id."""
         return self._process.pid
 
     def signal(self, number: int) -> None:
@@ -49,7 +49,7 @@ class NodeApart(RunningNode):
         self._process.send_signal(number)
 
     def terminate(self) -> None:
-        """Ask it to end, if it still runs."""
+        """Ask it to end, if it is still running."""
         self._process.terminate()
 
     def exit_status(self, within: float = 20.0) -> int:

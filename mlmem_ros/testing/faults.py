@@ -12,18 +12,18 @@ from .running import RunningNode
 
 @contextmanager
 def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Let an element suffer from faults, and heal it at the end, whatever happened meanwhile.
+    """Give an element faults, and remove them at the end, whatever happened meanwhile.
 
     ::
 
         with faults(node, actuator_stuck=True), pytest.raises(RequestRefused):
             node.memory.write(3).wait()
 
-    Every command that is sent within meets them, and none that is sent afterwards.
+    Every command sent within meets them, and none sent afterwards.
 
     Args:
         node: Whose element.
-        given: Faults by name, as the parameters `faults.*`.
+        given: Faults by name, like the parameters `faults.*`.
 
     Raises:
         RequestRefused: There is no such fault, or the element cannot have it.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Time that stands still, but for the steps of a test."""
+"""Time that stands still, except for the steps of a test."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ if TYPE_CHECKING:
 T = TypeVar('T')
 
 START = 1.0
-"""ROS time in seconds at which a clock begins: at 0 rclpy takes it for not set."""
+"""ROS time in seconds at which a clock begins: rclpy treats 0 as not set."""
 
 PULSE = 0.01
 """Seconds between two messages on /clock."""
 
 LOOK = 0.02
-"""Seconds of ROS time between two looks at what is waited for."""
+"""Seconds of ROS time between two checks of a condition."""
 
 MOST = 500
-"""Ticks that are asked for at a time."""
+"""Ticks requested at a time."""
 
 
 class FrozenClock:
-    """Steps an element tick by tick, and tells all nodes with `use_sim_time` the time.
+    """Steps an element tick by tick, and publishes the time for nodes with `use_sim_time`.
 
-    The element is paused and stepped, so it has made exactly the ticks of the time that has
-    passed, however slow the machine is. Other nodes follow /clock.
+    The element is paused and stepped, so it runs exactly the ticks of the elapsed time, however
+    slow the machine is. Other nodes follow /clock.
 
     Attributes:
         now: ROS time in seconds.
-        ticks: Ticks that the element has made under this clock.
+        ticks: Ticks that the element has run under this clock.
     """
 
     def __init__(self, node: RunningNode) -> None:
-        """Hold the time of an element and of all who follow /clock."""
+        """Hold the time of an element and of all that follow /clock."""
         from rosgraph_msgs.msg import Clock
 
         self._node = node
@@ -56,13 +56,13 @@ class FrozenClock:
         self._tell()
 
     def advance(self, seconds: float) -> None:
-        """Let time pass; who had sent a request before has it answered in its course.
+        """Let time pass; requests sent before are answered on the way.
 
         Args:
-            seconds: ROS time; what is less than a tick is kept for the next time.
+            seconds: ROS time; a remainder below a tick is kept for the next call.
 
         Raises:
-            RequestError: The element has failed, or somebody has let its time run.
+            RequestError: The element has failed, or somebody has resumed its time.
         """
         end = self.now + seconds
         self._arrive()
@@ -79,16 +79,16 @@ class FrozenClock:
         """Let time pass until a condition holds.
 
         Args:
-            condition: Looked at every 20 ms of ROS time.
+            condition: Checked every 20 ms of ROS time.
             within: Longest ROS time in seconds.
 
         Raises:
-            TimeoutError: It does not hold by then.
+            TimeoutError: It is not true by then.
         """
         end = self.now + within
         while not condition():
             if self.now >= end:
-                raise TimeoutError(f'it did not come about within {within:g} s of ROS time')
+                raise TimeoutError(f'it did not happen within {within:g} s of ROS time')
             self.advance(LOOK)
             self._arrive()
 
@@ -96,12 +96,12 @@ class FrozenClock:
         """Let time pass until a request has been answered; return the answer.
 
         Args:
-            reply: What `RunningNode.memory` returned, or any other client.
+            reply: From `RunningNode.memory`, or any other client.
             within: Longest ROS time in seconds.
 
         Raises:
             TimeoutError: It is not answered by then.
-            RequestError: As `Reply.wait`.
+            RequestError: As in `Reply.wait`.
         """
         self.advance_until(reply.done, within)
         return reply.wait()
@@ -113,7 +113,7 @@ class FrozenClock:
             self._node.memory.pause(False).wait()
 
     def _arrive(self) -> None:
-        """Let arrive what is on its way, to the element or from it: it comes before an answer."""
+        """Let messages on their way to or from the element arrive: they precede an answer."""
         self._node.memory.pause().wait()
 
     def _tell(self) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node in the process of the test, with an executor in a thread of its own."""
+"""A memory node in the test's process, with an executor in its own thread."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..ros.node.run import ONE, Element, begin, end, turn
 from .running import RunningNode
 
 STEPPED = 60.0
-"""Seconds in which a machine must have made the ticks that are asked for at a time."""
+"""Seconds within which a machine must run the ticks requested at a time."""
 
 
 class NodeHere(RunningNode):
@@ -37,10 +37,9 @@ class NodeHere(RunningNode):
         Args:
             element: Full name of the first.
             arguments: Command line.
-            elements: What sets several apart.
+            elements: What distinguishes several.
 
-        Raises:
-            Whatever it cannot start for.
+            Raises: Whatever keeps it from starting.
         """
         super().__init__(element)
         self._said: list[str] = []
@@ -49,11 +48,13 @@ class NodeHere(RunningNode):
         said = self._said
 
         class Overheard(MemoryNode):
-            """A node whose log is kept."""
+            """A node that keeps its log."""
 
             def get_logger(self) -> Any:
                 made: Any = super().get_logger()  # type: ignore[no-untyped-call]
-                return made if isinstance(made, Kept) else Kept(made, said)  # in Kilted it is ours
+                return (
+                    made if isinstance(made, Kept) else Kept(made, said)
+                )  # in Kilted it is set here
 
         context = Context()
         try:
@@ -76,7 +77,7 @@ class NodeHere(RunningNode):
         return self.nodes[0]
 
     def step(self, ticks: int) -> int:
-        """Run ticks while time is held; return the ticks it has made in its life."""
+        """Run ticks while time is paused; return the ticks since its start."""
         done = [self.node.host.step() for _ in range(ticks)]
         try:
             return done[-1].result(STEPPED)
@@ -85,16 +86,16 @@ class NodeHere(RunningNode):
 
     @property
     def output(self) -> str:
-        """All it has logged, in the format of a console."""
+        """Its log, in console format."""
         return ''.join(self._said)
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether it is still running."""
         return self._thread.is_alive()
 
     def terminate(self) -> None:
-        """Ask it to end, if it still runs."""
+        """Ask it to end, if it is still running."""
         if not self._stop:
             self._stop.append(None)
             self._executor.interrupt()
@@ -112,9 +113,10 @@ class NodeHere(RunningNode):
 
 
 class Kept:
-    """A logger that keeps what it is told.
+    """A logger that keeps what it logs.
 
-    A line for every severity: rclpy knows a caller by its line, and that by its severity.
+    One source line per severity: rclpy identifies a caller by its line, and expects one severity
+    there.
     """
 
     def __init__(self, logger: Any, said: list[str]) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A ROS graph of a test run's own: its domain, its discovery over the loopback, its logs."""
+"""A private ROS graph for a test run: its domain, discovery over the loopback, logs."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 
 @functools.cache
 def isolate() -> int:
-    """Keep this process and all it starts out of every other ROS graph; to be called first.
+    """Keep this process and all it starts out of every other ROS graph; call it first.
 
-    In a `conftest.py`, before anything initialises rclpy. Runs beside one another on one machine
-    get a domain each.
+    In a `conftest.py`, before anything initialises rclpy. Parallel runs on one machine get a
+    domain each.
 
     Returns:
         The ROS domain.
@@ -85,4 +85,4 @@ def _claim_domain() -> int:
             os.close(lock)
         else:
             return domain
-    raise RuntimeError('all ROS domains from 1 to 100 are in use by runs of tests')
+    raise RuntimeError('all ROS domains from 1 to 100 are in use by test runs')

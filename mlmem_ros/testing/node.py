@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node for the length of a test, in the test's own process or in one of its own."""
+"""A memory node for the duration of a test, in the test's process or in its own."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ def memory_node(
         with memory_node({'scale.time': 1e-5}) as node:
             assert node.memory.write(5).wait().level == 5
 
-    It is in the ROS graph as any node is, under the environment's ROS_DOMAIN_ID: set one that no
-    robot has. In the test's own process it is there in a tenth of a second.
+    It is in the ROS graph like any node, under the environment's ROS_DOMAIN_ID: set one that no
+    robot uses. In the test's own process it starts in a tenth of a second.
 
     Args:
         parameters: Parameters by name.
         name: Name of the node.
         namespace: Its namespace.
         file: A parameter file.
-        options: More of the command line, plain options first.
-        apart: Run it as a process of its own, which a signal can reach and a crash can end;
-            it takes some seconds to start.
+        options: Further command line arguments, plain options first.
+        apart: Run it as its own process, which can take signals and crash; it takes some seconds
+            to start.
 
     Yields:
-        A `RunningNode`; the one apart has `signal(number)`, too.
+        A `RunningNode`; one apart also has `signal(number)`.
 
     Raises:
-        Whatever `memory_node` cannot start for; of the one apart its output and exit status tell.
+        Whatever keeps `memory_node` from starting; for one apart see its output and exit status.
     """
     element = f'{namespace.rstrip("/")}/{name}'
     command = node_arguments(element, parameters, file)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node that runs for a test, wherever it does."""
+"""A memory node that runs for a test, in this process or another."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ class RunningNode(ABC):
 
     @cached_property
     def memory(self) -> MemoryClient:
-        """A client of it, made when it is first asked for."""
+        """A client of it, created on first use."""
         from ..ros.client.standalone import standalone
 
         return self.ends.enter_context(standalone(self.element))
 
     @abstractmethod
     def step(self, ticks: int) -> int:
-        """Run ticks while time is held; return the ticks it has made in its life.
+        """Run ticks while time is paused; return the ticks since its start.
 
         Raises:
-            RequestRefused: Its time is not held, or it has failed.
+            RequestRefused: Its time is not paused, or it has failed.
         """
 
     @property
@@ -49,11 +49,11 @@ class RunningNode(ABC):
     @property
     @abstractmethod
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether it is still running."""
 
     @abstractmethod
     def terminate(self) -> None:
-        """Ask it to end, if it still runs, as SIGTERM does."""
+        """Ask it to end, like SIGTERM, if it is still running."""
 
     @abstractmethod
     def exit_status(self, within: float = 20.0) -> int:

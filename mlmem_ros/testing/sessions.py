@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recorded sessions, run again."""
+"""Replays of recorded sessions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..session.report import ReplayReport
 
 @dataclass(frozen=True)
 class ReplayedSession:
-    """A session that has been run again.
+    """A replayed session.
 
     Attributes:
         session: What was recorded.
@@ -29,7 +29,7 @@ class ReplayedSession:
 
     @property
     def levels(self) -> list[int]:
-        """Levels that writes and reads ended with in the replay, in order (-1 is blank)."""
+        """Final levels of writes and reads in the replay, in order (-1 is blank)."""
         return [
             outcome.reading.level
             for outcome in self.report.outcomes
@@ -37,13 +37,13 @@ class ReplayedSession:
         ]
 
     def assert_levels(self, expected: Sequence[int]) -> None:
-        """Fail unless writes and reads ended with these levels, as they did when recorded."""
+        """Fail unless writes and reads ended with these levels, as in the recording."""
         wanted = list(expected)
         assert self.levels == wanted, f'levels are {self.levels}; expected {wanted}'
         self.assert_agrees()
 
     def assert_agrees(self) -> None:
-        """Fail unless the replay gives what was recorded, all of it.
+        """Fail unless the replay reproduces the whole recording.
 
         That is every bit on the build that recorded, and every decoded level on another one.
         """
@@ -57,10 +57,9 @@ class ReplayedSession:
 
 
 def replayed(bag: str | PathLike[str]) -> ReplayedSession:
-    """Run a session again.
+    """Replay a session.
 
-    Raises:
-        BagError: It cannot be read, or not be replayed.
+    Raises: BagError: It cannot be read or replayed.
     """
     session = load(bag)
     return ReplayedSession(session, replay(session))
@@ -73,10 +72,10 @@ def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
 
 
 def assert_replays(bag: str | PathLike[str]) -> ReplayedSession:
-    """Fail unless a session gives again what was recorded; see `ReplayedSession.assert_agrees`.
+    """Fail unless a replay reproduces a session; see `ReplayedSession.assert_agrees`.
 
     Returns:
-        The session, for more to be asked.
+        The session, for further checks.
     """
     session = replayed(bag)
     session.assert_agrees()
@@ -84,7 +83,7 @@ def assert_replays(bag: str | PathLike[str]) -> ReplayedSession:
 
 
 def assert_written(bag: str | PathLike[str], level: int) -> None:
-    """Fail unless the last write of a session succeeded with a level, and does so again."""
+    """Fail unless the last write of a session reached a level, and does so again."""
     outcomes = assert_replays(bag).report.outcomes
     writes = [outcome for outcome in outcomes if outcome.procedure == 'write']
     assert writes, f'{bag} holds no write'

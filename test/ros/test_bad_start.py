@@ -60,7 +60,7 @@ def test_a_missing_parameter_file(refused, tmp_path):
 
 
 def test_an_option_that_ros_does_not_know(refused):
-    assert "options of ROS alone; got ['--bogus']" in refused(options=['--bogus'])
+    assert "only ROS options; got ['--bogus']" in refused(options=['--bogus'])
 
 
 def test_an_unwritable_record_path(refused, tmp_path):

@@ -81,10 +81,10 @@ def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
     assert not played.passed
     told = '\n'.join(describe_played(played))
     assert 'procedures  0 of 1 agree: read 0' in told
-    assert f'{memory.element} held another content: level 0; when it was recorded, blank' in told
+    assert f'{memory.element} held another content: level 0; in the recording, blank' in told
     assert f'scale.time of {memory.element} is 1e-05; when it was recorded, 0.0001' in told
     assert 'THE LEVELS DIFFER' in told
-    assert 'see what was otherwise beforehand' in told
+    assert 'see what differed beforehand' in told
 
     assert robot.trigger('erase').success
     played = play(session, memory.element, lambda done, total: None)

@@ -28,7 +28,7 @@ def test_how_a_procedure_ended_is_in_the_log(memory, robot):
 def test_time_that_stands_still_is_told(start):
     node = start({'use_sim_time': True}, name='frozen')
     with Robot('/frozen', 'frozen_robot') as robot:
-        robot.wait(lambda: 'no /clock has come yet' in node.output, 'the warning')
+        robot.wait(lambda: 'no /clock has arrived yet' in node.output, 'the warning')
         found = check_node('/frozen', 10.0)
         assert (found.verdict, found.seen[-28:]) == (Verdict.WARN, '/clock that nobody publishes')
         robot.next('/diagnostics', lambda array: array.status[0].hardware_id == '/frozen')

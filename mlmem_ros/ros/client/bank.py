@@ -21,27 +21,26 @@ from .line import Line
 from .reply import Reply, Steps
 
 SHORTEST = 0.1
-"""Seconds that an element has at least to answer, however late the others were."""
+"""Least seconds for an element to answer, however late the others were."""
 
 
 class MemoryBank:
     """Writes and reads one word in several elements at once.
 
     Requests go to all elements at the same time, so that a bank takes as long as its slowest
-    element. The replies are awaited or waited for as those of a `MemoryClient`, and raise
-    `BankFailed`.
+    element. The replies are used like those of a `MemoryClient`, and raise `BankFailed`.
 
-    Without check digits a word is not written in one stroke: when the power goes during a write,
-    some elements hold the new digit and some the old one, and nobody can tell. With them
-    (`check`) the last elements hold the check digits of a code; what is wrong or unreadable is
-    set right as far as the code can, and told in `Word.corrected`; a read raises `TornWord` where
-    a write has not ended, and `LostWord` where the code can do no more. How, and by what chance it
-    may be mistaken, says `contract.word_code`. A write then takes three strokes: the last element
-    is erased, the others are written, and then it. One client at a time may write.
+    Without check digits a word is not written in one stroke: if the power fails during a write,
+    some elements hold the new digit and some the old one, undetectably. With them (`check`) the
+    last elements hold the check digits of a code; it corrects wrong or unreadable digits as far as
+    it can and reports them in `Word.corrected`; a read raises `TornWord` if a write has not ended,
+    and `LostWord` if the code cannot correct it. `contract.word_code` says how, and with what
+    probability of error. A write then takes three strokes: the last element is erased, the others
+    are written, and then it. One client at a time may write.
 
     Attributes:
         elements: The clients, the least significant digit first, check digits last.
-        code: What makes digits of words, with `base` and `check`.
+        code: Encodes words as digits, with `base` and `check`.
     """
 
     def __init__(self, elements: Sequence[MemoryClient], base: int = 8, check: int = 0) -> None:
@@ -49,10 +48,10 @@ class MemoryBank:
 
         Args:
             elements: Clients on the same node, the least significant digit first.
-            base: How many levels every element has (or how many of them to use), from 2.
-            check: How many elements, the last ones, hold check digits: two of them set one wrong
-                or two unreadable elements right, which takes a power of two for a base and fewer
-                elements than that.
+            base: How many levels every element has (or how many of them to use), at least 2.
+            check: How many elements, the last ones, hold check digits: two of them correct one
+                wrong or two unreadable elements, which takes a base that is a power of two, and
+                fewer elements than that.
 
         Raises:
             ValueError: There is no such word.
@@ -107,12 +106,12 @@ class MemoryBank:
         """Return the digits of a word, the least significant first, check digits last.
 
         Raises:
-            ValueError: The word is no whole number from 0 to `size` - 1.
+            ValueError: The word is not a whole number from 0 to `size` - 1.
         """
         return self.code.digits(word)
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
-        """Wait until all elements are there.
+        """Wait until all elements are available.
 
         Args:
             timeout: Longest wait in seconds.
@@ -132,9 +131,9 @@ class MemoryBank:
         Args:
             word: 0 ... `size` - 1.
             timeout: Longest wait for the answer in seconds.
-            spare: How many elements may fail, the last one excepted; they are told in
-                `Word.corrected`. At most half as many as there are check digits: what a broken
-                element holds is as good as wrong.
+            spare: How many elements may fail, except the last one; they are reported in
+                `Word.corrected`. At most half the number of check digits: a broken element's digit
+                counts as wrong.
 
         Raises:
             ValueError: The word or `spare` is out of range.
@@ -148,7 +147,7 @@ class MemoryBank:
 
         Args:
             timeout: Longest wait for the answer in seconds.
-            end: The end to probe for this once, as in `MemoryClient.read`.
+            end: The end to probe this time, as in `MemoryClient.read`.
         """
 
         def steps() -> Steps[Word]:
@@ -169,7 +168,7 @@ class MemoryBank:
     def _changing(
         self, what: str, digits: Sequence[int], timeout: float, spare: int = 0
     ) -> Reply[Word]:
-        """Write digits, stroke by stroke: each begins when the one before is known to be done."""
+        """Write digits, stroke by stroke: each begins when the previous one is confirmed."""
         until, seal = time.monotonic() + timeout, len(self.elements) - 1
 
         def stroke(levels: Stroke) -> Mapping[int, Reply[Any]]:
@@ -190,7 +189,7 @@ class MemoryBank:
             if under_way:
                 raise RequestRefused({'error': 'busy: the bank is being written'})
             said: dict[int, Decoded] = {}
-            if self.code.check:  # who does not take part is missed before the seal is broken
+            if self.code.check:  # an absent element is noticed before the seal is broken
                 looks = {place: each.read(timeout) for place, each in enumerate(self.elements)}
                 _, errors = yield from _together(looks)
                 failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
@@ -219,10 +218,10 @@ class MemoryBank:
 def _together(
     replies: Mapping[int, Reply[Any]],
 ) -> Steps[tuple[dict[int, Any], dict[int, RequestError]]]:
-    """Return what elements answered and what went wrong, by place, when all have ended."""
+    """Return answers and errors of the elements, by index, when all have ended."""
     try:
         yield list(replies.values())
-    finally:  # given up: the parts are, too
+    finally:  # cancelled: so are the parts
         for reply in replies.values():
             reply.cancel()
     answers: dict[int, Any] = {}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory from a robot's code: a client on a node that the robot has anyway."""
+"""The memory in a robot's code: a client on one of the robot's own nodes."""
 
 from __future__ import annotations
 
@@ -40,15 +40,14 @@ SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 class MemoryClient:
     """Writes, reads and erases the element behind a memory node.
 
-    Every method returns a `Reply` at once: await it in a callback that is `async def`, or
-    `.wait()` for it where nothing else has to go on in this thread. A callback that awaits keeps
-    its callback group to itself meanwhile: give it `group`, or the timers of the node's default
-    group stand still. One client serves one element; make as many on a node as there are
-    elements, or a `MemoryBank`.
+    Every method returns a `Reply` at once: await it in an `async def` callback, or `.wait()` for
+    it if this thread has nothing else to do. A callback that awaits blocks its callback group
+    meanwhile: give it `group`, or the timers of the node's default group stop. One client serves
+    one element; create one per element on a node, or a `MemoryBank`.
 
-    Every reply raises `NoAnswer` when the node or its answer does not come in time,
-    `RequestRefused` when the node did not take the request and `RequestFailed` when it could
-    not fulfil it. A program that is no node takes `standalone`.
+    Every reply raises `NoAnswer` if the node or its answer does not come in time, `RequestRefused`
+    if the node rejected the request and `RequestFailed` if it could not fulfil it. A program
+    without a node uses `standalone`.
 
     Attributes:
         node: The node it is built on.
@@ -63,11 +62,11 @@ class MemoryClient:
 
         Args:
             node: A node of the robot.
-            name: Name of the memory node; a relative one is looked for beside `node`, in its
-                namespace, and remappings apply.
+            name: Name of the memory node; a relative one is resolved in the namespace of `node`,
+                and remappings apply.
             patience: How long the memory node may take to appear, in seconds.
-            actions: Whether procedures are goals of the node's actions, where it serves them;
-                else they tell nothing before their end.
+            actions: Whether procedures are goals of the node's actions, if it serves them;
+                otherwise they give no feedback.
         """
         self.node = node
         self.name = node.resolve_service_name(name)
@@ -82,7 +81,7 @@ class MemoryClient:
         }
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
-        """Wait until the node is there.
+        """Wait until the node is available.
 
         Args:
             timeout: Longest wait in seconds; it overrides the client's patience.
@@ -98,7 +97,7 @@ class MemoryClient:
             timeout: Longest wait for the answer in seconds.
 
         Raises:
-            ValueError: The level is no whole number from 0.
+            ValueError: The level is not a whole number from 0.
         """
         if isinstance(level, bool) or not isinstance(level, int) or level < 0:
             raise ValueError(f'level must be a whole number from 0; got {level!r}')
@@ -109,8 +108,7 @@ class MemoryClient:
 
         Args:
             timeout: Longest wait for the answer in seconds.
-            end: The end to probe for this once: left, right or both; empty for the node's
-                `read.end`.
+            end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
         return self._goal('read', Decoded, timeout, end=end)
 
@@ -147,16 +145,15 @@ class MemoryClient:
         return self._request('abort', Done, timeout)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
-        """Hold the element's time, or let it run on.
+        """Pause or resume the element's time.
 
-        Args:
-            hold: Whether to hold it.
-            timeout: Longest wait for the answer in seconds.
+        Args: hold: Whether to pause it.
+        timeout: Longest wait for the answer in seconds.
         """
         return self._converse('pause', self._pause(bool(hold)), timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
-        """Run one tick while time is held.
+        """Run one tick while time is paused.
 
         Args:
             timeout: Longest wait for the answer in seconds.
@@ -172,13 +169,13 @@ class MemoryClient:
     ) -> Reply[Answer]:
         """Strain the element along a timed profile, by hand.
 
-        The reply is there when the profile has been taken; one that the element cannot follow,
-        and any while a procedure runs, is refused.
+        The reply comes when the profile is accepted; it is refused if the element cannot follow it
+        or a procedure runs.
 
         Args:
             times: Seconds from the beginning of every point, increasing.
             strains: Strain of every point.
-            rates: Its rate in 1/s, for a smooth profile; none for straight lines.
+            rates: Its rates in 1/s, for a smooth profile; none for straight lines.
             timeout: Longest wait for the answer in seconds.
         """
         columns = {'times': times, 'strains': strains, 'rates': rates}
@@ -190,7 +187,7 @@ class MemoryClient:
 
         Args:
             on: Whether to start.
-            path: The bag, on the node's machine; empty: the node's `record.path`. Where it exists
+            path: The bag, on the node's machine; if empty, the node's `record.path`. If it exists,
                 the time is added to its name.
             timeout: Longest wait for the answer in seconds.
         """
@@ -205,19 +202,19 @@ class MemoryClient:
             timeout: Longest wait for the answer in seconds.
 
         Returns:
-            A reply with their values by name; it is refused when the node lacks one of them.
+            A reply with their values by name; it is refused if the node lacks one of them.
         """
         return self._converse('parameters', self._parameters(names), timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
-        """Set parameters of the node that may be set while it runs, as those of `faults`.
+        """Set parameters of the node that may be set while it runs, such as those of `faults`.
 
         Args:
             values: Values by name, such as `{'faults.actuator_stuck': True}`.
             timeout: Longest wait for the answer in seconds.
 
         Returns:
-            A reply; it is refused when the node does not take one of them, with the reason.
+            A reply; it is refused, with the reason, if the node rejects one of them.
         """
         return self._converse('set_parameters', self._set(values), timeout)
 
@@ -225,7 +222,7 @@ class MemoryClient:
         """Ask for anything that `~/request` takes; see `contract.requests`.
 
         Args:
-            name: What is asked for.
+            name: The request.
             timeout: Longest wait for the answer in seconds.
             arguments: Its arguments.
         """
@@ -244,7 +241,7 @@ class MemoryClient:
         what: str = '',
         **arguments: Any,
     ) -> Reply[SomeAnswer]:
-        """Ask for what `requests` names, with its arguments."""
+        """Send one of the `requests`, with its arguments."""
         steps = self._asked(kind, message_of(name, **arguments))
         return self._converse(what or name, steps, timeout)
 
@@ -256,7 +253,7 @@ class MemoryClient:
         what: str = '',
         **arguments: Any,
     ) -> Goal[SomeAnswer]:
-        """Ask for a procedure, by its action where that is served."""
+        """Ask for a procedure, by its action if that is served."""
         there = Call(self._client('request', SetParametersAtomically))
         message = message_of(name, **arguments)
         steps = self._self_test() if name == 'self_test' else self._asked(kind, message)
@@ -295,14 +292,14 @@ class MemoryClient:
         request = GetParameters.Request(names=list(names))
         response = yield Call(self._client('get_parameters', GetParameters), request)
         if len(response.values) != len(names):  # rclpy answers none when it lacks one
-            raise RequestRefused({'error': f'one of {", ".join(names)} is no parameter of it'})
+            raise RequestRefused({'error': f'one of {", ".join(names)} is not a parameter of it'})
         return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
 
     def _converse(self, what: str, steps: Steps[Any], timeout: float) -> Reply[Any]:
         return Reply(self._line, what, steps, timeout)
 
     def _client(self, service: str, kind: type[Any]) -> Any:
-        """Return the rclpy client of a service; made at first use, for each slows the node."""
+        """Return the rclpy client of a service, created on first use since each slows the node."""
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
                 kind,

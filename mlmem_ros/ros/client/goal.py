@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A procedure that was asked for: a reply that tells how far it is, and can be canceled."""
+"""A requested procedure: a reply with feedback, which can be canceled."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ClientOf = Callable[[str, Any], Any]
 
 
 class Action:
-    """The way to an action of a node. What it needs in the graph is made when it is needed."""
+    """Access to an action of a node. Its ROS entities are created on demand."""
 
     def __init__(self, line: Line, name: str, kind: Any, client_of: ClientOf) -> None:
         """Prepare.
@@ -36,7 +36,7 @@ class Action:
             line: How to reach the node.
             name: Of the request, and of the action.
             kind: Its type.
-            client_of: Makes clients of its services.
+            client_of: Creates clients of its services.
         """
         self.name = name
         self._line = line
@@ -61,17 +61,17 @@ class Action:
         return Call(self._client('send_goal', self._impl.SendGoalService), request)
 
     def result(self, number: UUID) -> Call:
-        """Return the call that is answered when a goal has ended."""
+        """Return the call that is answered when the goal has ended."""
         request = self._impl.GetResultService.Request(goal_id=number)
         return Call(self._client('get_result', self._impl.GetResultService), request)
 
     def cancel(self, number: UUID) -> None:
-        """Ask for the end of a goal; how it ends, its result tells."""
+        """Ask to cancel a goal; its result says how it ends."""
         client = self._client('cancel_goal', CancelGoal)
         client.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=number)))
 
     def listen(self, number: UUID, tell: Callable[[Any], None]) -> None:
-        """Listen to the feedback of a goal, until it is forgotten."""
+        """Listen to the feedback of a goal, until `forget`."""
         self._listeners[bytes(number.uuid)] = tell
         if self._subscription is None:
             self._subscription = self._line.node.create_subscription(
@@ -83,7 +83,7 @@ class Action:
             )
 
     def forget(self, number: UUID) -> None:
-        """Listen to a goal no longer."""
+        """Stop listening to a goal."""
         self._listeners.pop(bytes(number.uuid), None)
 
     def _hear(self, message: Any) -> None:
@@ -95,10 +95,9 @@ class Action:
 
 
 class Goal(Reply[T]):
-    """A procedure that was asked for: of the node's action where it has one, or of its service.
+    """A requested procedure, by the node's action if it has one, otherwise by its service.
 
-    It is awaited or waited for as any reply is. Meanwhile it tells how far it is, where the node
-    serves actions; else nothing comes before the end::
+    It is used like any reply. If the node serves actions, it gives feedback meanwhile::
 
         goal = self.memory.write(5)
         async for feedback in goal:
@@ -122,11 +121,11 @@ class Goal(Reply[T]):
         Args:
             line: How to reach the node.
             what: Its name, for messages.
-            action: What it may be a goal of.
+            action: The action, if served.
             arguments: Of the goal.
-            kind: What is answered.
+            kind: The type of the answer.
             there: The wait for the node.
-            service: The conversation where it is no goal.
+            service: The conversation if it is not a goal.
             timeout: Longest time for all of it in seconds.
         """
         self._action = action
@@ -137,12 +136,12 @@ class Goal(Reply[T]):
         super().__init__(line, what, self._converse(there, kind, service), timeout)
 
     def cancel_goal(self) -> bool:
-        """Have the node stop it and let go of the strain; it stops nothing else.
+        """Make the node stop it and release the strain; it stops nothing else.
 
-        The answer is then a `RequestFailed`, once the strain is down.
+        The answer is then a `RequestFailed`, once the strain is zero.
 
         Returns:
-            Whether it can be: without actions `MemoryClient.abort` stops whatever runs.
+            Whether that is possible: without actions, `MemoryClient.abort` stops whatever runs.
         """
         if self._action is None or self.done() or self.cancelled():
             return False
@@ -157,12 +156,12 @@ class Goal(Reply[T]):
         return self
 
     async def __anext__(self) -> Any:
-        """Wait for the next feedback; what was told before it was listened to is lost."""
+        """Wait for the next feedback; any from before the first wait is lost."""
         while not self._news:
             self._heard = Future(executor=self._line.node.executor)
             if self.done() or self.cancelled():
                 raise StopAsyncIteration
-            if not self._news:  # nor has any come meanwhile
+            if not self._news:  # nor has any arrived meanwhile
                 await self._heard
         return self._news.popleft()
 
@@ -174,7 +173,7 @@ class Goal(Reply[T]):
         number = self._request.goal_id
         taken = yield self._action.send(self._request)
         if not taken.accepted:
-            raise RequestRefused({'error': 'the node knows a goal of this number already'})
+            raise RequestRefused({'error': 'the node already has a goal with this id'})
         self._taken = True
         if self._unwanted:
             self._action.cancel(number)
@@ -192,10 +191,10 @@ class Goal(Reply[T]):
         if end is not None:
             if self._action is not None:
                 self._action.forget(self._request.goal_id)
-            self._wake()  # here, for the executor of events resumes who awaits after callbacks
+            self._wake()  # here, because the events executor resumes awaiters after callbacks
 
     def _wake(self) -> None:
-        """Resume who waits for feedback."""
+        """Resume whoever waits for feedback."""
         waits, self._heard = self._heard, None
         if waits is not None:
             waits.set_result(None)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a conversation with a memory node goes through: the line to it, and calls."""
+"""The line to a memory node, and the calls made over it."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from rclpy.node import Node
 class Call:
     """One service call: the client it goes through, and the request.
 
-    A request that is None is not sent: it stands for the wait until the service is there.
+    A request of None is not sent: it only waits until the service is available.
     """
 
     client: Any
     request: Any = None
 
     def take(self) -> None:
-        """Give those who asked the responses that have come in, as an executor does."""
+        """Deliver the responses that have arrived, as an executor does."""
         while True:
             try:
                 with self.client.handle:
                     kind = self.client.srv_type.Response
                     header, response = self.client.handle.take_response(kind)
-            except InvalidHandle:  # destroyed meanwhile, as when ROS is shut down
+            except InvalidHandle:  # destroyed meanwhile, e.g. by a shutdown of ROS
                 return
             if header is None:
                 return
             try:
                 asked = self.client.get_pending_request(header.request_id.sequence_number)
-            except KeyError:  # it has been given up
+            except KeyError:  # it was given up
                 continue
             asked.set_result(response)
 
@@ -46,9 +46,9 @@ class Line:
 
     Attributes:
         node: The robot's node.
-        group: Callback group of all that the conversation needs of the executor.
+        group: Callback group of everything the conversation runs in the executor.
         peer: Full name of the memory node, for messages.
-        patience: Seconds that a service may take to appear.
+        patience: Seconds to wait for a service to appear.
     """
 
     node: Node

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a running node tells on its topics, kept as the newest of each: for those who look."""
+"""The latest message of each topic of a running node, for display."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..qos import SENSOR_DATA, profile
 from .client import MemoryClient
 
 WANTED = ('design.N', 'design.J', 'scale.length', 'actuator.max_strain', 'probe.gain_decay')
-"""Parameters that turn messages into what is shown."""
+"""Parameters needed to display messages."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Status:
     Attributes:
         severity: 0 good, 1 warning, 2 error, 3 stale.
         text: What it says.
-        values: Its keys and values, all as texts.
+        values: Its keys and values, all as strings.
     """
 
     severity: int
@@ -35,26 +35,26 @@ class Status:
 
     @classmethod
     def of(cls, message: Any) -> Status:
-        """Return the status that a message tells."""
+        """Return the status in a message."""
         return cls(message.level[0], message.message, told.values(message))
 
 
 @dataclass
 class View:
-    """The newest that was heard of an element; None is not heard yet.
+    """The latest state received from an element; None if not received yet.
 
     Attributes:
         name: Full name of the node.
         cells: Number of cells.
         period: Cells from one level to the next.
-        max_strain: Largest strain that the actuator gives.
+        max_strain: Largest strain of the actuator.
         level: Level that was decoded last.
         walls: True wall positions in sites.
         strain: Substrate strain, tension positive.
-        echo: v_c of the last echo in cells over time, the damping made up for.
+        echo: v_c of the last echo in cells over time, compensated for damping.
         outcome: How the last procedure ended.
         health: Status of every component, by its name.
-        heard: When a message came last, on the clock of `time.monotonic`.
+        heard: When the last message came, on the clock of `time.monotonic`.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Monitor:
     """Listens to a node.
 
     Attributes:
-        view: What was heard; the thread that turns the client's node renews it.
+        view: The latest state; the thread that spins the client's node updates it.
     """
 
     def __init__(self, client: MemoryClient, parameters: Mapping[str, Any]) -> None:

@@ -40,7 +40,7 @@ ANY_TIME = (Abort, Disturb, SetFaults)
 """Commands that do not wait for a procedure to end."""
 
 NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults)
-"""Commands that begin no procedure."""
+"""Commands that do not start a procedure."""
 
 PATIENCE = 120.0
 """Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
@@ -53,8 +53,8 @@ class Played:
     Attributes:
         heard: How the node's procedures ended; see `ending`.
         recorded: How they ended when they were recorded.
-        lost: What is missing of the recording, a line each.
-        hints: What was otherwise before the first command, a line each.
+        lost: What is missing from the recording, one line each.
+        hints: What differed before the first command, one line each.
     """
 
     heard: list[str]
@@ -64,40 +64,40 @@ class Played:
 
     @property
     def passed(self) -> bool:
-        """Whether every procedure that was recorded ended as then, and none is missing."""
+        """Whether every recorded procedure ended the same way, and none is missing."""
         agree = agreeing(self.recorded, self.heard) == len(self.recorded)
         return bool(self.recorded) and agree and not self.lost
 
     @property
     def verdict(self) -> str:
-        """The answer in one sentence: in capitals what keeps it from being yes."""
+        """The verdict in one sentence, with any reason against it in capitals."""
         if not self.recorded:
-            return 'NOTHING TO COMPARE: the bag tells on ~/outcome of no procedure that ended'
+            return 'NOTHING TO COMPARE: the bag has no finished procedure on ~/outcome'
         if agreeing(self.recorded, self.heard) < len(self.recorded):
-            why = '; see what was otherwise beforehand' if self.hints else ''
+            why = '; see what differed beforehand' if self.hints else ''
             return f'THE LEVELS DIFFER from those that were recorded{why}'
         agree = 'every procedure ended as it was recorded'
         lost = 'NOT WHOLE: part of the recording is lost; in what remains, '
         return f'{lost}{agree}' if self.lost else agree
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for a program: plain values alone."""
+        """Return it as plain values, for programs."""
         return {'verdict': self.verdict, 'passed': self.passed, **asdict(self)}
 
 
 def play(session: SessionData, name: str, progress: Progress) -> Played:
     """Send the commands of a session to a node and listen to how its procedures end.
 
-    The node is read first, for what it holds is what it plays from.
+    The node is read first, because the session starts from what it holds.
 
     Args:
-        session: The recorded session; its stamped commands are sent, or where there are none
-            (another recorder's bag) its command messages.
+        session: The recorded session; its stamped commands are sent, or without any (another
+            recorder's bag) its command messages.
         name: Name of the node.
         progress: Called with milliseconds done and to do.
 
     Returns:
-        What was heard, beside what was recorded.
+        What was received, along with what was recorded.
 
     Raises:
         RequestError: There is no such node, it is busy, or a procedure did not end.
@@ -120,7 +120,9 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
         )
-        wait_until(lambda: heard, f'the outcome of a read of {name}')  # latched, and none of ours
+        wait_until(
+            lambda: heard, f'the outcome of a read of {name}'
+        )  # latched, and not one of ours
         heard.clear()
         start = time.monotonic()
         for due, command in schedule:
@@ -137,7 +139,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
 
 
 def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
-    """Yield which of the node's settings are not those of a session."""
+    """Yield the node's settings that differ from a session's."""
     if session.header is None:
         return
     groups = {'design': asdict(session.design), **session.settings.as_dict()}
@@ -156,9 +158,9 @@ def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
 
 
 def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
-    """Yield what the node holds, where the session began with another content.
+    """Yield what the node holds, if the session began with another content.
 
-    Where a session of a real element began nobody knows.
+    The start of a session of a real element is unknown.
     """
     if session.header is not None and not session.header.simulated:
         return
@@ -171,15 +173,15 @@ def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
     recorded = _content_before(session)
     if present != recorded:
         yield (
-            f'{client.name} held another content: {present}; when it was recorded, {recorded}. '
-            f'Bring it there first, such as by mlmem erase or mlmem write'
+            f'{client.name} held another content: {present}; in the recording, {recorded}. Set it '
+            'first, e.g. with mlmem erase or mlmem write'
         )
 
 
 def _content_before(session: SessionData) -> str:
-    """Return what a read tells of the state in which a session began."""
+    """Return what a read shows of the state in which a session began."""
     if session.header is None:
-        return describe_level(BLANK)  # as `replay_commands` takes it
+        return describe_level(BLANK)  # as `replay_commands` does
     element = element_of(session)
     outcome = element.perform(Read())
     return outcome.error or describe_level(outcome.reading.level if outcome.reading else BLANK)
@@ -215,6 +217,6 @@ def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
         else:
             name, arguments = asked(command)
             reply = client.request(name, **arguments)
-        reply.add_done_callback(Reply.exception)  # ~/outcome tells how it ends
+        reply.add_done_callback(Reply.exception)  # ~/outcome reports how it ends
 
     return send

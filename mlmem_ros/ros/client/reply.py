@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A request under way: an rclpy future that can be awaited, or waited for."""
+"""A pending request: an rclpy future that can be awaited, or waited for."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from .line import Call, Line
 T = TypeVar('T')
 
 POLL = 0.05
-"""Seconds between two looks at clock and graph while a request is under way."""
+"""Seconds between two checks of clock and graph while a request is pending."""
 
 TAKE = 0.002
-"""Seconds between two looks for an answer by a thread that waits for it."""
+"""Seconds between two checks for an answer by a waiting thread."""
 
 GRACE = 1.0
-"""Seconds for which a node may be out of sight before an answer is given up."""
+"""Seconds that a node may be missing from the graph before an answer is given up."""
 
 
 Steps = Generator[Call | Sequence['Reply[Any]'], Any, T]
-"""A conversation: yields a call and is sent its response, or yields replies and goes on when all
-of them have ended; returns its own result."""
+"""A conversation: yields a call and is sent its response, or yields replies and resumes when all
+have ended; returns its result."""
 
 
 End = Callable[[], None]
@@ -39,21 +39,21 @@ End = Callable[[], None]
 
 
 class Reply(Future, Generic[T]):
-    """What becomes of a request, which is under way from the moment the reply is made.
+    """The result of a request, which is sent as the reply is created.
 
-    In a coroutine, such as a callback that is `async def`, await it::
+    In a coroutine, such as an `async def` callback, await it::
 
         async def on_button(self, _):
             content = await self.memory.write(5)
 
-    The executor runs other callbacks meanwhile, those of the same callback group excepted:
+    The executor runs other callbacks meanwhile, except those of the same callback group:
     `MemoryClient.group` is one for callbacks that await. Anywhere else, wait for it::
 
         content = client.write(5).wait()
 
-    or attach `add_done_callback`. However it is asked for, the result is the answer, or a
-    `RequestError` is raised. `cancel` ends the interest in the answer; it does not stop the
-    element, which `MemoryClient.abort` does.
+    or attach `add_done_callback`. Either way the result is the answer, or a `RequestError` is
+    raised. `cancel` ends the interest in the answer; it does not stop the element, which
+    `MemoryClient.abort` does.
     """
 
     def __init__(self, line: Line, what: str, steps: Steps[T], timeout: float) -> None:
@@ -75,10 +75,10 @@ class Reply(Future, Generic[T]):
         self._step: Call | Sequence[Reply[Any]] = ()
         self._sent: Future | None = None
         self._begun = self._asked = self._seen = self._looked = time.monotonic()
-        self._over = False  # it is known what comes of it
-        self._told = threading.Event()  # and who waits may look
+        self._over = False  # set when settled
+        self._told = threading.Event()  # wakes the waiting thread
         self._busy = False
-        self._turn = threading.RLock()  # whoever waits and the executor's thread may meet here
+        self._turn = threading.RLock()  # a waiting thread and the executor's may meet here
         with self._turn:
             self._timer = line.node.create_timer(
                 POLL, self._look, line.group, Clock(clock_type=ClockType.STEADY_TIME)
@@ -86,20 +86,20 @@ class Reply(Future, Generic[T]):
         self._go_on()
 
     def __await__(self) -> Generator[None, None, T]:
-        """Suspend the coroutine until the answer is there."""
+        """Suspend the coroutine until the answer comes."""
         return super().__await__()
 
     def wait(self) -> T:
-        """Block this thread until the answer is there.
+        """Block this thread until the answer comes.
 
-        It is taken by the thread that waits, so that it comes whether or not anybody turns the
-        node, in a callback too; but what else that thread has to do stands still meanwhile.
+        The waiting thread takes the answer itself, so it works whether or not anybody spins the
+        node, even in a callback; but that thread does nothing else meanwhile.
 
         Returns:
             The answer.
 
         Raises:
-            RequestError: There is none, or a bad one.
+            RequestError: There is no answer, or it reports an error.
         """
         while not self._told.wait(TAKE):
             self._drive()
@@ -115,7 +115,7 @@ class Reply(Future, Generic[T]):
     # --- going on, in whatever thread ------------------------------------------------------
 
     def _drive(self) -> None:
-        """Do what an executor would that turned the node."""
+        """Do what an executor that spins the node would."""
         step = self._step
         if isinstance(step, Call):
             step.take()
@@ -128,17 +128,17 @@ class Reply(Future, Generic[T]):
             self._go_on()
 
     def _look(self) -> None:
-        """Look at clock and graph."""
+        """Check clock and graph."""
         self._tell(self._do(self._watch))
 
     def _go_on(self, _: Future | None = None) -> None:
-        """Go on with the conversation if what it waits for is there."""
+        """Resume the conversation if what it waits for is there."""
         self._tell(self._do(self._next))
 
     def _do(self, work: Callable[[], End | None]) -> End | None:
-        """Do one thing at a time; return how the conversation ends, where it does."""
+        """Do one thing at a time; return how the conversation ends, if it does."""
         with self._turn:
-            if self._over or self._busy:  # busy: what was to come is there already, and is seen
+            if self._over or self._busy:  # busy: the running turn will see what has arrived
                 return None
             self._busy = True
             try:
@@ -154,7 +154,7 @@ class Reply(Future, Generic[T]):
             return end
 
     def _tell(self, end: End | None) -> None:
-        """Settle, out of turn: whom it is told may turn to us, and to other replies."""
+        """Settle, out of turn: those notified may use this and other replies."""
         if end is not None:
             end()
             self._told.set()
@@ -170,7 +170,7 @@ class Reply(Future, Generic[T]):
                 step = self._steps.send(None if self._sent is None else self._sent.result())
             except StopIteration as end:
                 return partial(self.set_result, end.value)
-            except Exception as error:  # whoever asked shall hear of it
+            except Exception as error:  # the requester gets it
                 return partial(self.set_exception, error)
             self._step, self._sent = step, None
             self._asked = self._seen = time.monotonic()
@@ -187,7 +187,7 @@ class Reply(Future, Generic[T]):
         return all(part.done() or part.cancelled() for part in self._step)
 
     def _watch(self) -> End | None:
-        """Send what could not be sent as yet, go on, and give up what is hopeless."""
+        """Send what could not be sent yet, resume, and give up what is hopeless."""
         self._looked = time.monotonic()
         if isinstance(self._step, Call) and self._sent is None:
             self._send(self._step)
@@ -197,7 +197,7 @@ class Reply(Future, Generic[T]):
         return partial(self.set_exception, NoAnswer(reason)) if reason else None
 
     def _send(self, call: Call) -> None:
-        """Send the request if its service is there: DDS drops what nobody listens to."""
+        """Send the request if its service is available: DDS drops messages without a reader."""
         if not self._line.node.context.ok() or not call.client.service_is_ready():
             return
         if call.request is None:
@@ -205,7 +205,7 @@ class Reply(Future, Generic[T]):
             self._sent.set_result(None)
         else:
             self._sent = call.client.call_async(call.request)
-            # or what follows were a task, after which the executor of events resumes nobody
+            # otherwise the rest would be a task, after which the events executor resumes nobody
             self._sent._set_executor = lambda executor: None
             self._sent.add_done_callback(self._go_on)
 
@@ -218,7 +218,7 @@ class Reply(Future, Generic[T]):
             if self._sent is None and now - self._asked > patience:
                 return (
                     f'no memory node answers as {peer} within {patience:g} s; start one with '
-                    '"ros2 run mlmem_ros memory_node", and mind ROS_DOMAIN_ID and the name'
+                    '"ros2 run mlmem_ros memory_node", and check ROS_DOMAIN_ID and the name'
                 )
             if self._step.client.service_is_ready():
                 self._seen = now
@@ -233,7 +233,7 @@ class Reply(Future, Generic[T]):
         return self._begun + self._timeout - time.monotonic()
 
     def _release(self) -> None:
-        """Leave nothing behind: neither timer nor pending request."""
+        """Clean up the timer and the pending request."""
         self._line.node.destroy_timer(self._timer)
         self._steps.close()
         if isinstance(self._step, Call) and self._sent is not None:

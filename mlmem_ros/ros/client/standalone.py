@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A client for programs that are no ROS nodes: commands, notebooks, tools."""
+"""A client for programs without a ROS node: commands, notebooks, tools."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from ..events import events_executor
 from .client import MemoryClient
 
 POLL = 0.02
-"""Seconds between two looks at a condition."""
+"""Seconds between two checks of a condition."""
 
 TURN = 10.0
-"""Seconds of a turn: to wait without a time-out is not safe with this executor."""
+"""Seconds per spin: waiting without a time-out is not safe with this executor."""
 
 
 @contextmanager
 def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
-    """Join the ROS graph with a client, its node and a thread that turns it, and leave it again.
+    """Join the ROS graph with a client, its node and a thread that spins it, and leave it again.
 
     ::
 
         with standalone() as memory:
             memory.write(5).wait()
 
-    Context and signals are its own, so it disturbs no rclpy of the program. Callbacks of
-    subscriptions that are made on `memory.node` run in its thread.
+    It has its own context and no signal handlers, so it does not disturb the program's rclpy.
+    Callbacks of subscriptions created on `memory.node` run in its thread.
 
     Args:
         name: Name of the memory node, with its namespace if it has one.
@@ -74,12 +74,12 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0
     """Wait in the program's thread until a condition holds.
 
     Args:
-        condition: Asked again and again; what the client's callbacks change may make it true.
-        what: What is waited for, for the message.
+        condition: Polled; the client's callbacks may make it true.
+        what: Name of the condition, for the message.
         timeout: Longest wait in seconds.
 
     Raises:
-        NoAnswer: It does not hold in time.
+        NoAnswer: It does not become true in time.
     """
     deadline = time.monotonic() + timeout
     while not condition():

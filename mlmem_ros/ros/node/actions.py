@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actions, where their types are built: goals that go the way of all requests, and report.
+"""The actions, if their types are built: goals handled like any request, with feedback.
 
-An action is three services and two topics (design.ros2.org/articles/actions.html). They are made
-here as those of the node are: rclpy's own action server is one waitable, of which a message that
-cannot be decoded is left in the way of all that follow, and its goals are tasks of an executor.
+An action is three services and two topics (design.ros2.org/articles/actions.html). They are
+created here like the node's own: rclpy's action server is a single waitable, in which a message
+that cannot be decoded blocks all that follow, and its goals are tasks of an executor.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from ..qos import EVERY_ONE, RELIABLE
 from .boundary import settled
 
 FEEDBACK_EVERY = 0.05
-"""Seconds between two reports of a goal."""
+"""Seconds between two feedback messages of a goal."""
 
 KEPT = 10.0
-"""Seconds for which the result of a goal is kept for who asks late."""
+"""Seconds for which a goal's result is kept for late requests."""
 
 JUST_NOW = 1.0
-"""Seconds within which who sent a goal asks for its result."""
+"""Seconds within which the sender of a goal asks for its result."""
 
 NONE, FAILED, REFUSED, CANCELED = range(4)
 """The results' error codes."""
@@ -49,28 +49,28 @@ class Actions:
         ]
 
     def tick(self) -> None:
-        """Report how far a goal is, in the loop's thread."""
+        """Publish the feedback of a goal, in the loop's thread."""
         for action in self._actions:
             action.tick()
 
     @property
     def waiting(self) -> int:
-        """How many goals are open, or have ended just now, and nobody has been told yet."""
+        """How many goals are open, or have just ended without a request for the result."""
         return sum(action.waiting for action in self._actions)
 
 
 class Goal:
-    """A goal that was taken.
+    """An accepted goal.
 
     Attributes:
-        info: Its number, and when it was taken.
-        command: What it asks the device for.
-        status: Where it is; one of `GoalStatus`.
+        info: Its id, and when it was accepted.
+        command: The device command.
+        status: Its status, one of `GoalStatus`.
         open: Whether its procedure has not ended yet.
-        result: What is answered to who asks for its result.
+        result: The answer to a result request.
         ended: When it ended, on the steady clock.
         told: Whether its result has been asked for.
-        let_go: The abort that its client's cancel has become, which ends with no strain.
+        let_go: The abort caused by its client's cancel, which ends at zero strain.
     """
 
     def __init__(self, info: GoalInfo, command: Command) -> None:
@@ -85,15 +85,15 @@ class Goal:
 
 
 class Action:
-    """One action: its goals, from when they are taken until nobody asks for their results."""
+    """One action: its goals, from acceptance until nobody asks for their results any more."""
 
     def __init__(self, node: Node, host: Host, name: str, kind: Any) -> None:
         """Serve it.
 
         Args:
             node: The node.
-            host: What does the work.
-            name: Of the request that a goal is; the action is called so, too.
+            host: It does the work.
+            name: Of the request behind a goal, and of the action.
             kind: Its type.
         """
         self._node = node
@@ -118,7 +118,7 @@ class Action:
     # --- services ------------------------------------------------------------------------
 
     def _take(self, request: Any, response: Any) -> Any:
-        """Take a goal as every request is taken: what is wrong with it, its result tells."""
+        """Accept a goal like any request: its result reports any error."""
         number = bytes(request.goal_id.uuid)
         wanted = {each: getattr(request.goal, each) for each in REQUESTS[self._name]}
         now = self._node.get_clock().now().to_msg()
@@ -134,7 +134,7 @@ class Action:
         return response
 
     def _cancel(self, request: CancelGoal.Request, response: CancelGoal.Response) -> Any:
-        """Stop the goals that are meant, and let go of the strain; nothing else is stopped."""
+        """Stop the selected goals, and release the strain; nothing else is stopped."""
         with self._lock:
             meant = list(self._meant(request.goal_info))
             stopped = [goal for goal in meant if goal.open and goal.let_go is None]
@@ -163,7 +163,7 @@ class Action:
         return response
 
     def _meant(self, info: GoalInfo) -> Iterator[Goal]:
-        """Yield the goals that a cancel means: one, those up to a time, both, or all."""
+        """Yield the goals selected by a cancel: one, those up to a time, both, or all."""
         number, until = bytes(info.goal_id.uuid), (info.stamp.sec, info.stamp.nanosec)
         everything = not any(number) and until == (0, 0)
         for known, goal in self._goals.items():
@@ -175,10 +175,10 @@ class Action:
     # --- ends ----------------------------------------------------------------------------
 
     def _ended(self, goal: Goal, done: Future[Outcome | None]) -> None:
-        """Take the end of a goal's procedure, in the thread that has it."""
+        """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
             result, status = self._judged(done)
-        except Exception as defect:  # it is told all the same
+        except Exception as defect:  # it is answered anyway
             self._host.journal.exception(self._name, defect)
             result, status = self._failed(FAILED, defect)
         with self._lock:
@@ -188,23 +188,25 @@ class Action:
             return
         if result.error_code == FAILED:
             result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
-        # the next goal shall find the element at rest
+        # the next goal must find the element at rest
         let_go.add_done_callback(lambda _: self._settle(goal, result, status))
 
     def _settle(self, goal: Goal, result: Any, status: int) -> None:
-        """Tell the result of a goal to who asks for it."""
+        """Answer a request for a goal's result."""
         with self._lock:
             goal.status, goal.ended = status, threads.monotonic()
             self._tell()
         goal.result.set_result(result)
 
     def _judged(self, done: Future[Outcome | None]) -> tuple[Any, int]:
-        """Return what is told of the end of a procedure: result and status."""
+        """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
             return self._failed(REFUSED, refusal)
         outcome = done.result()
         assert outcome is not None
-        good = outcome.success or bool(outcome.checks)  # a self-test was made, whatever it found
+        good = outcome.success or bool(
+            outcome.checks
+        )  # a self-test was completed, whatever its result
         result = goals.result_of(self._kind, outcome, NONE if good else FAILED)
         if outcome.checks:
             name = self._node.get_fully_qualified_name()
@@ -223,7 +225,7 @@ class Action:
 
     @property
     def waiting(self) -> int:
-        """How many goals are open, or have ended just now, and nobody has been told yet."""
+        """How many goals are open, or have just ended without a request for the result."""
         just_now = threads.monotonic() - JUST_NOW
         with self._lock:
             return sum(
@@ -234,7 +236,7 @@ class Action:
     # --- topics --------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Report how far the goal is that runs, if one does and it is time."""
+        """Publish feedback of the running goal, if there is one and it is time."""
         if not self._goals or threads.monotonic() - self._reported < FEEDBACK_EVERY:
             return
         with self._lock:
@@ -249,7 +251,7 @@ class Action:
             self._feedback.publish(message)
 
     def _tell(self) -> None:
-        """Publish where the goals are; with the lock held, so that the newest is told last."""
+        """Publish the status of the goals, with the lock held, so that the latest comes last."""
         known = [
             GoalStatus(goal_info=goal.info, status=goal.status) for goal in self._goals.values()
         ]

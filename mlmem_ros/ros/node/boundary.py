@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one way in from ROS: whatever comes, no exception leaves a callback, and who asked is told.
+"""The one way in from ROS: no exception ever leaves a callback, and every request is answered.
 
-Services may be coroutines, which await futures of the loop's thread. None is a task of rclpy's:
-how those are resumed depends on the executor and its version. They go on in the thread that
-settles the future, and the response is sent from there.
+Services may be coroutines, which await futures of the loop's thread. They are not rclpy tasks: how
+those are resumed depends on the executor and its version. They resume in the thread that settles
+the future, and send the response from there.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from ...host import REFUSALS, Journal
 T = TypeVar('T')
 
 EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
-"""What a bad request may raise in rclpy's own services: a transition that is not open now, a
-parameter of no known type."""
+"""Errors of bad requests to rclpy's own services: a transition that is not available now, a
+parameter of unknown type."""
 
 
 async def settled(future: Future[T]) -> T:
@@ -52,7 +52,7 @@ class _Answer(NamedTuple):
     steps: Coroutine[Future[Any], None, Any]
 
     def tell(self, send: Callable[[Any], None]) -> None:
-        """Go on until a future is awaited, and again once it is settled; send the response."""
+        """Run until a future is awaited, resume once it is settled; finally send the response."""
         try:
             awaited = self.steps.send(None)
         except StopIteration as end:
@@ -65,15 +65,15 @@ class Boundary:
     """Guards the callbacks of a node.
 
     Attributes:
-        waiting: The requests that have not been answered yet.
+        waiting: The requests not answered yet.
     """
 
     def __init__(self, node: Node, journal: Journal) -> None:
         """Guard nothing yet.
 
         Args:
-            node: Whose callbacks.
-            journal: Where it is told what was caught.
+            node: The node of the callbacks.
+            journal: The log, for what was caught.
         """
         self.waiting: set[int] = set()
         self._node = node
@@ -90,16 +90,16 @@ class Boundary:
         return call
 
     def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
-        """Call back again and again by the machine's clock, also where simulated time stands."""
+        """Call back periodically by the machine's clock, even if simulated time stands still."""
         guarded = self.guarded(where, callback)
 
-        def call() -> None:  # from Kilted on, who takes arguments is given the timer's times
+        def call() -> None:  # from Kilted on, a callback with arguments gets the timer's times
             guarded()
 
         return self._node.create_timer(seconds, call, clock=self._steady)
 
     def guard_services(self) -> None:
-        """Let no exception out of any service of the node, rclpy's own too; it is answered."""
+        """Let no exception out of any service of the node, rclpy's own included; answer it."""
         for service in self._node.services:
             service.callback = self._answering(service.srv_name, service.callback)
             service.send_response = self._sending(service.srv_name, service.send_response)
@@ -134,17 +134,17 @@ class Boundary:
 
 
 def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
-    """Return a response that says why it is no other, as far as its type can.
+    """Return a response with the reason for a failure, as far as its type allows.
 
     Args:
-        request: What was asked.
-        response: What had been made of its response.
+        request: The request.
+        response: Its response so far.
         why: The reason.
         own: Whether the service is one of ours, which answer with a JSON object.
     """
     told = answers.refusal(why) if own else why
     failed = SetParametersResult(successful=False, reason=told)
-    if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as asked for
+    if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
         response.result = failed

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain options of `memory_node` and `memory_bank`, for what is asked most, beside ROS's."""
+"""Plain options of `memory_node` and `memory_bank` for common needs, besides ROS's."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from ... import __version__
 
 NAMESPACE = '/bank'
-"""Of a bank, unless a remapping gives another."""
+"""Namespace of a bank, unless a remapping gives another."""
 
 MOST = 64
-"""More elements than that are more likely a mistake than a bank."""
+"""More elements than this are probably a mistake."""
 
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
@@ -23,14 +23,14 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
         arguments: The command line, the program first.
 
     Raises:
-        SystemExit: An option is not known or has a bad value, or help was asked for.
+        SystemExit: An option is unknown or has a bad value, or help was requested.
     """
     parser = _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
     return _read(parser, arguments)[1]
 
 
 def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
-    """Return what ROS is told of a bank, and what sets its nodes apart.
+    """Return the ROS arguments of a bank, and those of each of its nodes.
 
     Args:
         arguments: The command line, the program first.
@@ -69,7 +69,7 @@ def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, 
 
 
 def _parser(program: str, description: str) -> argparse.ArgumentParser:
-    """Return the parser of the options that both have."""
+    """Return the parser of the options common to both."""
     parser = argparse.ArgumentParser(
         program,
         description=description,
@@ -80,7 +80,7 @@ def _parser(program: str, description: str) -> argparse.ArgumentParser:
         '--speed',
         type=_speed,
         metavar='FACTOR',
-        help='factor on real time, or "max" for as fast as it can: the parameter time.speed',
+        help='multiple of real time, or "max" for as fast as possible: the parameter time.speed',
     )
     parser.add_argument(
         '--view',
@@ -94,7 +94,7 @@ def _parser(program: str, description: str) -> argparse.ArgumentParser:
 def _read(
     parser: argparse.ArgumentParser, arguments: Sequence[str]
 ) -> tuple[argparse.Namespace, list[str]]:
-    """Return the plain options, and the command line of ROS that says the same as all of it."""
+    """Return the plain options, and the equivalent ROS command line."""
     plain, of_ros = _parted(arguments[1:])
     given = parser.parse_args(plain)
     if given.speed is not None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Saying that the kernels are being compiled, while nothing else can be said."""
+"""Reporting that the kernels are being compiled, while nothing else can be reported."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from rclpy.node import Node
 from ...physics import INTEGRATORS, Design, kernel_in_cache
 
 REMINDER = 1.0
-"""Seconds between two reports: who listens may have come only after the first."""
+"""Seconds between two reports: a subscriber may have missed the first."""
 
 
 @contextmanager
 def telling_compilation(
     node: Node, design: Design, integrator: str, report: Callable[[str], None]
 ) -> Iterator[None]:
-    """Tell in the log and to `report` where what is done within has to compile the kernels first.
+    """Log and `report` it if the body has to compile the kernels first.
 
     Args:
         node: Whose log.
-        design: The element: its substrate tells which kernel it needs.
+        design: The element: its substrate determines the kernel.
         integrator: Name of the method.
-        report: Takes the text at once, and again and again from another thread.
+        report: Called with the text at once, and repeatedly from another thread.
     """
     if kernel_in_cache(design, INTEGRATORS[integrator]):
         yield
@@ -48,4 +48,4 @@ def telling_compilation(
     finally:
         over.set()
         reminder.join()
-    node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and kept')
+    node.get_logger().info(f'compiled in {time.monotonic() - begun:.1f} s, and cached')

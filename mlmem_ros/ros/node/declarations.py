@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every parameter of the node: name, default, meaning. It needs no ROS: documents use it too."""
+"""Every parameter of the node: name, default, meaning. It needs no ROS: the docs use it too."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
     'time.speed': (
         1.0,
-        Description('factor on real time; 0: as fast as it can', low=0.0, high=1e6),
+        Description('multiple of real time; 0: as fast as possible', low=0.0, high=1e6),
     ),
 }
-"""Parameters that may be set at any time, as those of `parameters.LIVE_GROUPS`;
-all others only while the node is unconfigured."""
+"""Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`; all others only
+while the node is unconfigured."""
 
-AUTOSTART = (True, Description('configure and activate at the start'))
+AUTOSTART = (True, Description('configure and activate at start'))
 
 VIEW = (False, Description('serve the page of this element while the node runs: `mlmem view`'))
 
 PRESET = (
     DEFAULT,
     Description(
-        'shipped element: what design, actuator, write, erase, probe, probe_right, read and time '
-        'are where they are not given',
+        'shipped element: the defaults of design, actuator, write, erase, probe, probe_right, '
+        'read and time',
         choices=tuple(PRESETS),
     ),
 )
 
 CHECK = (
     'refuse',
-    Description('what a design that fails its check does at configure', choices=CHOICES),
+    Description('what configure does with a design that fails its check', choices=CHOICES),
 )
 
 
@@ -53,14 +53,14 @@ OF_A_PRESET = (
     'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
     'throw', 'probe', 'probe_right', 'read', 'time',
 )  # fmt: skip
-"""Groups that a preset that is set later gives its values; the others are the robot's own."""
+"""Groups that change when a preset is set later; the others are the robot's own."""
 
 
 def groups(chosen: Preset | None = None) -> dict[str, Any]:
     """Return the defaults of every group by the prefix of its parameters.
 
     Args:
-        chosen: The preset; by default the one that a node starts from.
+        chosen: The preset; by default that of a new node.
     """
     chosen = chosen or preset(DEFAULT)
     return {

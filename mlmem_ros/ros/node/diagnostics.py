@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's health on /diagnostics: a function for every component, and warnings that stay.
+"""The node's health on /diagnostics: a function for every component, and lasting warnings.
 
-`ELEMENT` are functions of the device, called in the loop's thread, where its state is whole; to
-add one, write it and name it there; `tools/reference.py` takes its docstring and values.
+`ELEMENT` are functions of the device, called in the loop's thread, where its state is consistent;
+to add one, write it and list it there; `tools/reference.py` takes its docstring and values.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PERIOD = 1.0
 """Seconds between two reports."""
 
 HOLD = 5
-"""Reports for which a warning stays after its cause has gone."""
+"""Reports for which a warning stays after its cause is gone."""
 
 WEAK = 1.5
 """Threshold margin below which an echo may soon be missed; those of the paper's element are above
@@ -42,13 +42,13 @@ WEAK = 1.5
 
 @dataclass(frozen=True)
 class Health:
-    """How a component is.
+    """The health of a component.
 
     Attributes:
-        level: OK, WARN or ERROR of diagnostic_msgs/msg/DiagnosticStatus; that a status is stale is
-            for the aggregator to say, which no longer hears of it.
+        level: OK, WARN or ERROR of diagnostic_msgs/msg/DiagnosticStatus; the aggregator decides
+            when a status is stale.
         text: In a few words.
-        values: By name; numbers, texts and truth values.
+        values: By name: numbers, strings and booleans.
     """
 
     level: bytes
@@ -68,11 +68,11 @@ class Hysteresis:
         self._calm = 0
 
     def forget(self) -> None:
-        """Hold no warning any more: the node is not active."""
+        """Drop all warnings: the node is not active."""
         self._held = None
 
     def smooth(self, now: Health) -> Health:
-        """Return the present health, or the present values under the warning that stays."""
+        """Return the present health, or the present values under a lasting warning."""
         if now.level == OK or (self._held and now.level < self._held.level):
             self._calm += 1
         else:
@@ -88,9 +88,9 @@ class Hysteresis:
 
 
 def material(element: MemoryElement) -> Health:
-    """Tell energies, in k_r (lattice constant)^2; warn of more than one wall at rest.
+    """Report energies, in k_r (lattice constant)^2; warn of more than one wall at rest.
 
-    Of a real element tell how its driver is.
+    For a real element, report the state of its driver.
     """
     if (chain := element.driver.chain) is None:
         return Health(OK, 'a real element', dict(element.driver.health()))
@@ -108,7 +108,7 @@ def material(element: MemoryElement) -> Health:
 
 
 def actuator(element: MemoryElement) -> Health:
-    """Tell strain, target and force, the force in k_r cells."""
+    """Report strain, target and force, the force in k_r cells."""
     part = element.actuator
     values = {
         'strain': part.strain,
@@ -122,7 +122,7 @@ def actuator(element: MemoryElement) -> Health:
 
 
 def transducer(element: MemoryElement) -> Health:
-    """Tell what the ends do, in cells, and the delays of levels; warn of a weak echo of one."""
+    """Report the motion of the ends, in cells, and the delays of levels; warn of a weak echo."""
     part, reading = element.transducer, element.reading
     text = 'driving' if part.driving else 'listening'
     values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
@@ -139,7 +139,7 @@ def transducer(element: MemoryElement) -> Health:
 
 
 def memory(element: MemoryElement) -> Health:
-    """Tell the last decode with its margins, and the counts; warn of what was undecodable."""
+    """Report the last decode with its margins, and the counts; warn if it was undecodable."""
     reading, wear = element.reading, element.statistics.as_dict()
     if reading is None:
         return Health(OK, 'not read yet', wear)
@@ -158,7 +158,7 @@ def memory(element: MemoryElement) -> Health:
 
 
 def faults(element: MemoryElement) -> Health:
-    """Warn while a fault is set, and tell which, by parameter."""
+    """Warn while a fault is set, and report which, by parameter."""
     if found := element.faults.active():
         return Health(WARN, f'set: {", ".join(found)}', found)
     return Health(OK, 'healthy')
@@ -177,7 +177,7 @@ ELEMENT: dict[str, Callable[[MemoryElement], Health]] = {
 
 
 class Pace:
-    """Tells how the loop keeps time; warns when ticks of wall time are lost."""
+    """Reports how the loop keeps time; warns when ticks of wall time are lost."""
 
     def __init__(self, host: Host) -> None:
         self._host = host
@@ -186,7 +186,7 @@ class Pace:
 
     def health(self, loop: Loop | None) -> Health:
         """Return how the loop has kept time since the last report; all times in seconds."""
-        if loop is None:  # and counts on: an inactive node refuses all that is asked of it
+        if loop is None:  # and keeps counting: an inactive node refuses every request
             self._told = 0
             if self._host.stopped:
                 return Health(ERROR, self._host.stopped, {'refused': self._host.refused})
@@ -254,7 +254,7 @@ class Diagnostics:
         self._host = host
         self._boundary = boundary
         self._pace = Pace(host)
-        self._seen: dict[str, Health] = {}  # of the device, when it was looked at last
+        self._seen: dict[str, Health] = {}  # of the device, as last sampled
         self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'recorder')}
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
@@ -262,7 +262,7 @@ class Diagnostics:
         boundary.every(PERIOD, DIAGNOSTICS.name, self._report)
 
     def announce(self, text: str) -> None:
-        """Report what keeps the node from reporting by itself; from any thread."""
+        """Report why the node cannot report by itself; from any thread."""
         self._publish({'loop': Health(OK, text)})
 
     def _report(self) -> None:

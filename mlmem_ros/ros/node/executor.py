@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executor of a process of nodes: it goes on whatever a message holds."""
+"""The executor of a process of nodes: it survives any message."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ...host import Journal
 from ..events import events_executor
 
 MOST = 1000
-"""Requests of one service that are taken at once, after one that could not be decoded."""
+"""Requests taken at once from a service, after one that could not be decoded."""
 
 
 class GuardedExecutor:
-    """Turns nodes whatever a message holds; their callbacks let no exception out."""
+    """Spins nodes and survives any message; their callbacks let no exception out."""
 
     def __init__(self, context: Context | None = None) -> None:
         self._events = events_executor(context)
@@ -24,15 +24,15 @@ class GuardedExecutor:
         self._interrupted = Future()
 
     def add_node(self, node: Node, journal: Journal) -> None:
-        """Turn a node from now on, and tell its journal what cannot be decoded."""
+        """Spin a node from now on, and log what cannot be decoded in its journal."""
         self._journals[node] = journal
         self._events.add_node(node)
 
     def turn(self, seconds: float) -> None:
-        """Make callbacks for a time, or until it is interrupted."""
+        """Run callbacks for a time, or until interrupted."""
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
-        except Exception as error:  # what it came with is left behind, and nobody counts it
+        except Exception as error:  # requests that came with it are left behind uncounted
             for node, journal in self._journals.items():
                 _refuse(journal, error)
                 _catch_up(node, journal)
@@ -40,11 +40,11 @@ class GuardedExecutor:
             self._interrupted = Future()
 
     def interrupt(self) -> None:
-        """End a turn, or the next one; from any thread."""
+        """End this spin, or the next one; from any thread."""
         self._interrupted.set_result(None)
 
     def shutdown(self) -> None:
-        """Make no callbacks any more."""
+        """Stop running callbacks."""
         self._events.shutdown()
 
 

@@ -19,7 +19,7 @@ PREFIX = 'faults.'
 
 
 class FaultParameters:
-    """Keeps the device's faults those of the parameters; what it could not have is refused."""
+    """Keeps the device's faults equal to the parameters; impossible ones are refused."""
 
     def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         self._node = node

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an inlet needs of an Imu message, out of its bytes.
+"""What an inlet needs from an Imu message, taken from its bytes.
 
-A robot sends some hundred a second, and to make the whole message (37 numbers in nine objects)
-costs ten times what the rest of the way into the device does.
+A robot sends some hundred a second, and building the whole message (37 numbers in nine objects)
+costs ten times as much as the rest of the way into the device.
 """
 
 from __future__ import annotations
@@ -16,17 +16,16 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu
 
 LITTLE_ENDIAN = b'\x00\x01'
-"""How CDR begins on nearly every machine: plain, least byte first."""
+"""How CDR begins on nearly every machine: plain, little-endian."""
 
 NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
-"""Numbers behind the header; which of them the linear acceleration and its covariance begin at."""
+"""Numbers after the header; indices where linear acceleration and its covariance begin."""
 
 
 def decoded(cdr: bytes) -> Any:
     """Return the linear acceleration along x and its first covariance, as an Imu has them.
 
-    Raises:
-        Whatever the middleware does: the bytes are no Imu.
+    Raises: Whatever the middleware raises: the bytes are not an Imu.
     """
     if cdr[:2] == LITTLE_ENDIAN and len(cdr) >= 16:
         header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics the node listens to: commands without an answer."""
+"""The topics the node subscribes to: commands without an answer."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ class Inlets:
         def listen(cdr: bytes) -> None:
             try:
                 message = decode(cdr)
-            except Exception as error:  # the middleware's, of bytes that are no such message
+            except (
+                Exception
+            ) as error:  # from the middleware, for bytes that are not such a message
                 journal.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
             with journal.guarded(name):

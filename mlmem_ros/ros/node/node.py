@@ -28,22 +28,21 @@ from .sim_time import SimTimePacer
 from .speedometer import Speedometer
 
 TEND = 1.0
-"""Seconds between two looks of the host at disks and intervals."""
+"""Seconds between two checks of disks and intervals by the host."""
 
 
 class MemoryNode(LifecycleNode):
     """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
 
     configure   checks the design, compiles, builds the device, restores its saved content
-    activate    lets its time run and records, if a path says so
-    deactivate  aborts what runs, brings the strain to zero, holds the state and saves it
-    cleanup     releases the device
+    activate lets its time run and records, if a path is set deactivate aborts any procedure,
+    brings the strain to zero, holds the state and saves it cleanup     releases the device
 
-    A transition that fails says why and leaves the node in the state it was in; a device that
-    fails while active, and a defect anywhere in a transition, leave it unconfigured.
+    A failed transition says why and leaves the node in its previous state; a device that fails
+    while active, and a defect anywhere in a transition, leave it unconfigured.
 
     Attributes:
-        host: Keeps the element; it knows no ROS.
+        host: Holds the element; it is independent of ROS.
     """
 
     def __init__(self, name: str = 'mlmem', **options: Any) -> None:
@@ -71,7 +70,7 @@ class MemoryNode(LifecycleNode):
             self.destroy_node()
             raise
         self._inlets = Inlets(self, self.host)
-        self._actions = Actions(self, self.host)  # a client that sees ~/request sees them, too
+        self._actions = Actions(self, self.host)  # a client that sees ~/request sees them too
         Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
         self._faults = FaultParameters(self, self.host, boundary)
@@ -82,11 +81,11 @@ class MemoryNode(LifecycleNode):
         self._awaits_clock = True
         self._refusal: Exception | None = None
         self.add_post_set_parameters_callback(boundary.guarded('time.speed', self._set_speed))
-        boundary.every(TEND, 'looking after disks and clock', self._tend)
+        boundary.every(TEND, 'checking disks and clock', self._tend)
         boundary.guard_services()
 
     def start(self) -> None:
-        """Configure and activate, as a node does that starts itself.
+        """Configure and activate, as a node with autostart does.
 
         Raises:
             One of `REFUSALS`: The transition that failed.
@@ -103,7 +102,7 @@ class MemoryNode(LifecycleNode):
         return len(self._boundary.waiting) + self._actions.waiting
 
     def close(self) -> None:
-        """Stop time where it runs, save the content, close the session file."""
+        """Stop time if it runs, save the content, close the session file."""
         loop = self.host.loop
         with self.host.journal.guarded('closing'):
             self.host.close()
@@ -112,7 +111,7 @@ class MemoryNode(LifecycleNode):
         self._release()
 
     def destroy_node(self) -> None:
-        """Leave the graph, where rclpy would stay until the node's states are forgotten."""
+        """Leave the graph now; rclpy would stay until the node's states are garbage-collected."""
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 
@@ -123,11 +122,11 @@ class MemoryNode(LifecycleNode):
         return self._attempt('configure', self._configure)
 
     def on_activate(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Let time run."""
+        """Start time."""
         return self._attempt('activate', self._activate)
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
-        """Hold the state, with no strain."""
+        """Hold the state, at zero strain."""
         return self._attempt('deactivate', self._deactivate)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
@@ -215,18 +214,18 @@ class MemoryNode(LifecycleNode):
         self._actions.tick()
 
     def _mind_failure(self) -> None:
-        """Leave the active state, by way of the error handling: unconfigured."""
-        with self.host.journal.guarded('minding a failure'):
+        """Leave the active state through error handling: unconfigured."""
+        with self.host.journal.guarded('handling a failure'):
             self.trigger_deactivate()
 
     def _tend(self) -> None:
         self.host.tend()
         simulated = self.get_parameter('use_sim_time').value
         if simulated and self._awaits_clock and self.host.loop is not None:
-            self._awaits_clock = False  # told once each time it is activated
+            self._awaits_clock = False  # logged once per activation
             if not self.get_clock().now().nanoseconds:
                 self.host.journal.warning(
-                    'use_sim_time is set and no /clock has come yet: time stands still'
+                    'use_sim_time is set but no /clock has arrived yet: time stands still'
                 )
 
     def _set_speed(self, changed: list[Parameter]) -> None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The topics the node publishes, which a session records as they go over the wire."""
+"""The topics the node publishes, which a session records in serialized form."""
 
 from __future__ import annotations
 
@@ -40,11 +40,13 @@ class Outlets:
         }
         self._contour = Contour(element, settings) if element.simulated else None
         self._markers = ChainMarkers(element, settings)
-        if element.reading is not None or not element.simulated:  # restored, or for an echo to say
+        if (
+            element.reading is not None or not element.simulated
+        ):  # restored, or for an echo to determine
             self.publish(topics.LEVEL, messages.level(element.reading))
 
     def close(self) -> None:
-        """Publish no more."""
+        """Stop publishing."""
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
 
@@ -59,7 +61,7 @@ class Outlets:
             publisher.publish(message)
 
     def tick(self, events: Sequence[Event]) -> None:
-        """Publish the streams that are due after a tick, and what happened in it."""
+        """Publish the streams due after a tick, and its events."""
         element, settings, ticks = self._element, self._settings, self._element.ticks
         if _due(ticks, settings.field_every) and self._watched(topics.FIELD):
             self.publish(topics.FIELD, messages.field(element))
@@ -84,14 +86,14 @@ class Outlets:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody takes a stream that has its time."""
+        """Whether anybody takes a periodic stream."""
         return any(
             self._publishers[topic].get_subscription_count()
             for topic in (topics.FIELD, topics.WALL, topics.JOINT_STATES)
         )
 
     def _watched(self, topic: Topic) -> bool:
-        """Return whether anybody takes a message that is not kept for those who come late."""
+        """Return whether anybody takes a message that is not latched."""
         if topic not in self._publishers:
             return False
         recorded = self._transcript(topic) is not None

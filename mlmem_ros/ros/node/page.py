@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page of an element beside its node, in a process of its own that ends with the node."""
+"""The page of an element, in a process of its own that ends with the node."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def page(node: Node) -> Iterator[None]:
         return
     name = node.get_fully_qualified_name()
     command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--until-eof', '--node', name]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE)  # it ends with us, however we do
+    process = subprocess.Popen(command, stdin=subprocess.PIPE)  # it ends with us, however we end
     try:
         yield
     finally:

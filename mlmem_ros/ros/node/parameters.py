@@ -36,28 +36,28 @@ class ParameterError(ValueError):
 
 
 LIVE_GROUPS = ('record', 'faults')
-"""Groups that may be set at any time: the next session takes the one, the device the other."""
+"""Groups that may be set at any time: one applies to the next session, one to the device."""
 
 PATHS = ('record.path', 'state.path')
-"""Parameters that have the node write."""
+"""Parameters that make the node write files."""
 
 CHOSEN = {'design.preset': PRESET[1], 'design.check': CHECK[1]}
-"""Parameters of the group `design` that are words and no fields of it."""
+"""Parameters of the group `design` that are not fields of the design."""
 
 
 class ParameterSet:
-    """Declares every parameter of the contract, guards them, and tells their values."""
+    """Declares every parameter of the contract, validates them, and returns their values."""
 
     def __init__(self, node: Node, host: Host) -> None:
         """Declare all parameters.
 
         Args:
             node: The node.
-            host: Tells whether it is active.
+            host: Returns whether it is active.
 
         Raises:
-            ParameterError: One has the wrong type or is out of range, or several together make
-                no memory.
+            ParameterError: One has the wrong type or is out of range, or the values do not make a
+                memory.
             SettingsError: Settings of different groups contradict each other.
         """
         self._node = node
@@ -86,18 +86,18 @@ class ParameterSet:
             _declare(node, live, default, description)
         _declare(node, 'autostart', *AUTOSTART)
         _declare(node, 'view', *VIEW)
-        started = node.get_parameter('device.driver').value  # no client has others imported
+        started = node.get_parameter('device.driver').value  # no client can import others
         self._drivers = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
-        node.add_pre_set_parameters_callback(self._meant)  # of two, rclpy would take both answers
+        node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
 
     def values(self) -> Parameters:
         """Return the present values.
 
         Raises:
-            ParameterError: Several together make no memory.
+            ParameterError: The values do not make a memory.
             SettingsError: Settings of different groups contradict each other.
         """
         check, (_, description) = self._node.get_parameter('design.check').value, CHECK
@@ -112,7 +112,7 @@ class ParameterSet:
         return Parameters(check=check, settings=Settings(**given), **parts)
 
     def lock(self, levels: int) -> None:
-        """Let only live parameters be set from now on, and levels below `levels`."""
+        """Allow only live parameters from now on, and levels below `levels`."""
         self._limit_level(levels)
         self.locked = True
 
@@ -124,7 +124,7 @@ class ParameterSet:
         }
         try:
             return type(defaults)(**values)
-        except (DesignError, SettingsError) as error:  # what ranges alone cannot tell
+        except (DesignError, SettingsError) as error:  # what ranges alone cannot express
             raise ParameterError(f'parameters {prefix}.*: {error}') from error
 
     def _limit_level(self, levels: int) -> None:
@@ -180,9 +180,9 @@ class ParameterSet:
         return SetParametersResult(successful=True)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return what is to be set, with all that a preset in it brings along.
+        """Return the parameters to set, including all those of a preset among them.
 
-        What is set beside it overrides it; all are taken together, or none.
+        Explicit values override the preset's; all are accepted together, or none.
         """
         changed = [self._modern(self._double(parameter)) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
@@ -200,7 +200,7 @@ class ParameterSet:
         ]
 
     def _double(self, parameter: Parameter) -> Parameter:
-        """Return a parameter with a whole number as a double where a double is meant."""
+        """Return a parameter with an integer converted to a double if a double is declared."""
         known = self._node.has_parameter(parameter.name)
         meant = known and isinstance(self._node.get_parameter(parameter.name).value, float)
         if meant and parameter.type_ == Parameter.Type.INTEGER:
@@ -208,18 +208,18 @@ class ParameterSet:
         return parameter
 
     def _modern(self, parameter: Parameter) -> Parameter:
-        """Return a parameter in the words of today."""
+        """Return a parameter with today's wording."""
         old = parameter.value is False or parameter.value == WAS_SKIP
         if parameter.name != 'design.check' or not old:
             return parameter
         self._node.get_logger().warning(
-            f'design.check: off is called {SKIP} now (YAML reads off as false)'
+            f'design.check: off is now called {SKIP} (YAML reads off as false)'
         )
         return Parameter('design.check', value=SKIP)
 
 
 def _warn_of_strangers(node: Node) -> None:
-    """Tell of parameters that were given and are none, such as those that are misspelt."""
+    """Warn of given parameters that do not exist, such as misspelt ones."""
     known = sorted(node.list_parameters([], 0).names)
     for name in sorted(node._parameter_overrides):  # rclpy has no public way to ask
         if name in known or name.startswith('qos_overrides.'):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What of a node goes into a session: its topics with their types, and its parameters."""
+"""What a session records of a node: its topics with their types, and its parameters."""
 
 from __future__ import annotations
 
@@ -17,15 +17,13 @@ from ...host.settings import RecordSettings
 def session_plan(
     node: Node, settings: RecordSettings | None = None, path: str = ''
 ) -> SessionPlan:
-    """Return what a session of a node shall hold.
+    """Return what a session of a node records.
 
     Args:
         node: A memory node.
-        settings: Where and how; by default by its parameters at this moment.
-        path: Where to instead; empty: where they say.
-
-    Raises:
-        SettingsError: The parameters are out of range together.
+        settings: Where and how; by default its current parameters.
+        path: Where to instead; if empty, as they say. Raises:
+        SettingsError: The parameters contradict each other.
     """
     if settings is None:
         values = node.get_parameters_by_prefix('record')

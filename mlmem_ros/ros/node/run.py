@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running memory nodes, one or several of a process: from their start to their last answer."""
+"""Running memory nodes, one or several in a process, from start to last answer."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from .parameters import ParameterError
 from .signal_wakeup import woken_by_signals
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
-"""Exit status: it ended because it was asked to; it could not be started; it ended because it was
-asked to, and content or recording could not be saved. (2 is a wrong command line.)"""
+"""Exit status: ended on request; could not start; ended on request, but content or recording could
+not be saved. (2 is a wrong command line.)"""
 
 POLL = 10.0
-"""Seconds of a turn: to wait without a time-out is not safe."""
+"""Seconds per spin: waiting without a time-out is not safe."""
 
 LAST_ANSWERS = 1.0
-"""Longest time in seconds for telling those who wait that the nodes end."""
+"""Longest time in seconds for answering pending requests when the nodes end."""
 
 DELIVERY = 0.2
-"""Seconds left to the middleware to deliver these answers before it is shut down."""
+"""Seconds for the middleware to deliver these answers before it is shut down."""
 
 
 Element = Mapping[str, str]
-"""What sets a node apart from others of its process: its `namespace`, and parameters."""
+"""What distinguishes a node from others in its process: its `namespace`, and parameters."""
 
 ONE: Sequence[Element] = ({},)
 
@@ -50,8 +50,8 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
 
     Args:
         arguments: Command line with ROS arguments.
-        stop: The signals received so far; whoever handles them adds to it.
-        elements: What sets the nodes apart.
+        stop: The signals received so far; the handler adds to it.
+        elements: What distinguishes the nodes.
 
     Returns:
         Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
@@ -66,17 +66,17 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
         if type(error).__module__.startswith('rclpy'):  # a malformed parameter file, a bad remap
             why = str(error).splitlines()[0]
             if type(error).__name__ == 'UnknownROSArgsError':
-                why = f'behind --ros-args there must be options of ROS alone; got {why}'
+                why = f'after --ros-args there must be only ROS options; got {why}'
             get_logger('mlmem').fatal(f'cannot start: {why}')
             return NOT_STARTED
         raise
-    gc.freeze()  # or going through what the compiler has left behind stops time for 70 ms
+    gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
     with ExitStack() as pages:
         for node in nodes:
             pages.enter_context(page(node))
         with woken_by_signals(executor):
             turn(executor, stop)
-        for number in (signal.SIGINT, signal.SIGTERM):  # a second one must not cut this short
+        for number in (signal.SIGINT, signal.SIGTERM):  # a second signal must not cut this short
             signal.signal(number, signal.SIG_IGN)
         return end(nodes, executor)
 
@@ -87,19 +87,19 @@ def begin(
     kind: type[MemoryNode] = MemoryNode,
     elements: Sequence[Element] = ONE,
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
-    """Return nodes with their executor, active where they start themselves.
+    """Return nodes with their executor, active if they autostart.
 
-    Of several nodes those that can start do; one that cannot says why, and stays unconfigured
-    where it is there at all.
+    Of several nodes those that can start do; one that cannot says why, and stays unconfigured if
+    it exists at all.
 
     Args:
         arguments: Command line with ROS arguments.
         context: ROS's, by default the one of the process.
         kind: The class of the nodes.
-        elements: What sets them apart.
+        elements: What distinguishes them.
 
     Raises:
-        Whatever the first cannot start for, where none can.
+        Whatever keeps the first from starting, if none can start.
     """
     rclpy.init(
         args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO
@@ -132,7 +132,7 @@ def begin(
 
 
 def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
-    """Return a node that is set apart from others."""
+    """Return a node distinguished from others."""
     given = dict(element)
     namespace = given.pop('namespace', None)
     parameters = [Parameter(name, value=value) for name, value in given.items()]
@@ -140,19 +140,19 @@ def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> 
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
-    """Let nodes work until there is anything in `stop`, and the executor is interrupted."""
+    """Let nodes work until `stop` is not empty and the executor is interrupted."""
     while not stop:
         executor.turn(POLL)
 
 
 def end(nodes: Sequence[MemoryNode], executor: GuardedExecutor) -> int:
-    """Save, answer who waits, and leave the ROS graph; return the exit status."""
+    """Save, answer pending requests, and leave the ROS graph; return the exit status."""
     told = not any(node.waiting for node in nodes)
-    with ThreadPoolExecutor(len(nodes)) as closers:  # a disk that hangs is one element's
+    with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
     deadline = time.monotonic() + LAST_ANSWERS
     while any(node.waiting for node in nodes) and time.monotonic() < deadline:
-        executor.turn(0.01)  # they are refused, and not told yet
+        executor.turn(0.01)  # they are refused, but not answered yet
     if not told:
         time.sleep(DELIVERY)
     for node in nodes:

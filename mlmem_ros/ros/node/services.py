@@ -69,13 +69,13 @@ class Services:
         return response
 
     async def _done(self, command: Command) -> tuple[bool, str]:
-        """Have the device do something; return whether it succeeded, and the answer."""
+        """Make the device do something; return whether it succeeded, and the answer."""
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
             outcome: Outcome | None = await settled(self._host.submit(command))
         except REFUSALS as failure:
             return False, answers.refusal(failure, **asked)
-        if outcome is None:  # taken, and there is nothing to wait for
+        if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
         return outcome.success, answers.answer(outcome, **asked)
 

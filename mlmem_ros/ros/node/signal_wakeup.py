@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Signals end an executor's wait, so that nobody has to look for them ten times a second."""
+"""Signals end an executor's wait, so that nobody has to poll for them ten times a second."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .executor import GuardedExecutor
 def woken_by_signals(executor: GuardedExecutor) -> Iterator[None]:
     """Let every signal that Python handles wake an executor.
 
-    Python runs a handler in the main thread, once that is out of the middleware's wait: which no
-    signal interrupts. But the interpreter writes a byte as the signal comes, and a thread of ours
-    that waits for it wakes the executor.
+    Python runs a handler in the main thread, once it returns from the middleware's wait, which
+    signals do not interrupt. But the interpreter writes a byte when the signal comes, and our
+    thread that waits for it wakes the executor.
 
     Args:
-        executor: The one the main thread spins; must live until the end of the context.
+        executor: The one that the main thread spins; it must outlive the context.
     """
     ours, interpreters = socket.socketpair()
     interpreters.setblocking(False)

@@ -9,7 +9,7 @@ from threading import Condition
 from rclpy.clock import Clock
 
 POLL = 1e-3
-"""Seconds of wall time between two looks at the clock."""
+"""Seconds of wall time between two checks of the clock."""
 
 
 class SimTimePacer:
@@ -25,5 +25,5 @@ class SimTimePacer:
         return self._clock.now().nanoseconds * 1e-9
 
     def wait(self, changed: Condition, seconds: float) -> None:
-        """Return soon: how fast ROS time runs is not known, nor whether it runs."""
+        """Return soon: whether and how fast ROS time runs is unknown."""
         changed.wait(POLL)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How fast the material's time ran beside the wall clock's, in the log."""
+"""Logs how fast the material's time ran compared with wall time."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ...host import Host
 from .boundary import Boundary
 
 INTERVAL = 10.0
-"""Seconds between two reports while time runs as fast as it can."""
+"""Seconds between two reports while time runs as fast as possible."""
 
 
 class Speedometer:
-    """Logs the factor on real time: of every run, and now and then of one without pace."""
+    """Logs the multiple of real time: for every run, and periodically for one without pace."""
 
     def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
         self._node = node
@@ -26,7 +26,7 @@ class Speedometer:
         boundary.every(INTERVAL, 'the speedometer', self._report)
 
     def begin(self, loop: Loop) -> None:
-        """Take the present for the beginning of a run."""
+        """Start a run now."""
         self._begun = self._last = (time.monotonic(), loop.statistics.ticks)
 
     def end(self, loop: Loop) -> None:

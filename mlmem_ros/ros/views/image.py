@@ -16,7 +16,7 @@ from ...host.settings import PublishSettings
 from .palette import COLOURS, Palette
 
 ROWS = 512
-"""Greatest height; of a longer chain every second, third ... cell is shown."""
+"""Greatest height; in a longer chain every second, third ... cell is shown."""
 
 DEFECT_SHADE = 0.8
 """Brightness of the lines along the defects, where walls rest."""
@@ -28,8 +28,8 @@ EMPTY = 128
 class Contour:
     """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
 
-    A column is taken every few ticks, which costs next to nothing, so that who subscribes late
-    sees the past too; the message is made only when it is asked for.
+    A column is taken every few ticks, at almost no cost, so that late subscribers see the past
+    too; the message is built only on demand.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
@@ -37,7 +37,7 @@ class Contour:
 
         Args:
             element: The device.
-            settings: `image_span` tells how many ticks the image shows.
+            settings: `image_span` is the number of ticks that the image shows.
         """
         self._element = element
         self._frame_id = settings.frame_id
@@ -54,7 +54,7 @@ class Contour:
         self._taken = 0
 
     def take(self) -> None:
-        """Take a column of the present state where one is due; to be called wherever one is."""
+        """Take a column of the present state if one is due; call it whenever one is."""
         if self._element.ticks % self._every:
             return
         shown = self._element.chain.configuration[:: self._stride]

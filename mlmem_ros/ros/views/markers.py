@@ -38,7 +38,7 @@ class ChainMarkers:
     """The element along x, in metres, cell j at j lattice constants from the left end.
 
     Cells and defects are drawn where they are, moved by the strain and by their own displacement.
-    The markers are made once and only moved afterwards, because making one is what costs.
+    The markers are created once and only moved afterwards, because creation is costly.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
@@ -122,7 +122,7 @@ class ChainMarkers:
         return self._message
 
     def _content(self) -> str:
-        """Return what the device itself believes to hold: it has not seen the wall."""
+        """Return what the device believes it holds: it has not seen the wall."""
         reading = self._element.reading
         if self._element.procedure:
             return self._element.procedure
