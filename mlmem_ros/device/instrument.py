@@ -76,7 +76,7 @@ class Instrument:
         self.driver = driver or Simulation.of(design, settings.time)
         self.steps_per_tick = _samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
-        self.linkage = Linkage(settings.actuator.max_rate)
+        self.linkage = Linkage(settings.actuator)
         self.base = Base(settings.disturbance, self.tick, design.holding_force)
         self.faults = HEALTHY
         self.transducer = Transducer(design, settings, self.driver)

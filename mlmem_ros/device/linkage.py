@@ -3,13 +3,13 @@
 """The path from the actuator's commanded strain to the strain of the substrate.
 
 Command -> drive (may be stuck, may lag; the encoder reads it) -> grip (may slip, may be mounted
-askew) -> substrate. No part ever moves faster than the actuator's greatest rate, so that a fault
-that comes or goes does not jerk cells out of their phase.
+askew) -> substrate. Each moves as the one before it moves, and makes up a difference no faster
+than a strain that is set by hand. So a fault that comes or goes does not jerk cells out of their
+phase, as a compression by 0.1 does at the rate at which walls are thrown.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from ..chance import Stream, happens
 from ..physics.portable import exponential
 from ..physics.potential import Array
 from .faults import Faults
+from .settings import ActuatorSettings
 
 NO_LAG = 1e-9
 """Time constant below which a drive follows without delay."""
@@ -52,14 +53,14 @@ class Linkage:
         state: Its state.
     """
 
-    def __init__(self, max_rate: float) -> None:
+    def __init__(self, settings: ActuatorSettings) -> None:
         """Link an actuator to a substrate, unstrained.
 
         Args:
-            max_rate: Greatest rate of strain of the actuator.
+            settings: Limits of the actuator's rate.
         """
         self.state = LinkageState()
-        self._max_rate = max_rate
+        self._settings = settings
 
     @property
     def encoder(self) -> float:
@@ -85,7 +86,8 @@ class Linkage:
             return told
         drive = self._driven(told, dt, faults)
         wanted = np.zeros_like(drive) if slipping else drive
-        strain = _followed(state.strain, wanted + faults.actuator_offset, self._max_rate * dt)
+        limits = self._limits(wanted, 0.0 if slipping else state.drive, dt)
+        strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
         slipping = slipping and bool(
             told.any()
         )  # otherwise the cycle is over: the grip holds again
@@ -104,11 +106,22 @@ class Linkage:
         start = self.state.drive
         if faults.actuator_stuck:
             return np.full_like(told, start)
-        most = self._max_rate * dt
+        limits = self._limits(told, self.state.told, dt)
         if faults.actuator_lag == 0.0:
-            return _followed(start, told, most)
+            return _followed(start, told, limits)
         share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
-        return _followed(start, told, most, share)
+        return _followed(start, told, limits, share)
+
+    def _limits(self, course: Array, before: float, dt: Array) -> Array:
+        """Return the largest changes down and up in each sub-step, shape (2, m).
+
+        Those of the course that is followed, and by hand besides; never beyond the actuator's.
+        """
+        moves = np.diff(course, prepend=before)
+        by_hand, most = self._settings.by_hand * dt, self._settings.max_rate * dt
+        down = np.maximum(np.minimum(moves, 0.0) - by_hand, -most)
+        up = np.minimum(np.maximum(moves, 0.0) + by_hand, most)
+        return np.array((down, up))
 
 
 def _faulty(faults: Faults) -> bool:
@@ -116,25 +129,24 @@ def _faulty(faults: Faults) -> bool:
     return bool(faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset)
 
 
-def _followed(start: float, wanted: Array, most: Array, share: Array | None = None) -> Array:
+def _followed(start: float, wanted: Array, limits: Array, share: Array | None = None) -> Array:
     """Return a path that follows a course, limited in each sub-step.
 
     Args:
         start: Where it starts.
         wanted: The course, shape (m,).
-        most: Largest change in each sub-step, shape (m,).
+        limits: Largest changes down and up in each sub-step, shape (2, m).
         share: Fraction of the remaining way made in each sub-step, shape (m,); all by default.
     """
     followed = np.empty_like(wanted)
     at = start
     shares = np.ones_like(wanted) if share is None else share
-    for k, (goal, limit, part) in enumerate(
-        zip(wanted.tolist(), most.tolist(), shares.tolist(), strict=True)
-    ):
+    columns = (wanted.tolist(), *limits.tolist(), shares.tolist())
+    for k, (goal, down, up, part) in enumerate(zip(*columns, strict=True)):
         way = part * (goal - at)
-        if abs(way) > limit:
-            at += math.copysign(limit, way)
-        else:
+        if down <= way <= up:
             at = goal if part == 1.0 else at + way
+        else:
+            at += min(max(way, down), up)
         followed[k] = at
     return followed

@@ -12,6 +12,7 @@ import pytest
 from mlmem_ros.chance import Stream, happens, normal
 from mlmem_ros.device import (
     Abort,
+    Erase,
     Faults,
     Read,
     Refused,
@@ -26,6 +27,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.end import End
 from mlmem_ros.device.faults import worn
+from mlmem_ros.device.presets import preset
 from mlmem_ros.physics import CASE_II, StateError
 
 from . import rig
@@ -236,6 +238,34 @@ def test_a_lag_follows_by_its_time_constant():
     t = element.tick * np.arange(1, 61)
     # the set-point itself takes 0.01 time units, and each sub-step looks at its end: 0.1 of 400
     np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
+
+
+def test_a_drive_freed_after_it_stuck_in_a_throw_comes_back_by_hand():
+    """At the rate of a throw it would jerk cells out of their range: no tick after it is made."""
+    settings = preset('case_2').settings
+    element = rig.device(3, **settings.groups())
+    element.apply(Erase())
+    while element.linkage.encoder < 0.13:
+        element.advance()
+    suffering(element, actuator_stuck=True)
+    while element.procedure:
+        element.advance()
+    assert element.linkage.encoder > 0.13
+    element.apply(HEALTHY)
+    steps = np.abs(np.diff(strains(element, 30)))
+    assert steps.max() == pytest.approx(settings.actuator.hand_rate * element.tick)
+    rig.succeed(element, Erase())
+    assert rig.holds(element, None)
+
+
+def test_the_greatest_offset_comes_at_once_and_goes_and_loses_no_tick():
+    """Compression by 0.1 at the greatest rate left no cell where a step is stable."""
+    settings = preset('case_2').settings
+    element = suffering(rig.device(3, **settings.groups()), actuator_offset=-0.1)
+    assert strains(element, 60)[-1] == pytest.approx(-0.1)
+    element.apply(HEALTHY)
+    assert strains(element, 60)[-1] == pytest.approx(0.0)
+    rig.succeed(element, Erase())
 
 
 def test_a_write_waits_for_an_actuator_that_lags(written):
