@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Benchmarks, one a file: `TITLE` and `run(repeats)`, which returns comparisons."""
+"""Benchmarks, one per file: `TITLE` and `run(repeats)`, which returns comparisons."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def load(name: str) -> ModuleType:
 
 
 def select(names: Sequence[str]) -> list[str]:
-    """Return the named benchmarks, all of them for no name.
+    """Return the named benchmarks, or all without a name.
 
     Raises:
-        KeyError: There is no such benchmark; the message lists those that are.
+        KeyError: There is no such benchmark; the message lists them.
     """
     for name in names:
         if name not in BENCHMARKS:

@@ -21,14 +21,14 @@ LIBRARIES = ('-lmvec', '-lm')
 
 
 class NoCompiler(Exception):
-    """There is no C compiler, or it refuses; the message tells."""
+    """There is no C compiler, or it fails; the message says why."""
 
 
 def compiled(*more_flags: str) -> ctypes.CDLL:
     """Compile and load the program.
 
     Raises:
-        NoCompiler: There is no gcc, or it refuses.
+        NoCompiler: There is no gcc, or it fails.
     """
     gcc = shutil.which('gcc')
     if gcc is None:
@@ -52,7 +52,7 @@ def c_runner(problem: Problem, *more_flags: str) -> Runner:
     """Return the C program on a problem.
 
     Raises:
-        NoCompiler: There is no gcc, or it refuses.
+        NoCompiler: There is no gcc, or it fails.
     """
     function = compiled(*more_flags).advance_rigid
     vector = np.ctypeslib.ndpointer(np.float64, flags='C')

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The kernel: nanoseconds per site and sub-step, on the same steps, and over the chain's length.
 
-The C program is gcc -O3 -march=native -ffast-math with the vector sine of libmvec, once with the
-vector width gcc prefers by itself and once with the widest. It may contract and reorder; ours
-may not.
+The C program is gcc -O3 -march=native -ffast-math with the vector sine of libmvec, once with gcc's
+default vector width and once with the widest. It may contract and reorder; ours may not.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from .measure import Contender, measure
 from .plain import numba_runner, numpy_runner
 from .problem import STEP, Problem
 
-TITLE = 'ns per site and sub-step beside C, numba and NumPy; scaling with the length'
+TITLE = 'ns per site and sub-step compared with C, numba and NumPy; scaling with the length'
 
 LENGTHS = (100, 225, 1_000, 3_000, 10_000, 30_000, 100_000)
 
 SITES = 450_000
-"""Site steps of a call: enough that calling costs nothing."""
+"""Site steps per call: enough to make call overhead negligible."""
 
 
 def run(repeats: int) -> list[Comparison]:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a benchmark measures: side by side, in turns, repeated, with its spread.
 
-A shared machine is fast one second and slow the next. So every round runs all contenders one
-after the other, and what counts is the ratio of two contenders within a round.
+A shared machine is fast one second and slow the next. So every round runs all contenders in turn,
+and only the ratio of two contenders within a round counts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from ..physics.potential import Array
 
 LEAST_SECONDS = 0.03
-"""A sample repeats its call until it has lasted this long."""
+"""A sample repeats its call for at least this long."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,10 @@ class Contender:
     """One way to do the work.
 
     Attributes:
-        name: Who.
+        name: Its name.
         call: Does the work once; called many times.
         work: Units of work in a call: the cost is reported per unit.
-        x: Where it stands on the axis of a scaling plot, or None.
+        x: Its position on the axis of a scaling plot, or None.
         values: Other numbers to report, such as the error it was run at.
     """
 
@@ -59,12 +59,12 @@ class Contender:
 
 @dataclass(frozen=True)
 class Entry:
-    """What was measured of one contender.
+    """The measurements of one contender.
 
     Attributes:
-        name: Who.
+        name: Its name.
         samples: Cost per unit of work in every round.
-        x: Where it stands on the axis of a scaling plot, or None.
+        x: Its position on the axis of a scaling plot, or None.
         values: Other numbers.
     """
 
@@ -93,10 +93,10 @@ def measure(
     """Measure contenders side by side.
 
     Args:
-        contenders: Who; each is called once before anything is measured.
+        contenders: The contenders; each is called once before anything is measured.
         repeats: Rounds. Every second round goes through the contenders backwards.
         scale: Units of cost in a second: 1e9 reports nanoseconds.
-        clock: What the cost is read from.
+        clock: The clock that measures cost.
 
     Returns:
         An entry per contender.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node at its defaults: share of a core, tick lateness, read latency, start, memory.
 
-Reads go through the service, from another process. What a read takes beyond the ticks that the
+Reads go through the service, from another process. The time of a read beyond the ticks that the
 material needs is the latency of transport, command and loop; a request that is refused at once
 shows the transport alone.
 """
@@ -59,12 +59,12 @@ NAMES = {
 
 
 def run(repeats: int, minutes: float = 0.0) -> list[Comparison]:
-    """Start nodes one after the other and collect what they tell.
+    """Start nodes one after another and collect their reports.
 
     Args:
         repeats: Twice the number of nodes.
-        minutes: Idle time of one single node instead, of which only the keeping of time,
-            processor and memory are told.
+        minutes: Idle time of a single node instead, with only timing, processor and memory
+            reported.
     """
     if minutes:
         found, terms = [_endure(60.0 * minutes)], f'one node, idle for {minutes:g} min'

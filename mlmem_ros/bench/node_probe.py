@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory nodes that watch themselves: run by the benchmark `node` as a process of their own.
+"""Memory nodes that watch themselves: run by the benchmark `node` as their own process.
 
-It prints one JSON line when it is ready. Every number that it reads then is a time in seconds
-for which it watches itself, idle, and prints what it saw as one more line; between them it serves,
-until its standard input is closed.
+It prints one JSON line when ready. Every number it then reads is a time in seconds for which it
+watches itself, idle; it prints the result as one more line. In between it serves, until its
+standard input is closed.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Watched(LoopStatistics):
         self.all = array('f')
 
     def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
-        """Take the times of ticks alike."""
+        """Take the times of equal ticks."""
         super().count(lateness, busy, ticks)
         self.all.extend([lateness] * ticks)
 
@@ -60,7 +60,7 @@ def main(begun: float, number: int) -> None:
 
 
 def _watch(node: MemoryNode, executor: GuardedExecutor, seconds: float) -> dict[str, float]:
-    """Return what is seen of the process, and of the ticks of its first node."""
+    """Return measurements of the process, and of the ticks of its first node."""
     loop = node.host.open_loop()
     statistics = loop.statistics = Watched()
     used, begun = time.process_time(), time.monotonic()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node under test in a process of its own, and who talks to it from this one."""
+"""The node under test in its own process, and its client in this one."""
 
 from __future__ import annotations
 
@@ -45,28 +45,28 @@ class NodeProcess:
         self._process.__exit__(None, None, None)  # closes its input, and waits for its end
 
     def ask(self, seconds: float) -> None:
-        """Have it watch itself; `told` returns what it saw."""
+        """Make it watch itself; `told` returns the result."""
         assert self._process.stdin is not None
         self._process.stdin.write(f'{seconds}\n')
         self._process.stdin.flush()
 
     def told(self) -> dict[str, float]:
-        """Wait for what it tells."""
+        """Wait for its report."""
         assert self._process.stdout is not None
         while line := self._process.stdout.readline():
             if line.startswith('{'):
                 values: dict[str, float] = json.loads(line)
                 return values
-        raise RuntimeError('the node ended before it told anything')
+        raise RuntimeError('the node ended before it reported anything')
 
     def watch(self, seconds: float) -> dict[str, float]:
-        """Have it watch itself, and return what it saw."""
+        """Make it watch itself, and return the result."""
         self.ask(seconds)
         return self.told()
 
 
 class Robot:
-    """Who reads and listens, in this process, on a ROS graph of its own."""
+    """The reader and subscriber, in this process, on its own ROS graph."""
 
     def __init__(self) -> None:
         os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
@@ -96,10 +96,10 @@ class Robot:
         rclpy.shutdown()
 
     def beyond(self, service: str) -> float:
-        """Ask for a service; return the milliseconds it took beyond the ticks of its physics."""
+        """Call a service; return the milliseconds it took beyond the ticks of its physics."""
         client = self._clients[service]
         assert client.wait_for_service(10.0)
-        time.sleep(random.uniform(0.02, 0.06))  # at no certain time of a tick
+        time.sleep(random.uniform(0.02, 0.06))  # at a random time within a tick
         begun = time.monotonic()
         future = client.call_async(self._request())
         self._executor.spin_until_future_complete(future, timeout_sec=20.0)
@@ -107,7 +107,7 @@ class Robot:
         return taken - TICK * float(json.loads(future.result().message).get('ticks', 0))
 
     def write(self, node: NodeProcess, seconds: float) -> dict[str, float]:
-        """Write one level after the other while a node watches itself; return what it saw."""
+        """Write one level after another while a node watches itself; return its result."""
         from ..contract.requests import message_of
 
         assert self._request_client.wait_for_service(10.0)
@@ -120,7 +120,7 @@ class Robot:
         return node.told()
 
     def listen(self, node: NodeProcess, seconds: float, shaken: bool = False) -> dict[str, float]:
-        """Listen to the streams, of a base that shakes or not, while a node watches itself."""
+        """Subscribe to the streams, with a shaking base or not, while a node watches itself."""
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import JointState
         from std_msgs.msg import Float32MultiArray, Float64MultiArray
@@ -134,7 +134,7 @@ class Robot:
             )
             for name, kind in streams.items()
         ]
-        self._turn(1.0)  # they are found by the node
+        self._turn(1.0)  # the node discovers them
         node.ask(seconds)
         shaking = self._node.create_timer(1.0 / IMU_RATE, self._shake) if shaken else None
         self._turn(seconds)

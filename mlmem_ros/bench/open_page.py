@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An open page of `mlmem view`, as far as a node can tell: its server, and who takes the pictures.
+"""An open page of `mlmem view`, as a node sees it: its server, and a client for the pictures.
 
-No browser draws them: on the few cores of a machine it would disturb what is measured.
+No browser draws them: on a few cores it would disturb the measurement.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """General solvers on the problem of the comparisons, each with its best settings.
 
-A peer is made once, with all that it compiles, and then solves from the start to the end at a
-setting: a tolerance, relative and absolute, or a step.
+A peer is created and compiled once, and then solves from start to end at a setting: a tolerance,
+relative and absolute, or a step.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RightHandSide = Callable[[float, Array], Array]
 
 
 class Missing(Exception):
-    """A peer is not installed, or cannot express the problem; the message tells."""
+    """A peer is not installed, or cannot express the problem; the message says which."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def _compiled(problem: Problem) -> RightHandSide:
 
 
 def _numpy(problem: Problem) -> RightHandSide:
-    """Return the same as one writes it with NumPy."""
+    """Return the same written in plain NumPy."""
     height = problem.height
 
     def rhs(t: float, y: Array) -> Array:

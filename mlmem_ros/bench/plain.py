@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The same steps as one writes them first: NumPy vectorised, and a numba loop with math.sin."""
+"""The same steps written naively: vectorised NumPy, and a numba loop with math.sin."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Arrays(NamedTuple):
 
 
 class Runner(NamedTuple):
-    """An implementation with a state of its own.
+    """An implementation with its own state.
 
     Attributes:
         advance: Advances by a number of steps.
@@ -66,7 +66,7 @@ class Problem:
         return cls(design, wall_profile(design, 0.45 * n) + packet)
 
     def on_site(self, x: Any, height: Any, sin: Callable[[Any], Any]) -> Any:
-        """Return the on-site force at displacements x in whatever arithmetic a solver has."""
+        """Return the on-site force at displacements x in a solver's own arithmetic."""
         p, z = self.design, x + self.design.c
         square = z * z
         return height * sin(z * (p.a + p.b * square)) * (p.a + 3.0 * p.b * square)

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recording: our writer and recorder beside rosbags' writer and the plain one of `mcap`.
+"""Recording: our writer and recorder compared with rosbags' writer and the plain one of `mcap`.
 
-All write the same messages into MCAP with zstd chunks. Ours alone also syncs to the disk once a
+All write the same messages into MCAP with zstd chunks. Only ours also syncs to the disk once a
 second, keeps CRCs of every chunk and a `metadata.yaml` that agrees with the last sync.
 """
 
@@ -53,7 +53,7 @@ def _throughput(messages: list[Message], folder: Path, repeats: int) -> Comparis
                for entry in measure(contenders, repeats, scale=1e6)]  # fmt: skip
     return Comparison(
         'recorder_throughput',
-        'Recorder: as fast as it can',
+        'Recorder: as fast as possible',
         'us / message',
         f'{len(messages)} messages ({size / 1e6:.1f} MB, {SESSION:g} s of session) from opening '
         'to closing the bag; MCAP, zstd',
@@ -75,7 +75,7 @@ def _with_rates(entry: Entry, bytes_per_message: float) -> Entry:
 
 
 def _share(messages: list[Message], folder: Path, repeats: int) -> Comparison:
-    """Feed the messages in real time and read the process's clock, the feeding taken off."""
+    """Feed the messages in real time and read the process's clock, less the feeding."""
     part = [message for message in messages if message.time <= PACED * 1e9]
 
     def feed(opened: Opened | None) -> float:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Our integrators beside general solvers, at equal error on the same problem.
+"""Our integrators compared with general solvers, at equal error on the same problem.
 
 Every solver is given a ladder of settings (tolerance or step) and takes part with the cheapest
 one whose greatest error of a displacement, against DOP853 at a tolerance of 1e-13, is at most
@@ -22,7 +22,7 @@ from .peers import PEERS, Missing, Solve
 from .problem import STEP, Problem
 from .verlet import verlet
 
-TITLE = 'milliseconds at equal error beside SciPy, heyoka, diffrax and MuJoCo'
+TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
 
 DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
@@ -34,7 +34,7 @@ LONGER = tuple(1.3 / 2 ** (0.25 * k) for k in range(21))
 """Those of our fourth-order method, from the longest that is stable."""
 
 OURS = 'ours, Noh-Bathe'
-"""What all others are compared with: the paper's method at its step."""
+"""The reference for all others: the paper's method at its step."""
 
 
 def run(repeats: int) -> list[Comparison]:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The step: what the device relies on, against the step, and where the default stands.
+"""The step: errors that matter to the device against the step, and where the default is.
 
 No times here: errors of either integrator against the fourth-order one at a fine step.
 """
@@ -37,7 +37,7 @@ from .measure import Entry
 TITLE = 'error of echo delay, wall path and energy against the step'
 
 STEPS = {NOH_BATHE: (4.0, 2.0), PEFRL: (2.0,)}
-"""Steps beside those below, over the default: those that are stable and not accurate."""
+"""Further steps relative to the default: stable but not accurate ones."""
 
 FINEST = 1.0 / 32.0
 
@@ -71,7 +71,7 @@ def _errors(integrator: Integrator, exact: dict[str, Array]) -> Comparison:
 
 
 def _fitted(dt: float) -> float:
-    """Return the step next to dt of which a tick is a whole number."""
+    """Return the step nearest to dt that divides a tick."""
     return TICK / round(TICK / dt)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Velocity Verlet on our force, to judge our integrators by: order 2, one force per step.
+"""Velocity Verlet on our force, as a reference for our integrators: order 2, one force per step.
 
 A kick solves v' = f - eta v exactly at fixed displacements. Each pass over the cells makes one
 kick and one drift (the half drifts of two steps are joined), as vectorised as our own kernels.

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The driver of a rig at the other end of a line, which plays by its own clock.
 
-Set-points go out some ticks before the rig plays them, and samples come back that much later:
-both carry the numbers of the rig's samples. So neither latency nor jitter of the line, nor frames
-that have to be sent again, shift anything, as long as they take less than the lead.
+Set-points go out some ticks before the rig plays them, and samples come back as much later: both
+carry the numbers of the rig's samples. So latency, jitter and retransmitted frames shift nothing,
+as long as they take less than the lead.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ class Rig(Driver):
     def __init__(
         self, design: Design, settings: Settings, address: str, transport: Transport | None = None
     ) -> None:
-        """Shake hands with a rig, and hear its element at rest.
+        """Shake hands with a rig, and receive samples of its element at rest.
 
         Args:
             design: The element.
             settings: The instrument's settings.
             address: Where the rig is, and options (see `docs/drivers.md`).
-            transport: The line, where it is open already.
+            transport: The line, if it is already open.
 
         Raises:
-            SettingsError: The address is none, or the rig is not for these settings.
-            DriverError: Nobody answers there, or not as a rig does.
+            SettingsError: The address is invalid, or the rig does not fit these settings.
+            DriverError: Nobody answers there, or not like a rig.
         """
         lead, self._patience = option(address, 'lead', LEAD), option(address, 'patience', PATIENCE)
         self._address = address

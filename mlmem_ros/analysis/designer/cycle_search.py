@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A faster write by search: CMA-ES over the shares of its time, and both peaks.
+"""A faster write by search: CMA-ES over the parts of its time, and both peaks.
 
-The rules of `schedules` hold where ramps are slow beside the damping. Faster ones live on inertia
-and ringing, and are found by trying: steps in a row on the bare chain, with both peaks off in many
-directions at once. CMA-ES is the evolution strategy of Hansen and Ostermeier (2001), by the
-package cmaes (the extra `search`).
+The rules of `schedules` hold if ramps are slow compared with the damping. Faster ones depend on
+inertia and ringing, and are found by trial: steps in a row on the bare chain, with both peaks off
+in many directions at once. CMA-ES is the evolution strategy of Hansen and Ostermeier (2001), by
+the package cmaes (the extra `search`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ...physics.potential import Array
 from ..steps_up import departures, scaled
 
 RADII = (0.1, 0.2, 0.3, 0.38)
-"""By how much both peaks are off: the root of the sum of the squares of both relative changes."""
+"""Radii of peak errors: the root of the sum of the squares of both relative changes."""
 
 DIRECTIONS = 24
 """Of the changes, on each in turn at one of the radii."""
@@ -69,10 +69,10 @@ class Rows:
         )
 
     def cost(self, write: WriteSettings) -> float:
-        """Return the steps that are lost with both peaks off, and a little for walls far off.
+        """Return the number of failed steps with both peaks off, plus a little for walls far off.
 
         A wall counts up to a tenth of a step, by its distance over the spacing of levels, so that
-        there is a way down to where none is lost.
+        the search has a slope to follow.
         """
         total = 0.0
         for off in ((0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))):
@@ -92,15 +92,15 @@ class Rows:
 def search(
     rows: Rows, write: WriteSettings, time: float, *, tick: float, trials: int, seed: int = 0
 ) -> WriteSettings:
-    """Return the best write of a time per level that was found.
+    """Return the best write found for a given time per level.
 
     Args:
         rows: What it has to make.
-        write: Where to begin; what is not searched for is taken from it. It rests after its last
+        write: Where to begin; everything not searched is taken from it. It rests after its last
             cycle alone.
         time: Time units of a cycle.
         tick: Every ramp is a whole number of ticks.
-        trials: How many schedules are tried.
+        trials: Number of schedules to try.
         seed: Of the search.
     """
     from cmaes import CMA
@@ -122,7 +122,7 @@ def search(
 
 
 def schedule(begin: WriteSettings, x: Array, time: float, tick: float) -> WriteSettings:
-    """Return the write that a point of the search stands for; at 0 the one it begins with.
+    """Return the write at a point of the search; at 0 the one it begins with.
 
     Args:
         begin: Whose shares of the time and peaks are multiplied by exp(x).

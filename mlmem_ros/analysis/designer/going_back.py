@@ -23,23 +23,23 @@ FAR = 2.5
 """`reach` from which a throw takes the wall out."""
 
 WIDE = 1.5
-"""Least factor between letting go too fast, so that cells slip, and too slowly for that reach."""
+"""Least ratio of the release time too slow for that reach to that too fast for the cells."""
 
 BETWEEN = 0.4
 """Where a throw's time lies between the two, as an exponent: 0 is too fast, 1 too slow."""
 
 LONG = 225
-"""Cells from which on far walls need pulse after pulse, of falling strength."""
+"""Number of cells from which far walls need repeated pulses, of falling strength."""
 
 SAMPLE = 5
-"""Levels that a search begins from, at most."""
+"""Most levels that a search begins from."""
 
 
 def going_back(design: Design, settings: Settings) -> Settings:
     """Return settings with strokes and a throw, as far as a law or a window is known.
 
-    Peaks of strokes fall with the site by the law of nine cells to a level. A throw lets go in
-    a time between what is too fast for the far end and what is too slow for the wall.
+    Peaks of strokes fall with the site by the law of nine cells to a level. A throw's release time
+    lies between too fast for the far end and too slow for the wall.
     """
     usual = design.J == 9 and design.eta == 1 / 250
     back: dict[str, Any] = by_9(design.levels, design.N) if usual else {}
@@ -55,12 +55,12 @@ def going_back(design: Design, settings: Settings) -> Settings:
 
 
 def searched(design: Design, settings: Settings, trials: int) -> Settings:
-    """Return settings whose strokes down and throw are the best that were found from theirs.
+    """Return settings with the best strokes down and throw found by search from theirs.
 
     Args:
         design: The element.
         settings: With strokes, a throw, or none, which stays none.
-        trials: How many of each are tried.
+        trials: How many of each to try.
 
     Raises:
         ImportError: The package cmaes is missing.

@@ -1,11 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Choosing the right end's pulse: its carrier, its length, the threshold, and the room it needs.
+"""Choosing the right end's pulse: carrier, length, threshold, and the room it needs.
 
 The right end hears the whole element: in the inactive phase waves are three times faster than in
 the active one, and the other phase reflects them. What limits it is clutter: the defects are a
-grating of period J, which throws waves back wherever kappa = n pi / J (a Bragg gap). A long pulse
-is narrow enough to fit between two gaps.
+grating of period J, which reflects waves wherever kappa = n pi / J (a Bragg gap). A long pulse is
+narrow enough to fit between two gaps.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..checks.subject import Subject
 from ..echo_forecast import forecast_echo
 
 LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
-"""Standard deviations of the envelope that are tried, the shortest first."""
+"""Standard deviations of the envelope to try, shortest first."""
 
 CLEAR = 30.0
 """Least ratio of the faintest echo to the clutter before it, both compensated for damping."""
@@ -35,7 +35,7 @@ HEADROOM = 10.0
 peak of the echo."""
 
 LOSS = 60.0
-"""What damping may take of the farthest echo, in dB."""
+"""Most loss of the farthest echo by damping, in dB."""
 
 FASTEST = 0.91
 """Carrier over the lower band edge of the active phase, roughly, for the damping alone."""
@@ -46,7 +46,7 @@ HALF_WIDTH = 0.9
 
 @dataclass(frozen=True)
 class RightPulse:
-    """A pulse that tells all levels from the right.
+    """A pulse that reads all levels from the right.
 
     Attributes:
         probe: Pulse and detector of the right end.
@@ -64,10 +64,10 @@ class RightPulse:
 
 
 def listen(design: Design) -> RightPulse | None:
-    """Return the shortest pulse that hears every level clearly, or None where none does.
+    """Return the shortest pulse that hears every level clearly, or None.
 
     Args:
-        design: The element; its tail may yet be too short.
+        design: The element; its tail may still be too short.
     """
     lowest = band(design.k_s1 * float(design.alpha.max()))[0]
     highest = band(design.k_s2 * float(design.alpha.min()))[0]
@@ -85,9 +85,9 @@ def listen(design: Design) -> RightPulse | None:
 
 
 def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
-    """Return what the two farthest echoes and the clutter before them ask for."""
+    """Return the requirements of the two farthest echoes and the clutter before them."""
     speed = float(group_velocity(probe.omega_c, design.k_s1))
-    # Forecast with the room that the pulse will have, so that nothing is hidden by it.
+    # Forecast with the room that the pulse will have, so that it hides nothing.
     roomy = replace(design, N=design.N - design.tail + 400, tail=400)
     far = [np.full(roomy.N, roomy.D_s1), resting_wall(Specimen(roomy), 0)]
     signal, clutter, faintest = math.inf, 0.0, math.inf

@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The strain cycles of a design: how far, from what frees its walls, and in which time.
+"""The strain cycles of a design: peaks, from what frees its walls, and times.
 
-- A write brings the wall, it does not drop it: up, hardly a hold, and nearly all the way back
-  while the next defect draws the wall in. No time is then needed to settle (docs/fast_write.md).
-- An erase moves kink and wall, and tells them apart by its tension, which has less room: it goes
+- A write places the wall gently: up, hardly a hold, and nearly all the way back while the next
+  defect pulls the wall in. No time is then needed to settle (docs/fast_write.md).
+- An erase moves kink and wall, and separates them by its tension, which has less margin: it goes
   slowly up, holds, and goes slowly back.
-- The far end of an element is shaken by N times the strain: ramps last until its acceleration is
-  small beside the pins, and some damping times.
+- The far end of an element is shaken by N times the strain: ramps are long enough that its
+  acceleration is small compared with the pins, and last some damping times.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..checks.schedule import forward
 from ..checks.subject import Subject
 
 TICK = TimeSettings().tick
-"""Times of a write are whole ticks, so that the device makes them as they are."""
+"""Times of a write are whole ticks, so that the device can follow them exactly."""
 
 WRITE_FORCE = 1.8
 """Peaks of a write over what frees a wall: either may then be 42 % off, up to 64 levels."""
@@ -38,7 +38,8 @@ HOLD, EASE = 0.06 / 0.34, 0.58 / 0.34
 """A write's hold and its way back, over its ramp."""
 
 EASE_TO = 0.03
-"""Where that way ends, as a share of the peak: the rest is let go as calmly, in a tick or more."""
+"""Where that way ends, as a fraction of the peak; the rest is released as calmly, in a tick or
+more."""
 
 QUIET = 4.0
 """Rest after the last cycle of a write in damping times."""
@@ -60,7 +61,7 @@ SLOWER = 1.5
 """Ramps of an erase over those that leave the far end calm: its tension has less room."""
 
 LAUNCH_STRAIN, LAUNCH_SPEED = 0.02, 0.002
-"""Under this strain an end is moved at this speed, slowly beside the damping."""
+"""Under this strain an end is moved at this speed, slow compared with the damping."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +76,12 @@ class Freeing:
 
     @property
     def room(self) -> float:
-        """Least wall tension over the kink's, its root: what either side has to spare."""
+        """Root of the least wall tension over the kink's: the margin on either side."""
         return math.sqrt(self.wall_tension_least / self.kink_tension)
 
 
 def freeing(subject: Subject) -> Freeing:
-    """Return what frees walls and kinks at the start, in the middle and at the end."""
+    """Return the strains that free walls and kinks at the start, in the middle and at the end."""
     strains = {
         kink: [forward(subject, level, kink=kink) for level in subject.steps]
         for kink in (False, True)
@@ -96,7 +97,7 @@ def freeing(subject: Subject) -> Freeing:
 
 
 def _sizes(strains: list[float], sign: float) -> Iterator[float]:
-    """Yield the sizes of the strains of one sign; NaN where a wall is not freed at all."""
+    """Yield the sizes of the strains of one sign; NaN if a wall is not freed at all."""
     for strain in strains:
         if math.isnan(strain) or strain * sign > 0.0:
             yield abs(strain)
@@ -148,7 +149,7 @@ def _calm(design: Design, peak: float, acceleration: float) -> float:
 
 def up_to(unit: float, time: float) -> float:
     """Return a time rounded up to a whole number of units."""
-    return unit * math.ceil(time / unit - 1e-9)  # what is whole to rounding is whole
+    return unit * math.ceil(time / unit - 1e-9)  # whole up to rounding counts as whole
 
 
 def _tidy(strain: float) -> float:

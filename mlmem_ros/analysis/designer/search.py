@@ -8,12 +8,12 @@ What is chosen, and why:
 - J is the least for which an erase has room: the tension that frees a kink from level 0, which
   the free end attracts, must be well below the one that frees a wall. Fewer cells per level are
   faster to cross, and bring the farthest wall nearer.
-- J_s = 2 J and j_0 = 0.38 J_s: launched walls and kinks are caught near level 0, and a wall that
-  is let go has a third of the way left, which the next defect pulls it along; the gradient has
-  only to keep it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
-- eta is 1/250, or as much less as the farthest echo needs.
-- Peaks and times follow from what frees walls and kinks: see `schedules`. What takes walls back
-  is in `going_back`.
+- J_s = 2 J and j_0 = 0.38 J_s: launched walls and kinks are caught near level 0, and a released
+  wall has a third of the way left, along which the next defect pulls it; the gradient only has to
+  keep it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
+- eta is 1/250, or less if the farthest echo needs it.
+- Peaks and times follow from what frees walls and kinks: see `schedules`. Moves down are in
+  `going_back`.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from .right_pulse import RightPulse, damping_for, listen
 from .schedules import Freeing, erase_schedule, freeing, up_to, write_schedule
 
 FEWEST, MOST = 2, 256
-"""Numbers of levels that are designed for."""
+"""Range of levels."""
 
 CELLS = range(7, 21)
-"""Cells per level that are tried."""
+"""Cells per level to try."""
 
 GAMMA = -3e-5
 """Gradient per cell."""
@@ -46,7 +46,7 @@ ROOM = 1.2
 
 
 class DesignNotFound(ValueError):
-    """No design was found: the message says for what, and what stood against it."""
+    """No design was found: the message says for what, and why."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ class Proposal:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        pulse: How the right end hears it.
+        pulse: The pulse of its right end.
         report: What the checker says.
-        reasons: Why cells per level below the chosen J were not taken, by J.
+        reasons: Why each J below the chosen one was rejected, by J.
     """
 
     design: Design
@@ -93,17 +93,17 @@ def propose(levels: int) -> Proposal:
 
 
 def _with(levels: int, J: int) -> Proposal | str:
-    """Return a proposal with J cells per level, or why there is none."""
+    """Return a proposal with J cells per level, or the reason why there is none."""
     frees = freeing(Subject(_element(levels + 2, J, 1 / 250, 0), Settings()))
     if not frees.room >= ROOM:  # true for NaN, too
         return (
-            f'what frees kink and wall is too near: {frees.kink_tension:.4f} and '
+            f'the tensions that free kink and wall are too close: {frees.kink_tension:.4f} and '
             f'{frees.wall_tension_least:.4f}'
         )
     eta = damping_for(_element(levels, J, 1 / 250, 0))
     pulse = listen(_element(levels, J, eta, 0))
     if pulse is None:
-        return 'no pulse tells the farthest level from the clutter of the defects'
+        return 'no pulse separates the farthest level from the clutter of the defects'
     design = _element(levels, J, eta, pulse.tail)
     settings = going_back(design, _settings(design, frees, pulse.probe))
     report = check(design, settings)
@@ -129,7 +129,7 @@ def _settings(design: Design, frees: Freeing, probe: ProbeSettings) -> Settings:
         probe_right=probe,
         read=ReadSettings(
             end='right',
-            rest=up_to(100.0, 1.2 * design.N),  # what runs to and fro within has crossed it
+            rest=up_to(100.0, 1.2 * design.N),  # a wave has crossed it to and fro
             patience=up_to(100.0, 24.0 / design.eta + 2.0 * design.N),
         ),
     )

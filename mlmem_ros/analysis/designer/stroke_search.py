@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Strokes and throws by search: CMA-ES over their times, peaks, and how these fall with the site.
 
-The closed forms of `moves_down` leave out pins and waves, so that what they propose is only where
-a search begins. A map of peaks alone does not show how near chance is: every trial is judged with
-peak and times off in many directions, each in an element that chance has made. CMA-ES is the
-evolution strategy of Hansen and Ostermeier (2001), by the package cmaes (the extra `search`).
+The closed forms of `moves_down` neglect pins and waves, so their proposal is only a starting
+point. A map of peaks alone does not show the margins: every trial is judged with peak and times
+off in many directions, each in a random element. CMA-ES is the evolution strategy of Hansen and
+Ostermeier (2001), by the package cmaes (the extra `search`).
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ from .cycle_search import DIRECTIONS, RADII, STEP, ring
 Swing = TypeVar('Swing', bound=StrokeSettings | ThrowSettings)
 
 CLUMSY = 0.5
-"""What a throw costs that leaves the wall at a lower level, over one that loses it."""
+"""Cost of a throw that leaves the wall at a lower level, relative to one that loses it."""
 
 PRICE = 0.01
-"""What every damping time of a cycle costs: of two that hold the same, the quicker."""
+"""Cost of every damping time of a cycle: of two equally good ones, prefer the quicker."""
 
 STEP_SIZE = 0.2
 """Standard deviation of the first trials, in logarithms of times and peaks."""
 
 
 LARGEST = actuator(0.0).max_strain
-"""Greatest peak that is tried."""
+"""Greatest peak to try."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What a stroke or a throw has to do.
+    """The task of a stroke or a throw.
 
     Attributes:
         design: The element.
-        starts: Levels that it has to work from.
+        starts: Levels from which it must work.
         upward: Whether a stroke goes up.
-        scatter: Standard deviation of alpha of the elements in which it is tried.
+        scatter: Standard deviation of alpha in the trial elements.
     """
 
     design: Design
@@ -60,7 +60,7 @@ class Task:
     scatter: float = 1e-3
 
     def cost(self, swing: StrokeSettings | ThrowSettings) -> float:
-        """Return the share that fails with peak and times off, and a little for its time."""
+        """Return the fraction that fails with peak and times off, plus a little for its time."""
         changes = [(0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))]
         share = [self.lost(swing, off, seed) for seed, off in enumerate(changes)]
         return float(np.mean(share)) + PRICE * duration(swing) * self.design.eta
@@ -68,7 +68,7 @@ class Task:
     def nearest_failure(
         self, swing: StrokeSettings | ThrowSettings, radii: Sequence[float]
     ) -> float:
-        """Return the least radius on which more than nothing is lost; infinity for none."""
+        """Return the least radius on which anything is lost; infinity for none."""
         for radius in radii:
             changes = ring(12, itertools.repeat(radius))
             if any(self.lost(swing, off, seed) for seed, off in enumerate(changes)):
@@ -78,12 +78,12 @@ class Task:
     def lost(
         self, swing: StrokeSettings | ThrowSettings, off: tuple[float, float], seed: int
     ) -> float:
-        """Return what fails, over the starts.
+        """Return the fraction of starts that fails.
 
         Args:
             swing: The stroke or the throw.
             off: Relative changes of its peak and of its times.
-            seed: Of the element in which it is tried.
+            seed: Of the trial element.
         """
         changed = stretched(swing, 1.0 + off[0], 1.0 + off[1])
         specimen = scattered(self.design, Scatter(alpha=self.scatter), seed)
@@ -132,13 +132,13 @@ def duration(swing: StrokeSettings | ThrowSettings) -> float:
 
 
 def search(task: Task, begin: Swing, *, trials: int, tick: float = 20.0, seed: int = 0) -> Swing:
-    """Return the best stroke or throw that was found.
+    """Return the best stroke or throw found.
 
     Args:
-        task: What it has to do.
+        task: The task.
         begin: Where to begin; its sign, its levels and its rest are kept.
-        trials: How many are tried.
-        tick: Every part but the way over (`ease`) is a whole number of them.
+        trials: Number of trials.
+        tick: Every part except `ease` is a whole number of them.
         seed: Of the search.
     """
     from cmaes import CMA
@@ -159,7 +159,7 @@ def search(task: Task, begin: Swing, *, trials: int, tick: float = 20.0, seed: i
 
 
 def point(begin: Swing, x: Array, tick: float) -> Swing:
-    """Return the stroke or throw that a point of the search stands for; at 0 the beginning.
+    """Return the stroke or throw at a point of the search; at 0 the beginning.
 
     Args:
         begin: Whose times and peak are multiplied by exp(x).
