@@ -26,7 +26,7 @@ def looked():
 def test_a_second_node_of_the_name_says_so_once():
     with memory_node(BY_HAND, name='twin'), memory_node(BY_HAND, name='twin') as second:
         looked()
-        assert second.output.count('another node named /twin is there') == 1
+        assert second.output.count('another node named /twin is running') == 1
 
 
 def test_a_node_that_is_alone_says_nothing():
