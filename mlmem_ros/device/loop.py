@@ -42,10 +42,7 @@ LONGEST_SLEEP = 0.1
 """Seconds after which a sleeping loop checks whether the clock has jumped."""
 
 LONGEST_REST = 0.04
-"""Most seconds to defer ticks while somebody subscribes."""
-
-LONGEST_UNHEARD = 0.06
-"""The same while nobody does: catching up takes 1 ms, for which a command waits."""
+"""Most seconds to defer ticks: catching up takes less than a tick, for which a command waits."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -324,7 +321,7 @@ class Loop:
         """Set a speed: how long a tick lasts, and how many a rest may defer."""
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
-        self._unheard = int(LONGEST_UNHEARD / self._period) if speed > 0.0 else 0
+        self._unheard = int(LONGEST_REST / self._period) if speed > 0.0 else 0
         longest = LONGEST_REST + 1e-9  # rounding must not lose a rest of that length
         self._at_once = max(
             ticks
