@@ -17,6 +17,7 @@ refused input            the state before, to the bit
 import dataclasses
 import functools
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import oracle
@@ -567,3 +568,19 @@ def test_case_i_runs_too():
     chain.rest(4000)
     (wall,) = walls(CASE_I, chain.configuration)
     assert wall.position == pytest.approx(100.0, abs=1.0)
+
+
+@SUBSTRATES
+def test_chains_in_threads_move_as_each_alone(substrate):
+    """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
+
+    def shaken(seed):
+        chain = Chain(case_ii(substrate))
+        shake = 0.02 * np.random.default_rng(seed).standard_normal(400)
+        chain.advance(np.zeros(400), shake=shake)
+        return chain.state().tobytes()
+
+    alone = [shaken(seed) for seed in range(6)]
+    assert len(set(alone)) == 6
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(shaken, range(6))) == alone

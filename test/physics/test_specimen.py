@@ -22,7 +22,6 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.energy import energy
-from mlmem_ros.physics.ensemble import Ensemble
 from mlmem_ros.physics.statics import energies, metamaterial_force
 
 SMALL = dataclasses.replace(CASE_II, N=51)
@@ -227,21 +226,3 @@ def test_a_chain_refuses_a_specimen_it_cannot_run_and_shakes_that_are_not_finite
         with pytest.raises(StateError, match='shake'):
             chain.advance(np.zeros(4), shake=shake)
     assert chain.state().tobytes() == before.tobytes()
-
-
-def test_an_ensemble_shakes_each_of_its_elements():
-    """With the bits of each alone: one base at rest, one that shakes."""
-    shake = np.stack((np.zeros(400), 0.02 * np.sin(0.1 * np.arange(400))))
-    chains = [Chain(SMALL), Chain(SMALL)]
-    for chain in chains:
-        chain.become(scattered(SMALL, SCATTER, seed=4))
-    with Ensemble(chains) as ensemble:
-        ensemble.advance(np.zeros(400), shake=shake)
-        with pytest.raises(StateError, match='shake'):
-            ensemble.advance(np.zeros(400), shake=shake[:1])
-    for chain, row in zip(chains, shake, strict=True):
-        alone = Chain(SMALL)
-        alone.become(chain.specimen)
-        alone.advance(np.zeros(400), shake=row)
-        assert alone.state().tobytes() == chain.state().tobytes()
-    assert np.abs(chains[0].v - chains[1].v).max() > 1e-3

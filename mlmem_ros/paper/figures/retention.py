@@ -8,8 +8,9 @@ kept when the wall rests at its defect again.
 
 from __future__ import annotations
 
-import contextlib
+import itertools
 import math
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from numpy.typing import NDArray
 from ...device.settings import DisturbanceSettings, ScaleSettings
 from ...physics import CASE_II, Chain, Specimen, StateError, level_of, substep_times
 from ...physics.dispersion import band
-from ...physics.ensemble import Ensemble
 from ...physics.equilibrium import resting_wall
 from ...physics.held_wall import hold_walls
 from ...physics.potential import Array
@@ -97,24 +97,24 @@ def harmonic(omega: float, t: Array) -> Array:
 
 def _kept(omega: float, amplitude: Array, rest: dict[int, Array]) -> NDArray[np.bool_]:
     """Return whether each level survives each amplitude at a frequency, shape (a, n)."""
-    chains = [_placed(v) for _ in amplitude for v in rest.values()]
-    dt = chains[0].dt
+    dt = Chain(CASE_II).dt
     steps = math.ceil(SHAKE / dt)
-    shake = np.outer(np.repeat(amplitude, len(rest)), harmonic(omega, substep_times(steps, dt)))
-    still = np.zeros(2 * steps)
-    with Ensemble(chains) as ensemble:
-        with contextlib.suppress(StateError):  # of those that were torn: they keep nothing
-            ensemble.advance(still, shake=shake)
-        with contextlib.suppress(StateError):
-            ensemble.rest(math.ceil(SETTLE / dt))
-    held = [level_of(CASE_II, chain.configuration) for chain in chains]
-    return np.asarray(np.equal(np.array(held).reshape(-1, len(rest)), list(rest)))
+    wave = harmonic(omega, substep_times(steps, dt))
 
+    def kept(amplitude: float, level: int) -> bool:
+        chain = Chain(CASE_II)
+        chain.place(rest[level])
+        try:
+            chain.advance(np.zeros(2 * steps), shake=amplitude * wave)
+            chain.rest(math.ceil(SETTLE / dt))
+        except StateError:  # the chain was torn
+            return False
+        return level_of(CASE_II, chain.configuration) == level
 
-def _placed(v: Array) -> Chain:
-    chain = Chain(CASE_II)
-    chain.place(v)
-    return chain
+    trials = itertools.product(amplitude.tolist(), rest)
+    with ThreadPoolExecutor() as pool:
+        found = list(pool.map(lambda trial: kept(*trial), trials))
+    return np.array(found).reshape(-1, len(rest))
 
 
 def thresholds(amplitude: Array, kept: NDArray[np.bool_]) -> Array:
