@@ -1,24 +1,19 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations that outlive a run: one for every design and settings that an element had."""
+"""A file of calibrations: one for each design and settings that an element has had."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from .. import durable
-from ..physics import StateError
+from . import state_file
 from .calibration import Calibration
 from .errors import SettingsError
 
-FORMAT = 1
-"""Version of the file."""
-
 KEPT = 32
-"""Most calibrations in a file; the oldest makes room for a new one."""
+"""Most calibrations in a file; a new one replaces the oldest."""
+
+_WHAT = 'calibrations', 'the calibrations', 'calibrate again'
 
 
 def beside(state: Path) -> Path:
@@ -37,14 +32,14 @@ def load(path: Path, key: str, levels: int) -> Calibration | None:
     Raises:
         StateError: The file cannot be read, or is damaged.
     """
-    values = _load(path).get(key)
+    values = (state_file.read(path, *_WHAT) or {}).get(key)
     if values is None:
         return None
     try:
         calibration = Calibration.from_dict(values)
         calibration.check(levels)
     except SettingsError as error:
-        raise _damaged(path, str(error)) from error
+        raise state_file.damaged(path, str(error), _WHAT[-1]) from error
     return calibration
 
 
@@ -54,38 +49,7 @@ def save(path: Path, key: str, calibration: Calibration) -> None:
     Raises:
         StateError: The file cannot be read or written; it is left as it was.
     """
-    kept = _load(path)
+    kept = state_file.read(path, *_WHAT) or {}
     kept.pop(key, None)
     kept[key] = calibration.as_dict()
-    newest = dict(list(kept.items())[-KEPT:])
-    try:
-        durable.make_directory(path.parent, exist_ok=True)
-        text = json.dumps({'format': FORMAT, 'calibrations': newest})
-        durable.write_atomically(path, text)
-    except (OSError, ValueError) as error:
-        why = durable.reason(error)
-        raise StateError(f'the calibration cannot be saved in {path}: {why}') from error
-
-
-def _load(path: Path) -> dict[str, Any]:
-    """Return a file's calibrations by key; empty if there is no file yet."""
-    try:
-        content = json.loads(durable.read_text(path))
-    except FileNotFoundError:
-        return {}
-    except OSError as error:
-        why = durable.reason(error)
-        raise StateError(f'calibrations cannot be read from {path}: {why}') from error
-    except (ValueError, RecursionError) as error:
-        raise _damaged(path, str(error)) from error
-    kept = content.get('calibrations') if isinstance(content, Mapping) else None
-    if not isinstance(kept, dict) or content.get('format') != FORMAT:
-        raise _damaged(path, f'it must have format {FORMAT} and calibrations')
-    return kept
-
-
-def _damaged(path: Path, why: str) -> StateError:
-    return StateError(
-        f'{path} must be a file of calibrations; it is damaged: {why}; move it away to '
-        'calibrate anew'
-    )
+    state_file.write(path, 'calibrations', dict(list(kept.items())[-KEPT:]), 'the calibration')

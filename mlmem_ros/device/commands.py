@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""All inputs of a device. A command takes effect at a tick and is stamped with it."""
+"""All inputs of a device. A command is stamped with the tick at which it takes effect."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from ..clipped import clipped
 from ..words import JOINT
@@ -26,7 +26,7 @@ class SetStrain:
 class FollowTrajectory:
     """Move the strain by hand along a timed profile, which begins with the next tick.
 
-    Seconds are those of the device's real time, `scale.time` per time unit, at speed 1.
+    Seconds are those of the device at speed 1: `scale.time` per time unit.
 
     Attributes:
         times: Of every point, in seconds since the beginning.
@@ -54,7 +54,7 @@ class Write:
 
 @dataclass(frozen=True)
 class Read:
-    """Probe from one end or both, and decode; an empty end means the one in the settings."""
+    """Probe from one end or both, and decode; empty: the end in the settings."""
 
     end: str = ''
 
@@ -90,31 +90,18 @@ class Disturb:
 
 @dataclass(frozen=True)
 class SetFaults:
-    """Have exactly these faults from now on."""
+    """Replace all faults by these."""
 
     faults: Faults
 
 
 Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
-"""Commands that take time, and whose outcome is reported at the end."""
+"""Commands that take time; their outcome is reported at the end."""
 
 Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Procedures
 
-KINDS: dict[str, type[Any]] = {
-    kind.__name__: kind
-    for kind in (
-        SetStrain,
-        FollowTrajectory,
-        Write,
-        Read,
-        Erase,
-        Calibrate,
-        SelfTest,
-        Abort,
-        Disturb,
-        SetFaults,
-    )
-}
+KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)}
+"""The commands by name."""
 
 
 def as_dict(command: Command) -> dict[str, Any]:

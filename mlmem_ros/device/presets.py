@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped elements, each complete: a design, and the settings of its instrument.
 
-Table I of the paper, and elements of 1 to 8 bits. Anything not given here is as in `Settings`,
-whose defaults are those of Case II. Times are in time units: docs/presets.md and
-docs/fast_write.md tell how the schedules were found.
+Table I of the paper, and elements of 1 to 8 bits. Anything not given here has the default in
+`Settings`, which is for Case II. Times are in time units. docs/presets.md and docs/fast_write.md
+describe how the schedules were found.
 """
 
 from __future__ import annotations
@@ -19,11 +19,10 @@ from .settings import (
     ProbeSettings,
     ReadSettings,
     Settings,
-    StrokeSettings,
     TimeSettings,
     WriteSettings,
 )
-from .strokes import BY_25, actuator, by_9, throw
+from .strokes import BY_25, actuator, by_9, stroke, throw
 
 
 class Preset(NamedTuple):
@@ -43,19 +42,20 @@ DEFAULT = 'case_2'
 
 
 _CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
-"""The paper's second element, eight levels. Of its settings
+"""The paper's second element, with eight levels. The ranges in which its settings work:
 
-- `write.compression` works from -0.021 to beyond -0.054, `write.tension` from 0.0363 to the
-  actuator's limit: compression frees the wall at even levels, tension at odd ones;
-- `erase.compression` works from -0.032 on, `erase.tension` from 0.016 to 0.036: beyond, it also
-  frees the wall, ahead of the kink;
-- `probe` is inside the band of s2 and above that of s1, the other phase; `probe_right` inside that
-  of s1 and below that of s2, and short, so that the nearest level's echo comes after the pulse.
+- `write.compression` -0.021 to beyond -0.054, `write.tension` 0.0363 to the actuator's limit:
+  compression frees the wall at even levels, tension at odd ones;
+- `erase.compression` -0.032 and stronger, `erase.tension` 0.016 to 0.036: beyond, it also frees
+  the wall, ahead of the kink;
+- the carrier of `probe` is inside the band of s2 and above that of s1. That of `probe_right` is
+  inside the band of s1 and below that of s2; its pulse is short, so that it ends before the
+  nearest level's echo.
 """
 
 
 def _case_1() -> Preset:
-    """Return the paper's first element: one defect, so one level, blank or written.
+    """Return the paper's first element: one defect, so blank or written.
 
     Its potential is six times weaker, its wall wider and its echo fainter.
     """
@@ -70,7 +70,7 @@ def _case_1() -> Preset:
 
 
 def _calmer() -> dict[str, Any]:
-    """Return what rests longer than in `BY_25`, for quick steps and launches after them."""
+    """Return a throw and a jump with longer rests than in `BY_25`, before fast steps."""
     throw, jump = BY_25['throw'], BY_25['up_odd']
     return {
         'throw': replace(throw, settle=900.0, levels=6),
@@ -79,16 +79,16 @@ def _calmer() -> dict[str, Any]:
 
 
 def _fast() -> Preset:
-    """Return the paper's second element written faster, with less strain: 1800 per level."""
+    """Return the paper's second element with a faster write and less strain: 1800 per level."""
     settings = Settings(
         actuator=actuator(1e-3),
-        # Quick ramps: the inertia of the cells helps to free the wall.
+        # Fast ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
             settle=800.0,  # or ringing upsets the next step
             final_settle=1000.0, compression=-0.0227, tension=0.0122, start_strain=0.03,
         ),
-        read=ReadSettings(min_margin=0.5),  # a wall that stuck between two defects is noticed
+        read=ReadSettings(min_margin=0.5),  # detects a wall stuck between two defects
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
         **BY_25 | _calmer(),
     )  # fmt: skip
@@ -113,16 +113,16 @@ def _nine_cells(
 
     Args:
         N: Number of cells.
-        write: Its cycle, by a search; `write_cycle`.
-        erase: Its cycle; `erase_cycle`.
+        write: Its cycle, found by `cycle_search`.
+        erase: Its cycle.
         right: Carrier, sigma and threshold of the probe at the right end, the only one read.
         patience: Longest wait for the element to be quiet.
         rest: Wait before a pulse.
         tail: Cells at the right end without defects.
-        eta: Damping; the gain of both probes makes up for it.
-        max_rate: Rate limit: what the steepest ramp of a write needs, and a little more.
-        tick: Every ramp of a write is a whole number of them.
-        **back: Strokes other than those of `by_9`, and a throw; without one, a kink erases it.
+        eta: Damping, which the gain of both probes compensates.
+        max_rate: Rate limit, slightly above that of the steepest ramp of a write.
+        tick: Tick, of which every ramp of a write is a multiple.
+        **back: A throw, and strokes other than those of `by_9`. Without a throw, a kink erases.
     """
     omega_c, sigma, v_th = right
     design = Design(
@@ -155,7 +155,7 @@ def _write(
     peaks: tuple[float, float],
     ease_to: float = 0.03,
 ) -> WriteSettings:
-    """Return a write that eases nearly all the way back, to place the wall gently."""
+    """Return a write that eases nearly all the way back and so places the wall gently."""
     return WriteSettings(
         ramp=ramp, hold=hold, ease=ease, ease_to=ease_to, release=release, settle=0.0,
         final_settle=1000.0, last_release=60.0, compression=peaks[0], tension=peaks[1],
@@ -164,7 +164,7 @@ def _write(
 
 
 def _erase(ramp: float, hold: float, settle: float, peaks: tuple[float, float]) -> EraseSettings:
-    """Return an erase that listens only once the kink is where the wall was read."""
+    """Return an erase that first listens when the kink is where the wall was read."""
     return EraseSettings(
         ramp=ramp, hold=hold, release=ramp, settle=settle, compression=peaks[0], tension=peaks[1],
         start_strain=-0.02, launch_speed=0.002, trust_reading=True,
@@ -212,7 +212,7 @@ PRESETS = {
         right=(0.701, 20.0, 7.2e-4),
         patience=6800.0,
         rest=500.0,
-        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, second=0.8, levels=10),
+        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10),
     ),
     'bits_6': _nine_cells(
         N=666,
@@ -222,18 +222,7 @@ PRESETS = {
         right=(0.705, 24.0, 7.6e-4),
         patience=7400.0,
         rest=800.0,
-        down_even=StrokeSettings(
-            ramp=980.0,
-            hold=20.0,
-            ease=71.0,
-            ease_to=-0.948,
-            release=960.0,
-            settle=0.0,
-            peak=-0.009,
-            growth=1.0,
-            levels=2,
-            lowest=16,
-        ),
+        down_even=stroke(980.0, 20.0, 71.0, -0.948, 960.0, -0.009, 1.0, levels=2, lowest=16),
     ),
     'bits_8': _nine_cells(
         N=2475,
@@ -244,29 +233,8 @@ PRESETS = {
         right=(0.705, 50.0, 9.3e-4),
         patience=17000.0,
         rest=3000.0,
-        down_odd=StrokeSettings(
-            ramp=400.0,
-            hold=40.0,
-            ease=100.0,
-            ease_to=-0.84,
-            release=1300.0,
-            settle=0.0,
-            peak=-0.0011,
-            growth=0.77,
-            lowest=31,
-        ),
-        down_even=StrokeSettings(
-            ramp=1200.0,
-            hold=20.0,
-            ease=140.0,
-            ease_to=-0.95,
-            release=1600.0,
-            settle=0.0,
-            peak=-0.0016,
-            growth=1.0,
-            levels=2,
-            lowest=60,
-        ),
+        down_odd=stroke(400.0, 40.0, 100.0, -0.84, 1300.0, -0.0011, 0.77, lowest=31),
+        down_even=stroke(1200.0, 20.0, 140.0, -0.95, 1600.0, -0.0016, 1.0, levels=2, lowest=60),
     ),
     'damped_bits_3': _nine_cells(
         N=135,
@@ -278,7 +246,7 @@ PRESETS = {
         rest=200.0,
         max_rate=3e-4,
         tick=10.0,
-        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, second=0.8, levels=4),
+        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
     ),
     'damped_bits_4': _nine_cells(
         N=207,
@@ -290,13 +258,12 @@ PRESETS = {
         rest=300.0,
         max_rate=3e-4,
         tick=10.0,
-        throw=throw(0.14, 400.0, 58.0, -0.1, 400.0, second=0.8, levels=5),
+        throw=throw(0.14, 400.0, 58.0, -0.1, 400.0, mirrored=0.8, levels=5),
     ),
     'fast': _fast(),
 }
-"""By name: `bits_n` stores n bits, `damped_bits_n` in cells damped 2.5 times as much, `fast` is
-`case_2` on another schedule. Each level of an element takes as long to write as docs/presets.md
-says."""
+"""By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
+`case_2` with a faster schedule. docs/presets.md gives the time to write each level."""
 
 
 def preset(name: str) -> Preset:

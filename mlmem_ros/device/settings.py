@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from ..described import described, problems
@@ -26,20 +27,20 @@ class Checked:
             raise SettingsError('; '.join(found))
 
 
+_time = partial(described, unit='time', low=0.0, high=1e6)
+_speed = partial(described, unit='cells/time', low=1e-4, high=10.0)
+_margin = partial(described, low=0.0, high=0.99)
+
+
 @dataclass(frozen=True)
 class ActuatorSettings(Checked):
     """The actuator that strains the substrate."""
 
-    max_strain: float = described(
-        0.08, 'largest strain the actuator gives, either sign', low=1e-6, high=0.5
-    )
-    max_rate: float = described(
-        1e-4, 'fastest change of strain', unit='1/time', low=1e-9, high=1.0
-    )
+    max_strain: float = described(0.08, 'largest strain of either sign', low=1e-6, high=0.5)
+    max_rate: float = described(1e-4, 'highest strain rate', unit='1/time', low=1e-9, high=1.0)
     hand_rate: float = described(
         0.0,
-        'fastest change of a strain that is set by hand, which an abrupt one would lose the '
-        'content by; 0: as max_rate',
+        'highest rate of a strain set by hand: a faster one can lose the content; 0: max_rate',
         unit='1/time',
         low=0.0,
         high=1.0,
@@ -47,7 +48,7 @@ class ActuatorSettings(Checked):
 
     @property
     def by_hand(self) -> float:
-        """Fastest change of a strain that is set by hand."""
+        """Highest rate of a strain that is set by hand, in 1/time."""
         return min(self.hand_rate, self.max_rate) or self.max_rate
 
 
@@ -55,78 +56,58 @@ class ActuatorSettings(Checked):
 class CycleSettings(Checked):
     """One strain cycle: ramp to the peak, hold, ramp back, settle. Ramps are smooth.
 
-    The way back can pause at a share of the peak, so that a wall set free in haste swings in a
-    well that becomes shallow before it is let go.
+    The way back can pause at a fraction of the peak: a wall that was freed quickly swings in a
+    well that becomes shallow before it is released.
     """
 
-    ramp: float = described(1200.0, 'ramp to the peak strain', unit='time', low=1.0, high=1e6)
-    hold: float = described(600.0, 'hold at the peak strain', unit='time', low=0.0, high=1e6)
-    ease: float = described(
-        0.0,
-        'ramp from the peak to the pause on the way back; 0: none',
-        unit='time',
-        low=0.0,
-        high=1e6,
-    )
+    ramp: float = _time(1200.0, 'ramp to the peak strain', low=1.0)
+    hold: float = _time(600.0, 'hold at the peak strain')
+    ease: float = _time(0.0, 'ramp from the peak to the pause on the way back; 0: no pause')
     ease_to: float = described(
-        0.5, 'strain of that pause, as a share of the peak', low=-1.0, high=1.0
+        0.5, 'strain of that pause, as a fraction of the peak', low=-1.0, high=1.0
     )
-    release: float = described(1200.0, 'ramp back to no strain', unit='time', low=1.0, high=1e6)
-    settle: float = described(1500.0, 'rest after the cycle', unit='time', low=0.0, high=1e6)
+    release: float = _time(1200.0, 'ramp back to zero strain', low=1.0)
+    settle: float = _time(1500.0, 'rest after the cycle')
 
 
 @dataclass(frozen=True)
 class WriteSettings(CycleSettings):
-    """Start, step and verify."""
+    """Launch, step and verify."""
 
     compression: float = described(
-        -0.034, 'peak strain that frees the wall where compression does', low=-0.5, high=-1e-6
+        -0.034, 'peak strain at levels where compression frees the wall', low=-0.5, high=-1e-6
     )
     tension: float = described(
-        0.048, 'peak strain that frees the wall where tension does', low=1e-6, high=0.5
+        0.048, 'peak strain at levels where tension frees the wall', low=1e-6, high=0.5
     )
     start_strain: float = described(
         0.035, 'strain under which the wall is launched', low=0.0, high=0.5
     )
-    launch_speed: float = described(
-        0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
+    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
+    final_settle: float = _time(
+        0.0, 'longest extra rest after the last cycle of a write, until the ends are quiet'
     )
-    final_settle: float = described(
+    last_release: float = _time(
         0.0,
-        'longest further rest after the last cycle of a write: until the ends are quiet',
-        unit='time',
-        low=0.0,
-        high=1e6,
-    )
-    last_release: float = described(
-        0.0,
-        'least ramp back to no strain of the last cycle of a write: a gentle end is read sooner',
-        unit='time',
-        low=0.0,
-        high=1e6,
+        'shortest ramp back to zero strain in the last cycle of a write: after a gentle end the '
+        'level can be read sooner',
     )
     shaped: bool = described(
         False,
-        'ramps of a step up in two half steps, half a period of the cells at the right end apart: '
-        'they ring less, and are read sooner',
+        'make each ramp of a step up in two halves, half a period of the cells at the right end '
+        'apart: the cells ring less, and the level can be read sooner',
     )
-    attempts: int = described(3, 'bound on the tries of a write', low=1, high=100)
+    attempts: int = described(3, 'most attempts of a write', low=1, high=100)
     escalation: float = described(
-        1.1, 'factor on the peak strains with every further try of a write', low=1.0, high=2.0
+        1.1, 'factor on the peak strains at each further attempt', low=1.0, high=2.0
     )
     escalation_limit: float = described(
-        1.35,
-        'bound on that factor in all: beyond, a peak may move the wall twice',
-        low=1.0,
-        high=4.0,
+        1.35, 'largest such factor: a greater peak may move the wall twice', low=1.0, high=4.0
     )
-    min_margin: float = described(
-        0.5, 'least level margin with which a level counts as written', low=0.0, high=0.99
-    )
+    min_margin: float = _margin(0.5, 'least level margin of a written level')
     pulses: int = described(
         20,
-        'pulses that a calibration tries for a step that fails, to learn one; 1: that of the '
-        'settings alone',
+        'pulses that a calibration tries for a step that fails; 1: only the one in the settings',
         low=1,
         high=20,
     )
@@ -134,49 +115,47 @@ class WriteSettings(CycleSettings):
 
 @dataclass(frozen=True)
 class EraseSettings(CycleSettings):
-    """The kink that is driven across: it answers to the opposite strain of the wall.
+    """The kink that is driven across: a wall and a kink need opposite strains.
 
     The tension frees the kink but not the wall, so that the kink catches up with it.
     """
 
     method: str = described(
         'kink',
-        'kink: as here; pulse: by a throw, and by a kink where that fails',
+        'kink: drive a kink across; pulse: throw the wall out, with a kink if that fails',
         choices=('kink', 'pulse'),
     )
     compression: float = described(
-        -0.042, 'peak strain that frees the kink where compression does', low=-0.5, high=-1e-6
+        -0.042, 'peak strain at levels where compression frees the kink', low=-0.5, high=-1e-6
     )
     tension: float = described(
-        0.026, 'peak strain that frees the kink where tension does', low=1e-6, high=0.5
+        0.026, 'peak strain at levels where tension frees the kink', low=1e-6, high=0.5
     )
     start_strain: float = described(
         -0.03, 'strain under which the kink is launched', low=-0.5, high=0.0
     )
-    launch_speed: float = described(
-        0.05, 'speed at which the boundary cell is moved', unit='cells/time', low=1e-4, high=10.0
-    )
+    launch_speed: float = _speed(0.05, 'speed at which the boundary cell is moved')
     trust_reading: bool = described(
-        False, 'listen for a blank element only once the kink is where the wall was read'
+        False, 'start to listen for a blank element once the kink is at the level last read'
     )
 
 
 @dataclass(frozen=True)
 class StrokeSettings(CycleSettings):
-    """A cycle that draws the substrate from under the wall, which is then at another level.
+    """A cycle that pulls the substrate from under the wall and so changes its level.
 
-    Slowly up, swung over in haste (`ease`), and slowly let go. The same stroke moves a wall
-    farther at a farther site, so that its peak falls with the site. One sign takes it down, the
-    other up.
+    The strain rises slowly, swings over fast (`ease`) and is released slowly. One sign takes the
+    wall down, the other up. The farther the site, the farther the same stroke moves a wall, so the
+    peak falls with the site.
     """
 
     peak: float = described(
-        0.0, 'peak strain for the last level, either sign; 0: no such stroke', low=-0.5, high=0.5
+        0.0, 'peak strain at the last level, either sign; 0: no such stroke', low=-0.5, high=0.5
     )
     growth: float = described(
         0.0, 'exponent with which the peak grows towards the first site', low=0.0, high=3.0
     )
-    levels: int = described(1, 'levels that the wall goes', low=1, high=255)
+    levels: int = described(1, 'levels that the wall moves', low=1, high=255)
     lowest: int = described(1, 'lowest level that it starts from', low=1, high=10_000)
 
 
@@ -184,25 +163,25 @@ class StrokeSettings(CycleSettings):
 class ThrowSettings(CycleSettings):
     """A pulse that throws the wall out at the left end, from any level.
 
-    What one leaves, the next one takes, which is weaker or has the other sign.
+    If one pulse fails, the next one, weaker or of the other sign, may succeed.
     """
 
     peak: float = described(0.0, 'peak strain, either sign; 0: no throw', low=-0.5, high=0.5)
     mirrored: float = described(
-        -0.65, 'peak of every second pulse, over that of the others', low=-1.0, high=1.0
+        -0.65, 'peak of every second pulse, relative to the others', low=-1.0, high=1.0
     )
-    pulses: int = described(5, 'bound on the pulses until the element is blank', low=1, high=100)
+    pulses: int = described(5, 'most pulses until the element is blank', low=1, high=100)
     levels: int = described(
         10_000,
-        'how many levels, from 0 on, one pulse takes the wall out from; a write, which does not '
-        'listen in between, makes one more for every so many',
+        'levels, from 0 on, that one pulse throws the wall out of; a write, which does not listen '
+        'in between, adds a pulse for each further group of so many',
         low=1,
         high=10_000,
     )
 
 
 def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
-    """Return the peak strain that frees a wall or a kink where compression does, or tension."""
+    """Return the peak strain that frees a wall or a kink by compression, or by tension."""
     return cycles.compression if compress else cycles.tension
 
 
@@ -210,114 +189,96 @@ def peak(cycles: WriteSettings | EraseSettings, compress: bool) -> float:
 class ProbeSettings(Checked):
     """The pulse and the echo detector of one end.
 
-    The threshold is compared with v_c exp(gain_decay t): a time-gain compensation for the
-    damping, exp(-eta t / 2), that every wave suffers. A decay of 0 is the paper's plain rule.
+    The threshold is compared with v_c exp(gain_decay t). This time-gain compensation makes up for
+    the damping of every wave, exp(-eta t / 2). A decay of 0 is the paper's plain rule.
     """
 
     omega_c: float = described(2.1, 'carrier frequency', unit='rad/time', low=1e-3, high=10.0)
     A: float = described(0.01, 'pulse amplitude', unit='cells', low=1e-9, high=0.5)
-    sigma: float = described(
-        8.0, 'standard deviation of the envelope', unit='time', low=0.1, high=1e4
-    )
+    sigma: float = _time(8.0, 'standard deviation of the envelope', low=0.1, high=1e4)
     v_th: float = described(
         1.6e-4, 'threshold of the compensated v_c', unit='cells', low=1e-12, high=1.0
     )
     gain_decay: float = described(
-        0.002, 'decay that the gain makes up for: eta / 2', unit='1/time', low=0.0, high=1.0
+        0.002, 'decay that the gain compensates: eta / 2', unit='1/time', low=0.0, high=1.0
     )
     window: float = described(
-        8.0,
-        'width of the window that v_c averages over',
-        unit='carrier periods',
-        low=0.1,
-        high=100.0,
+        8.0, 'averaging window of v_c', unit='carrier periods', low=0.1, high=100.0
     )
 
 
 @dataclass(frozen=True)
 class ReadSettings(Checked):
-    """How an echo is waited for and judged."""
+    """When an end is probed, and how its echo is judged."""
 
     end: str = described(
         'left', 'end that a read probes from, or both', choices=('left', 'right', 'both')
     )
     quiet: float = described(
-        0.1, 'share of the threshold below which the element counts as quiet', low=0.01, high=1.0
+        0.1,
+        'motion below which the element is quiet, as a fraction of the threshold',
+        low=0.01,
+        high=1.0,
     )
-    patience: float = described(
-        6000.0, 'longest wait for the element to be quiet', unit='time', low=0.0, high=1e6
+    patience: float = _time(6000.0, 'longest wait for the element to be quiet')
+    rest: float = _time(
+        0.0, 'wait before a pulse in a quiet element, until motion far from its ends has decayed'
     )
-    rest: float = described(
-        0.0,
-        'wait before a pulse in a quiet element, for the motion far from its ends to die away',
-        unit='time',
-        low=0.0,
-        high=1e6,
+    min_margin: float = _margin(
+        0.2, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
     )
-    min_margin: float = described(
-        0.2,
-        'least level margin (1 on the calibrated delay, 0 half-way to the next)',
-        low=0.0,
-        high=0.99,
-    )
-    shaken_margin: float = described(
-        0.5, 'least level margin while the base shakes', low=0.0, high=0.99
-    )
+    shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = described(
         4,
-        'bound on the pulses from an end while the base shakes, until two say the same',
+        'most pulses from one end while the base shakes, until two agree',
         low=2,
         high=100,
     )
     noise_factor: float = described(
-        1.5, 'least threshold of v_c, over what the measured noise gives', low=1.1, high=100.0
+        1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0
     )
 
 
 @dataclass(frozen=True)
 class DisturbanceSettings(Checked):
-    """How the acceleration of the base is taken; in lattice constants per time unit squared."""
+    """Limits of the base acceleration, in lattice constants per time unit squared."""
 
     max_acceleration: float = described(
         0.01,
-        'largest acceleration of the base that is taken, either sign',
+        'largest accepted acceleration of the base, either sign',
         unit='cells/time^2',
         low=1e-9,
         high=0.05,
     )
     harmless: float = described(
         1e-4,
-        'acceleration up to which the content counts as known: no frequency of it moves a wall',
+        'acceleration that moves no wall at any frequency: up to it the content stays known',
         unit='cells/time^2',
         low=0.0,
         high=0.05,
     )
-    timeout: float = described(
-        1000.0,
-        'time without a message after which the base is at rest',
-        unit='time',
-        low=1.0,
-        high=1e9,
+    timeout: float = _time(
+        1000.0, 'time without messages after which the base is at rest', low=1.0, high=1e9
     )
 
 
 @dataclass(frozen=True)
 class TimeSettings(Checked):
-    """How the material's time is cut."""
+    """Length of a tick, and the integrator."""
 
-    tick: float = described(
-        20.0, 'one tick: commands take effect between ticks', unit='time', low=0.1, high=1e4
+    tick: float = _time(
+        20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
     )
     integrator: str = described(
         'noh_bathe',
-        "noh_bathe, the paper's, or pefrl: as fast, and an echo is not damped by the method",
+        "noh_bathe, the paper's; or pefrl, as fast and without numerical damping of echoes",
         choices=('noh_bathe', 'pefrl'),
     )
 
 
 @dataclass(frozen=True)
 class ScaleSettings(Checked):
-    """What the dimensionless units are in SI."""
+    """The dimensionless units in SI."""
 
     time: float = described(1e-4, 'one time unit sqrt(m / k_r)', unit='s', low=1e-9, high=1e3)
     length: float = described(1e-2, 'one lattice constant', unit='m', low=1e-12, high=1e3)
@@ -335,22 +296,20 @@ class ScaleSettings(Checked):
 class Settings:
     """All settings of the instrument."""
 
-    actuator: ActuatorSettings = field(default_factory=ActuatorSettings)
-    write: WriteSettings = field(default_factory=WriteSettings)
-    erase: EraseSettings = field(default_factory=EraseSettings)
-    down_even: StrokeSettings = field(default_factory=StrokeSettings)
-    down_odd: StrokeSettings = field(default_factory=StrokeSettings)
-    up_even: StrokeSettings = field(default_factory=StrokeSettings)
-    up_odd: StrokeSettings = field(default_factory=StrokeSettings)
-    throw: ThrowSettings = field(default_factory=ThrowSettings)
-    probe: ProbeSettings = field(default_factory=ProbeSettings)
-    probe_right: ProbeSettings = field(
-        default_factory=lambda: ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
-    )
-    read: ReadSettings = field(default_factory=ReadSettings)
-    disturbance: DisturbanceSettings = field(default_factory=DisturbanceSettings)
-    time: TimeSettings = field(default_factory=TimeSettings)
-    scale: ScaleSettings = field(default_factory=ScaleSettings)
+    actuator: ActuatorSettings = ActuatorSettings()
+    write: WriteSettings = WriteSettings()
+    erase: EraseSettings = EraseSettings()
+    down_even: StrokeSettings = StrokeSettings()
+    down_odd: StrokeSettings = StrokeSettings()
+    up_even: StrokeSettings = StrokeSettings()
+    up_odd: StrokeSettings = StrokeSettings()
+    throw: ThrowSettings = ThrowSettings()
+    probe: ProbeSettings = ProbeSettings()
+    probe_right: ProbeSettings = ProbeSettings(omega_c=0.7, sigma=5.0, v_th=7e-4, window=4.0)
+    read: ReadSettings = ReadSettings()
+    disturbance: DisturbanceSettings = DisturbanceSettings()
+    time: TimeSettings = TimeSettings()
+    scale: ScaleSettings = ScaleSettings()
 
     def __post_init__(self) -> None:
         limit = self.actuator.max_strain
@@ -382,5 +341,5 @@ class Settings:
         try:
             groups = {name: type(getattr(default, name))(**data[name]) for name in data}
         except (AttributeError, TypeError) as error:
-            raise SettingsError(f'these are no settings of a device: {error}') from error
+            raise SettingsError(f'these are not settings of a device: {error}') from error
         return cls(**groups)

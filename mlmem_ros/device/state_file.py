@@ -26,35 +26,45 @@ def save(path: Path, snapshot: Mapping[str, Any]) -> None:
     Raises:
         StateError: The file cannot be written; the message says why.
     """
-    try:
-        durable.make_directory(path.parent, exist_ok=True)
-        text = json.dumps({'format': FORMAT, 'snapshot': dict(snapshot)})
-        durable.write_atomically(path, text)
-    except (OSError, ValueError) as error:
-        why = durable.reason(error)
-        raise StateError(f'the state cannot be saved in {path}: {why}') from error
+    write(path, 'snapshot', snapshot, 'the state')
 
 
 def load(path: Path) -> dict[str, Any] | None:
-    """Return the snapshot in a file, or None where there is no file yet.
+    """Return the snapshot in a file, or None if there is no file yet.
 
     Raises:
         StateError: The file cannot be read, or holds no snapshot.
     """
+    return read(path, 'snapshot', 'the state', 'start blank')
+
+
+def write(path: Path, key: str, values: Mapping[str, Any], what: str) -> None:
+    """Replace a file by values under a key; `what` they are is for the message of an error."""
+    try:
+        durable.make_directory(path.parent, exist_ok=True)
+        durable.write_atomically(path, json.dumps({'format': FORMAT, key: dict(values)}))
+    except (OSError, ValueError) as error:
+        why = durable.reason(error)
+        raise StateError(f'{what} cannot be saved in {path}: {why}') from error
+
+
+def read(path: Path, key: str, what: str, remedy: str) -> dict[str, Any] | None:
+    """Return what `write` stored; `remedy` says what moving a damaged file away achieves."""
     try:
         content = json.loads(durable.read_text(path))
     except FileNotFoundError:
         return None
     except OSError as error:
         why = durable.reason(error)
-        raise StateError(f'the state cannot be read from {path}: {why}') from error
+        raise StateError(f'{what} cannot be read from {path}: {why}') from error
     except (ValueError, RecursionError) as error:
-        raise StateError(f'{path} must be a state file; it is damaged: {error}') from error
-    if not isinstance(content, dict) or content.get('format') != FORMAT:
-        raise StateError(
-            f'{path} must be a state file of format {FORMAT}; move it away to start blank'
-        )
-    snapshot = content.get('snapshot')
-    if not isinstance(snapshot, dict):
-        raise StateError(f'{path} must hold a snapshot; move it away to start blank')
-    return snapshot
+        raise damaged(path, str(error), remedy) from error
+    found = content.get(key) if isinstance(content, dict) else None
+    if not isinstance(found, dict) or content.get('format') != FORMAT:
+        raise damaged(path, f'it must have format {FORMAT} and a {key}', remedy)
+    return found
+
+
+def damaged(path: Path, why: str, remedy: str) -> StateError:
+    """Return the error for a file that cannot be used."""
+    return StateError(f'{path} is damaged: {why}; move it away to {remedy}')

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an element has learnt of its own steps: which pulse takes the wall up from each level.
+"""What an element has learnt about its own steps: which pulse takes the wall to each level.
 
-Fabrication leaves every level another well and another way to the next. A step that stops short,
-stays or runs over with the pulse in the settings is made with another peak or other times
-(docs/learning.md): how a wall swings into its well depends on both.
+Fabrication gives every level a slightly different well. A step that falls short, does not start or
+runs over with the pulse in the settings is made with another peak or other times
+(docs/learning.md): both decide how the wall swings into its well.
 """
 
 from __future__ import annotations
@@ -34,62 +34,38 @@ class Trim(Checked):
 AS_SET = Trim()
 """The pulse in the settings."""
 
-QUICKER = (
-    Trim(1.0, 0.42),
-    Trim(0.9, 0.3),
-    Trim(0.8, 0.5),
-    Trim(1.0, 0.5),
-    Trim(0.8, 0.36),
-    Trim(1.6, 0.42),
-    Trim(0.9, 0.5),
-    Trim(1.15, 0.42),
-    Trim(0.7, 0.2),
-    Trim(0.6, 0.36),
-    Trim(1.3, 0.5),
-    Trim(0.7, 0.42),
-)
-"""For cycles that ramp straight back, which are slow: in haste the wall swings over what holds it
-half-way. Quicker still, cells at the right end slip into a third ground state."""
+# The menus: rows of peak, times and, for launches, speed; one column per pulse.
 
-STRONGER = (
-    Trim(1.5, 1.3),
-    Trim(1.8, 1.3),
-    Trim(2.2, 2.2),
-    Trim(1.15, 1.0),
-    Trim(1.5, 2.2),
-    Trim(1.3, 1.0),
-    Trim(0.8, 1.0),
-    Trim(0.8, 1.3),
-    Trim(0.9, 1.3),
-    Trim(1.8, 2.2),
-    Trim(1.0, 1.3),
-    Trim(0.9, 2.2),
-    Trim(2.2, 1.6),
-    Trim(1.15, 1.3),
-    Trim(1.15, 2.2),
-    Trim(0.8, 1.6),
-)
-"""For cycles that ease the strain, which are as quick as an element allows that is as designed."""
+QUICKER = tuple(map(
+    Trim,
+    (1.0, 0.9, 0.8, 1.0, 0.8, 1.6, 0.9, 1.15, 0.7, 0.6, 1.3, 0.7),
+    (0.42, 0.3, 0.5, 0.5, 0.36, 0.42, 0.5, 0.42, 0.2, 0.36, 0.5, 0.42),
+))  # fmt: skip
+"""For cycles that ramp straight back, which are slow: faster, the wall swings over what holds
+it half-way. Faster still, cells at the right end slip into a third ground state."""
 
+STRONGER = tuple(map(
+    Trim,
+    (1.5, 1.8, 2.2, 1.15, 1.5, 1.3, 0.8, 0.8, 0.9, 1.8, 1.0, 0.9, 2.2, 1.15, 1.15, 0.8),
+    (1.3, 1.3, 2.2, 1.0, 2.2, 1.0, 1.0, 1.3, 1.3, 2.2, 1.3, 2.2, 1.6, 1.3, 2.2, 1.6),
+))  # fmt: skip
+"""For cycles that ease the strain, which are as fast as an ideal element allows."""
 
-LAUNCHES = (
-    Trim(1.25, 0.3, 2.0),
-    Trim(2.2, 0.3, 2.0),
-    Trim(1.0, 0.3, 2.0),
-    Trim(1.5, 0.5, 2.0),
-    Trim(0.8, 0.5, 2.0),
-    Trim(1.25, 0.3, 3.0),
-    Trim(1.0, 1.0, 2.0),
-)
-"""For a launch that such a write begins with: with too slow a start the wall turns back."""
+LAUNCHES = tuple(map(
+    Trim,
+    (1.25, 2.2, 1.0, 1.5, 0.8, 1.25, 1.0),
+    (0.3, 0.3, 0.3, 0.5, 0.5, 0.3, 1.0),
+    (2.0, 2.0, 2.0, 2.0, 2.0, 3.0, 2.0),
+))  # fmt: skip
+"""For a launch before such cycles: after too slow a start the wall turns back."""
 
 
 def menu(settings: Settings, level: int) -> tuple[Trim, ...]:
-    """Return what is tried, in this order: each saves most of what those before leave.
+    """Return the pulses to try, best first: each rescues most of the steps left by those before.
 
     Args:
-        settings: The instrument's.
-        level: To which the wall is taken.
+        settings: The instrument's settings.
+        level: Level to which the wall is taken.
     """
     if not settings.write.ease:
         return (AS_SET, *QUICKER)
@@ -97,14 +73,14 @@ def menu(settings: Settings, level: int) -> tuple[Trim, ...]:
 
 
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
-"""What a trim makes longer or shorter, of `WriteSettings`."""
+"""The fields of `WriteSettings` whose time a trim scales."""
 
 STRAINS = ('compression', 'tension', 'start_strain')
-"""What a trim makes stronger or weaker, as far as the actuator goes."""
+"""The fields whose strain it scales, within the limit of the actuator."""
 
 
 def trimmed(settings: Settings, trim: Trim) -> Settings:
-    """Return settings with the pulse of one step for all."""
+    """Return settings that make every step with the trimmed pulse."""
     limit, write = settings.actuator.max_strain, settings.write
     changed = {name: trim.times * getattr(write, name) for name in TIMES}
     changed['launch_speed'] = min(trim.speed * write.launch_speed, 10.0)
@@ -115,26 +91,26 @@ def trimmed(settings: Settings, trim: Trim) -> Settings:
 
 @dataclass(frozen=True)
 class Trims:
-    """What was learnt under one schedule.
+    """What was learnt with one schedule.
 
     Attributes:
         steps: By the level to which a pulse takes the wall; the first is the launch.
-        schedule: `schedule_of` the settings, with no others of which they mean anything.
+        schedule: `schedule_of` the settings; with others the trims are meaningless.
     """
 
     steps: tuple[Trim, ...]
     schedule: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it for a file."""
+        """Return the values for a file."""
         return {'steps': list(map(dataclasses.astuple, self.steps)), 'schedule': self.schedule}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Trims:
-        """Return what `as_dict` gave.
+        """Return the trims that `as_dict` gave.
 
         Raises:
-            SettingsError: The data are no trims.
+            SettingsError: The data are not trims.
         """
         try:
             steps = tuple(Trim(peak, times, speed) for peak, times, speed in data['steps'])
@@ -147,15 +123,15 @@ class Trims:
 
 
 def schedule_of(settings: Settings) -> str:
-    """Return a hash of what makes the pulses of a write."""
+    """Return a hash of all settings that shape the pulses of a write."""
     write, actuator = settings.write, settings.actuator
     values = [getattr(write, name) for name in (*TIMES, *STRAINS, 'ease_to', 'launch_speed')]
     values += [write.last_release, actuator.max_strain, actuator.max_rate]
-    text = json.dumps(values)  # which writes every bit of a float
+    text = json.dumps(values)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def learnt(steps: Iterable[Trim], settings: Settings) -> Trims | None:
-    """Return trims under a schedule, or None where all are as set."""
+    """Return the trims learnt with these settings, or None if all pulses are as set."""
     steps = tuple(steps)
     return Trims(steps, schedule_of(settings)) if set(steps) != {AS_SET} else None

@@ -59,7 +59,7 @@ def test_the_oldest_make_room(path):
 def test_a_damaged_file_is_refused_and_kept(path, text):
     path.parent.mkdir()
     path.write_text(text)
-    with pytest.raises(StateError, match='must be a file of calibrations; it is damaged'):
+    with pytest.raises(StateError, match=r'\.json is damaged: .*; move it away to calibrate'):
         calibration_file.load(path, 'a', 2)
     assert path.read_text() == text
 

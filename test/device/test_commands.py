@@ -57,7 +57,7 @@ def test_the_values_of_a_file_are_not_changed():
 @pytest.mark.parametrize(
     ('data', 'message'),
     [
-        ({}, 'command must be one of SetStrain, FollowTrajectory, Write, .*; got None'),
+        ({}, 'command must be one of SetStrain, FollowTrajectory, .*; got None'),
         ({'kind': 'write', 'level': 1}, "got 'write'"),
         ({'kind': 'Write'}, 'Write was given the wrong values'),
         ({'kind': 'Write', 'level': 1, 'end': 'left'}, 'Write was given the wrong values'),

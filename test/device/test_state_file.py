@@ -38,14 +38,14 @@ def test_where_there_is_no_file_nothing_is_restored(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'told'),
     [
-        ('', 'must be a state file; it is damaged'),
-        ('\xff', 'must be a state file; it is damaged'),
-        ('[' * 100_000, 'must be a state file; it is damaged'),
-        ('{"format": 1, "snap', 'must be a state file; it is damaged'),
-        ('[]', 'must be a state file of format 1; move it away to start blank'),
-        ('{"format": 2, "snapshot": {}}', 'must be a state file of format 1'),
-        ('{"format": 1}', 'must hold a snapshot; move it away to start blank'),
-        ('{"format": 1, "snapshot": []}', 'must hold a snapshot'),
+        ('', 'is damaged: Expecting value'),
+        ('\xff', "is damaged: 'utf-8' codec can't decode"),
+        ('[' * 100_000, 'is damaged: maximum recursion depth'),
+        ('{"format": 1, "snap', 'is damaged: Unterminated string'),
+        ('[]', 'is damaged: it must have format 1 and a snapshot; move it away to start blank'),
+        ('{"format": 2, "snapshot": {}}', 'is damaged: it must have format 1'),
+        ('{"format": 1}', 'is damaged: it must have format 1 and a snapshot'),
+        ('{"format": 1, "snapshot": []}', 'is damaged: it must have format 1 and a snapshot'),
     ],
 )
 def test_a_damaged_file_is_refused_and_kept(tmp_path, text, told):

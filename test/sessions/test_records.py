@@ -62,7 +62,7 @@ def test_what_was_written_is_read(element, header):
         (('design', 'd'), 1e999, 'Infinity is not JSON'),
         (('settings', 'time', 'tick'), 'x' * 10**6, 'tick must be a finite number'),
         (('settings', 'time', 'tick'), 1e4, None),
-        (('settings', 'turbo'), {}, 'settings: these are no settings of a device'),
+        (('settings', 'turbo'), {}, 'settings: these are not settings of a device'),
         (('versions', 'numpy'), None, 'versions.numpy must be a text; got None'),
         (
             ('parameters', 'record.hash_every'),
