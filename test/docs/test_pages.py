@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'docs' / 'testing.md',
+    ROOT / 'docs' / 'time_and_bits.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
 
