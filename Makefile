@@ -48,9 +48,7 @@ uncovered:
 	$(VENV)/coverage report
 
 test-slow: setup-test
-	$(VENV)/pip install --quiet --editable '.[cluster]'
 	$(VENV)/python -m pytest -m slow
-	$(VENV)/python -m pytest test/studies/test_campaign.py # Parquet, which needs pyarrow
 
 soak: setup-test
 	$(VENV)/python tools/soak.py --minutes $(MINUTES)

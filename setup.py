@@ -20,8 +20,8 @@ EXTRAS = {
     'view': ['aiohttp>=3.9'],
     # Check digits over the elements of a bank.
     'code': ['reedsolo>=1.7'],
-    # Studies on many machines, and their tables as Parquet.
-    'cluster': ['distributed>=2023.5', 'pyarrow>=14'],
+    # Studies on many machines.
+    'cluster': ['distributed>=2023.5'],
     'test': [
         'coverage[toml]>=7.10',
         'pytest>=7.4',

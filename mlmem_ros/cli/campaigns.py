@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running a campaign in the terminal: with progress, continued after a kill or Ctrl-C."""
+"""Running a campaign in the terminal: with progress, and resumed after a kill or Ctrl-C."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..studies.campaign import cores
+from ..studies.campaign import Ledger, cores, run, workers
 from .command import option
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ..studies.campaign import Campaign, Ledger, Row
+    from ..studies.campaign import Campaign, Row
 
 
 JOBS = option('--jobs', type=int, default=cores(), help='processes side by side')
 
 OPTIONS = (
     option('--seed', type=int, default=0, help='of all random numbers'),
-    option('--format', choices=('csv', 'parquet'), default='csv', help='of the table'),
     JOBS,
     option(
         '--cluster', default='', metavar='ADDRESS',
@@ -31,6 +30,9 @@ OPTIONS = (
     option('--point', type=int, metavar='N', help='run point N of the table alone, in detail'),
 )  # fmt: skip
 """Options of every sub-command that runs a campaign."""
+
+SPEED_PERIOD = 120.0
+"""Seconds over which speed is averaged to predict the remaining time."""
 
 
 def evaluated(
@@ -48,7 +50,7 @@ def evaluated(
     Args:
         console: Where to show progress.
         study: The campaign.
-        path: Its ledger; the folder is made.
+        path: Its ledger; the folder is created if missing.
         jobs: Processes side by side.
         cluster: Address of a Dask scheduler to use instead.
         what: What its points are called.
@@ -58,11 +60,8 @@ def evaluated(
         CampaignError: A worker died, or the ledger belongs to another campaign.
         OSError: The ledger cannot be written.
     """
-    from ..studies import campaign
-    from ..studies.campaign.progress import with_progress
-
     path.parent.mkdir(parents=True, exist_ok=True)
-    with campaign.Ledger(path, study) as ledger:
+    with Ledger(path, study) as ledger:
         done = len(ledger.rows)
         total = len(study.points) if rows_of is None else None  # known only along the way
         if done == total:
@@ -70,14 +69,9 @@ def evaluated(
         if done:
             console.print(f'{_of(done, total)} {what} were already done', highlight=False)
         try:
-            with campaign.workers(min(jobs, len(study.points)), cluster) as executor:
-                rows = (
-                    rows_of(ledger, executor)
-                    if rows_of is not None
-                    else campaign.run(study, ledger, executor)
-                )
-                for _ in with_progress(console, rows, done, total, what):
-                    pass
+            with workers(min(jobs, len(study.points)), cluster) as executor:
+                rows = rows_of(ledger, executor) if rows_of else run(study, ledger, executor)
+                _show_progress(console, rows, done, total, what)
         except KeyboardInterrupt:
             console.print(
                 f'{_of(len(ledger.rows), total)} {what} are kept in {path}; '
@@ -85,6 +79,22 @@ def evaluated(
             )  # fmt: skip
             raise
         return ledger.table()
+
+
+def _show_progress(
+    console: Console, rows: Iterator[Row], done: int, total: int | None, what: str
+) -> None:
+    """Go through the rows, and show their number, the elapsed and the remaining time."""
+    from rich import progress as shown
+
+    columns = (
+        shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
+        shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
+    )  # fmt: skip
+    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD) as bar:
+        task = bar.add_task(what, total=total, completed=done)
+        for _ in rows:
+            bar.advance(task)
 
 
 def _of(done: int, total: int | None) -> str:

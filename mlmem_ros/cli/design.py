@@ -24,11 +24,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import proving
-from .campaigns import JOBS
+from .campaigns import JOBS, evaluated
 from .command import JSON, command, option, tasks
-from .console import complain, plain_console
-from .output import print_json
+from .console import complain, plain_console, plain_table
+from .output import markdown, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -174,26 +173,32 @@ def _show(
     console: Console,
     designs: list[tuple[str, Design, Settings]],
     arguments: argparse.Namespace,
-    markdown: Path | None,
+    table_file: Path | None,
 ) -> int:
     """Prove designs and print the table of them; return the exit status."""
-    from ..studies import proof_table as table
-    from ..studies.proof import Proof
+    from ..studies.proof import Proof, Tally
+    from ..studies.proof_table import cells
 
-    rows, passed = [], True
+    proofs, passed = [], True
     for name, design, settings in designs:
-        proof = Proof(design, settings, arguments.sample)
-        tally = proving.prove(console, proof, name, arguments.folder, arguments.jobs)
-        rows.append(table.row(name, design, settings, tally))
+        with console.status(f'{name}: calibrating {design.levels} levels'):
+            study = Proof(design, settings, arguments.sample).campaign()
+        ledger = arguments.folder / f'{name}.jsonl'
+        tally = Tally.of(evaluated(console, study, ledger, arguments.jobs, what=f'{name}: runs'))
+        proofs.append(cells(name, design, settings, tally))
         passed = passed and tally.passed
         for error in tally.errors:
             console.print(f'{name}: {error}', style='red')
-    proving.print_table(console, rows)
+    columns = [list(proofs[0]), *(list(proof.values()) for proof in proofs)]
+    (_, *names), *lines = zip(*columns, strict=True)
+    table = plain_table('', '', *names)
+    for line in lines:
+        table.add_row(*line)
+    console.print(table)
     if arguments.json:
-        proofs = [dict(zip(table.COLUMNS, row, strict=True)) for row in rows]
         print_json({'passed': passed, 'proofs': proofs})
-    if markdown is not None:
-        markdown.write_text(table.markdown(rows), encoding='utf-8')
+    if table_file is not None:
+        table_file.write_text(markdown(columns), encoding='utf-8')
     return 0 if passed else 1
 
 

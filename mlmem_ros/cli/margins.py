@@ -30,37 +30,35 @@ if TYPE_CHECKING:
     from ..studies.margins import Margins, Shmoo
 
 
-@command(
-    'map for which settings the memory works, and measure its margins',
+OPTIONS = (
     option('--x', default='write.compression', help='horizontal axis'),
     option('--y', default='write.tension', help='vertical axis'),
     *(
         option(
-            f'--{axis}-range',
-            type=float,
-            nargs=2,
-            metavar=('FROM', 'TO'),
+            f'--{axis}-range', type=float, nargs=2, metavar=('FROM', 'TO'),
             help=f'where the map begins and ends along {axis}; wide by default',
         )
         for axis in ('x', 'y')
     ),
     option('--size', type=int, default=64, help='points along either axis'),
     option(
-        '--design',
-        default='case_2',
-        metavar='FILE|PRESET',
+        '--design', default='case_2', metavar='FILE|PRESET',
         help='ROS parameter file or preset: the design, and the operating point',
     ),
     option(
-        '--tick',
-        type=float,
-        help='time units to which every wait is rounded up; by default 50, which is faster to '
-        'simulate, if the schedule is made of whole ones, otherwise those of the design',
+        '--tick', type=float,
+        help='tick in time units; every wait is rounded up to whole ticks. By default 50, which '
+        'is fast to simulate, if that rounds no time of the schedule; otherwise that of the '
+        'design',
     ),
     option('--output', type=Path, help='folder; margins/X-Y by default'),
     *campaigns.OPTIONS,
     JSON,
-    text=__doc__,
+)  # fmt: skip
+
+
+@command(
+    'map for which settings the memory works, and measure its margins', *OPTIONS, text=__doc__
 )
 def margins(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
@@ -72,20 +70,14 @@ def margins(arguments: argparse.Namespace) -> int:
     try:
         design, settings = load(arguments.design)
         settings = coarsened(settings, arguments.tick)
-        x, y = (
-            make_axis(name, settings, span)
-            for name, span in (
-                (arguments.x, arguments.x_range),
-                (arguments.y, arguments.y_range),
-            )
-        )
+        x = make_axis(arguments.x, settings, arguments.x_range)
+        y = make_axis(arguments.y, settings, arguments.y_range)
         shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed)
         if arguments.point is not None:
             return _run_point(console, shmoo, arguments.point, arguments.json)
         folder = arguments.output or Path('margins') / f'{x.name}-{y.name}'
-        ledger = folder / 'ledger.jsonl'
         rows = campaigns.evaluated(
-            console, shmoo.campaign(), ledger, arguments.jobs, arguments.cluster
+            console, shmoo.campaign(), folder / 'ledger.jsonl', arguments.jobs, arguments.cluster
         )
         _report(console, shmoo, rows, folder, arguments)
     except ValueError as error:
@@ -105,19 +97,18 @@ def _report(
     from ..studies.style import save_figure, styled
 
     margins = measure(shmoo, rows)
-    files = [save_table(rows, folder / 'points', arguments.format), folder / 'margins.json']
+    files = [save_table(rows, folder / 'points.csv'), folder / 'margins.json']
     write_atomically(files[-1], json.dumps(margins.as_dict(), indent=2) + '\n')
     with styled():
         files += save_figure(draw(shmoo, rows, margins), folder / 'map')
-    for line in _words(margins):
+    for line in (*_words(margins), '  '.join(map(str, files))):
         console.print(line, highlight=False, soft_wrap=True)
-    console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
     if arguments.json:
         print_json({**margins.as_dict(), 'files': files})
 
 
 def _words(margins: Margins) -> list[str]:
-    """Return a summary of a map."""
+    """Return a summary of a map, line by line."""
     lines = [f'{margins.share:.1%} of the points pass']
     if not margins.passed:
         return [*lines, 'the operating point itself FAILS']
@@ -167,12 +158,8 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
     console.print('passes' if climb.passed else f'fails at level {climb.reached}')
     if as_json:
         steps = [
-            {
-                'asked': each.asked,
-                'wall': each.wall,
-                'failure': each.failure,
-                **each.outcome.as_dict(),
-            }
+            {'asked': each.asked, 'wall': each.wall, 'failure': each.failure}
+            | each.outcome.as_dict()
             for each in climb.writes
         ]
         print_json({'point': point, 'passed': climb.passed, 'steps': steps})

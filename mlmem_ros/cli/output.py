@@ -7,7 +7,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -20,6 +20,12 @@ def print_json(result: Any) -> None:
             text. JSON has no infinity and no NaN: these become null.
     """
     print(json.dumps(_plain(result), indent=2), flush=True)
+
+
+def markdown(lines: Sequence[Sequence[str]]) -> str:
+    """Return a Markdown table; the first line has the headings."""
+    heading, *rows = ('| ' + ' | '.join(line) + ' |\n' for line in lines)
+    return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))
 
 
 def _plain(value: Any) -> Any:

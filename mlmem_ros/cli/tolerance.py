@@ -2,26 +2,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem tolerance`: how often writes and reads fail in imperfect elements.
 
-Elements are made at random, varying one thing at a time: the scatter of the on-site amplification
-alpha, of the substrate stiffness s, of the masses, of the ground states (offset), the noise of the
-transducers, the vibration of the base (in lattice constants per time unit squared). Every step up
-is tried, and every level read from each end that the instrument reads from. The amounts are those
-around which failures begin; at each, counting goes on until enough have failed, and a curve
-through the foot of the counts shows where one in a thousand fails. The table of all batches, the
-figure and the ledger are saved; with the ledger an interrupted or killed study continues. With
-`--compare` the curves of several such folders are overlaid. No ROS is needed.
+Elements are made at random, varying one thing at a time: the on-site amplification alpha, the
+substrate stiffness s, the masses or the ground states (offset) scatter, the transducers are noisy,
+or the base vibrates (in lattice constants per time unit squared). Every step up is tried, and
+every level is read from each end that the instrument uses. The study finds the amounts at which
+failures begin and counts each until enough have failed; a curve through the lowest counts shows
+where one in a thousand fails. The table of all batches, the figure and the ledger are saved; an
+interrupted or killed study continues from its ledger. `--compare` overlays the curves of several
+such folders. No ROS is needed.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import campaigns
 from .command import JSON, command, option
 from .console import complain, plain_console, plain_table
-from .output import print_json
+from .output import markdown, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -30,52 +30,42 @@ if TYPE_CHECKING:
     from ..studies.tolerance.study import Tolerance
 
 
-@command(
-    'measure how much scatter, noise and vibration a memory tolerates',
+OPTIONS = (
     option(
         '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
     ),
     option(
-        '--kinds',
-        nargs='+',
-        default=(),
-        metavar='KIND',
-        help='what is random, one at a time: alpha, s, mass, offset, noise, vibration; all '
-        'by default',
+        '--kinds', nargs='+', default=(), metavar='KIND',
+        help='what is random, one at a time: alpha, s, mass, offset, noise, vibration; all by '
+        'default',
     ),
     option(
-        '--tried',
-        nargs='+',
-        default=(),
-        metavar='WHAT',
+        '--tried', nargs='+', default=(), metavar='WHAT',
         help='what is tried: step, left, right (a read from that end); all by default',
     ),
-    option('--amounts', type=int, default=10, help='amounts in a decade'),
-    option('--most', type=int, default=3000, help='trials of an amount, at most'),
+    option('--amounts', type=int, default=10, help='amounts per decade'),
+    option('--most', type=int, default=3000, help='most trials of an amount'),
     option(
-        '--screen',
-        action='store_true',
+        '--screen', action='store_true',
         help='let a forecast choose which steps to simulate, and weight them: for rare failures',
     ),
     option(
-        '--levels',
-        type=int,
-        default=0,
-        metavar='N',
+        '--levels', type=int, default=0, metavar='N',
         help='try N levels of each element, drawn anew for each; all by default. What spoils one '
-        'level may spoil all, so for large elements few levels of many elements tell more',
+        'level may spoil all, so for large elements a few levels of many elements tell more',
     ),
     option('--output', type=Path, default=Path('tolerance'), help='folder'),
     option(
-        '--compare',
-        nargs='+',
-        type=Path,
-        metavar='FOLDER',
+        '--compare', nargs='+', type=Path, metavar='FOLDER',
         help='overlay the curves of these studies, and simulate nothing',
     ),
     *campaigns.OPTIONS,
     JSON,
-    text=__doc__,
+)  # fmt: skip
+
+
+@command(
+    'measure how much scatter, noise and vibration a memory tolerates', *OPTIONS, text=__doc__
 )
 def tolerance(arguments: argparse.Namespace) -> int:
     """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
@@ -119,21 +109,15 @@ def _report(
     for kind in study.kinds:
         table.add_row(kind, *(study.in_words(rows, kind, tried) for tried in study.tried))
     console.print(table)
-    files = [save_table(rows, arguments.output / 'batches', arguments.format)]
+    files = [save_table(rows, arguments.output / 'batches.csv')]
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
-    console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
     if arguments.json:
-        rare = {
-            kind: {
-                tried: {
-                    'amount': study.rare(rows, kind, tried),
-                    'text': study.in_words(rows, kind, tried),
-                }
-                for tried in study.tried
-            }
-            for kind in study.kinds
-        }
+        rare: dict[str, dict[str, Any]] = {kind: {} for kind in study.kinds}
+        for kind, tried in study.curves:
+            amount, text = study.rare(rows, kind, tried), study.in_words(rows, kind, tried)
+            rare[kind][tried] = {'amount': amount, 'text': text}
         print_json({'one_in_a_thousand': rare, 'files': files})
 
 
@@ -146,13 +130,11 @@ def _compare(console: Console, arguments: argparse.Namespace) -> int:
     found = [load_counted(folder, arguments.tried) for folder in arguments.compare]
     arguments.output.mkdir(parents=True, exist_ok=True)
     cells = table(found)
-    lines = ['| ' + ' | '.join(line) + ' |\n' for line in cells]
-    lines.insert(1, '|' + '---|' * len(cells[0]) + '\n')
     path = arguments.output / 'comparison.md'
-    write_atomically(path, ''.join(lines))
+    write_atomically(path, markdown(cells))
     with styled():
         files = [path, *save_figure(draw(found), arguments.output / 'comparison')]
-    console.print('  '.join(str(file) for file in files), highlight=False, soft_wrap=True)
+    console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
     if arguments.json:
         print_json({'table': cells, 'files': files})
     return 0
@@ -176,7 +158,7 @@ def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) ->
         simulated = one.counts > 0.0
         found = list(zip(one.levels[simulated], one.found[simulated], strict=True))
         table.add_row(str(one.seed), '  '.join(f'{level}:{now}' for level, now in found))
-        made.append({'seed': one.seed, 'found': [[int(n) for n in pair] for pair in found]})
+        made.append({'seed': one.seed, 'found': found})
     console.print(table)
     if as_json:
         print_json({'point': point, **values, 'elements': made})

@@ -332,7 +332,7 @@ def test_a_map_is_interrupted_and_goes_on(tmp_path, capsys, monkeypatch):
     assert json.loads((tmp_path / 'map' / 'margins.json').read_text())['passed']
 
     assert main(command('--size', '6', '--output', 'map')) == 1
-    assert 'a study with other points' in capsys.readouterr().err
+    assert 'a study with another set of points' in capsys.readouterr().err
 
 
 def test_a_point_is_run_alone_step_by_step(tmp_path, capsys, monkeypatch):

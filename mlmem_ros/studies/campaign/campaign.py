@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,13 +11,19 @@ from typing import Any
 import numpy as np
 
 from ... import __version__
-from .errors import CampaignError
 
 Values = Mapping[str, Any]
-"""Numbers and words by name: what JSON can hold."""
+"""Numbers and strings by name: what JSON can hold."""
 
 Row = dict[str, Any]
 """A row of the table of results: point, seed, the point's values, and its results."""
+
+Evaluate = Callable[[Values, Values, int], Row]
+"""Returns the results of a point from (common values, values of the point, seed of the point)."""
+
+
+class CampaignError(Exception):
+    """A campaign cannot be run or continued; the message says what to do."""
 
 
 @dataclass(frozen=True)
@@ -28,22 +32,21 @@ class Campaign:
 
     Attributes:
         name: What is studied, one word.
-        evaluate: Returns the results of a point, as numbers and words by name, from (common,
-            values of the point, seed of the point). It must be a module-level function, so that
-            another process can import it, and depend on nothing else.
+        evaluate: Evaluates a point. It must be a module-level function, so that another process
+            can import it, and depend on nothing but its arguments.
         common: What all points share, as JSON.
         points: The values of every point, as JSON. More may be added later, at the end.
-        seed: All seeds of points are made from it.
+        seed: The seeds of all points are derived from it.
     """
 
     name: str
-    evaluate: Callable[[Values, Values, int], Row]
+    evaluate: Evaluate
     common: Values
     points: Sequence[Values]
     seed: int = 0
 
     def seed_of(self, point: int) -> int:
-        """Return the seed of a point, a whole number below 2^63: independent of all others."""
+        """Return the seed of a point, an integer below 2^63, independent of all others."""
         state = np.random.SeedSequence(self.seed, spawn_key=(point,)).generate_state(1, np.uint64)
         return int(state[0] >> np.uint64(1))
 
@@ -54,12 +57,14 @@ class Campaign:
             CampaignError: There is no such point.
         """
         self.check_point(point)
-        return evaluate_one(
-            self.evaluate, self.common, self.points[point], point, self.seed_of(point)
-        )
+        return evaluate_one(*self.task(point))
+
+    def task(self, point: int) -> tuple[Evaluate, Values, Values, int, int]:
+        """Return the arguments of `evaluate_one` for a point."""
+        return self.evaluate, self.common, self.points[point], point, self.seed_of(point)
 
     def check_point(self, point: int) -> None:
-        """Raise `CampaignError` unless there is this point."""
+        """Raise `CampaignError` if there is no such point."""
         if not 0 <= point < len(self.points):
             raise CampaignError(
                 f'point must be a whole number from 0 to {len(self.points) - 1}; got {point}'
@@ -76,15 +81,7 @@ class Campaign:
             'version': __version__,
         }
 
-    def fingerprint(self) -> str:
-        """Return the SHA-256 of the definition."""
-        text = json.dumps(self.definition(), sort_keys=True, separators=(',', ':'))
-        return hashlib.sha256(text.encode()).hexdigest()
 
-
-def evaluate_one(
-    evaluate: Callable[[Values, Values, int], Row], common: Values, values: Values, point: int,
-    seed: int,
-) -> Row:  # fmt: skip
-    """Return the row of one point; workers get this, without all the other points."""
+def evaluate_one(evaluate: Evaluate, common: Values, values: Values, point: int, seed: int) -> Row:
+    """Return the row of one point. Workers are sent this, not the whole campaign."""
     return {'point': point, 'seed': seed, **values, **evaluate(common, values, seed)}

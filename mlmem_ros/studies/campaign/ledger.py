@@ -1,27 +1,29 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The ledger of a campaign: every row as it comes, safe against a kill at any time."""
+"""The rows of a campaign on disk: its ledger, which survives a kill, and its table."""
 
 from __future__ import annotations
 
+import csv
 import fcntl
+import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
-from .campaign import Campaign, Row
-from .errors import CampaignError
+from ...durable import write_atomically
+from .campaign import Campaign, CampaignError, Row
 
-BEGINNING = b'{"fingerprint":'
+BEGINNING = b'{"campaign":'
 
 
 class Ledger:
     """A file of JSON lines: the campaign's definition, then one row per finished point.
 
-    A row is handed to the system before the next one is taken. A kill can tear the last line; it
-    is dropped when the ledger is opened again, and its point is evaluated again. Use it as a
-    context manager; a second process that opens the same ledger is refused.
+    Every row is handed to the system before the next is taken. A kill can tear the last line; it
+    is dropped when the ledger is opened again, and its point is evaluated again. Use the ledger as
+    a context manager; a second process that opens it is refused.
 
     Attributes:
         path: The file.
@@ -29,7 +31,7 @@ class Ledger:
     """
 
     def __init__(self, path: Path, campaign: Campaign) -> None:
-        """Open the ledger of a campaign, new or to be continued.
+        """Open the ledger of a campaign, to begin or to continue it.
 
         Args:
             path: The file; its folder must exist.
@@ -52,12 +54,7 @@ class Ledger:
     def __enter__(self) -> Ledger:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stream.close()
 
     def append(self, row: Row) -> None:
@@ -73,8 +70,6 @@ class Ledger:
         """Return the finished rows in the order of their points."""
         return [self.rows[point] for point in sorted(self.rows)]
 
-    # --- the file --------------------------------------------------------------------------
-
     def _lock(self) -> None:
         try:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -87,47 +82,27 @@ class Ledger:
         self._stream.seek(0)
         content = self._stream.read()
         whole = content.rfind(b'\n') + 1
-        lines = content[:whole].splitlines()
-        if lines:
-            self._check_head(lines[0], campaign)
+        if whole:
+            definition, self.rows = _parsed(self.path, content[:whole])
+            self._check(definition, campaign)
         elif not content.startswith(BEGINNING[: len(content)]):
             raise CampaignError(f'{self.path} is not the ledger of a campaign')
         self._stream.truncate(whole)
-        if not lines:
-            head = {'fingerprint': campaign.fingerprint(), 'campaign': campaign.definition()}
-            self._write(head)
-        for number, line in enumerate(lines[1:], start=2):
-            try:
-                row = json.loads(line)
-                self._check_row(row, campaign)
-            except (ValueError, KeyError, TypeError) as error:
-                raise CampaignError(f'{self.path}, line {number}: not a row; {error!r}') from error
-            self.rows[row['point']] = row
+        if not whole:
+            self._write({'campaign': campaign.definition()})
 
-    def _check_head(self, line: bytes, campaign: Campaign) -> None:
-        try:
-            head = json.loads(line)
-            fingerprint, found = head['fingerprint'], head['campaign']
-        except (ValueError, KeyError, TypeError) as error:
+    def _check(self, found: dict[str, Any], campaign: Campaign) -> None:
+        wanted, points = json.loads(json.dumps(campaign.definition())), campaign.points
+        other = [name for name in wanted if wanted[name] != found.get(name)]
+        if not other and not all(
+            0 <= point < len(points) and points[point].items() <= row.items()
+            for point, row in self.rows.items()
+        ):
+            other = ['set of points']
+        if other:
             raise CampaignError(
-                f'{self.path} is not the ledger of a campaign; {error!r}'
-            ) from error
-        if fingerprint == campaign.fingerprint():
-            return
-        wanted = campaign.definition()
-        changed = [name for name in wanted if wanted[name] != found.get(name)]
-        raise CampaignError(
-            f'{self.path} is that of a study with another {", ".join(changed) or "definition"}; '
-            'give this one its own folder, or remove that one'
-        )
-
-    def _check_row(self, row: Row, campaign: Campaign) -> None:
-        point = row['point']
-        known = 0 <= point < len(campaign.points)
-        if not known or any(row[name] != value for name, value in campaign.points[point].items()):
-            raise CampaignError(
-                f'{self.path} is that of a study with other points: point {point} is not the '
-                'same; give this one its own folder, or remove that one'
+                f'{self.path} belongs to a study with another {", ".join(other)}; '
+                'give this one its own folder, or remove that one'
             )
 
     def _write(self, line: Row) -> None:
@@ -145,10 +120,32 @@ def read(path: Path) -> tuple[dict[str, Any], list[Row]]:
         OSError: It cannot be read.
     """
     content = path.read_bytes()
-    lines = content[: content.rfind(b'\n') + 1].splitlines()
+    definition, rows = _parsed(path, content[: content.rfind(b'\n') + 1])
+    return definition, [rows[point] for point in sorted(rows)]
+
+
+def _parsed(path: Path, content: bytes) -> tuple[dict[str, Any], dict[int, Row]]:
+    """Return the definition in a ledger's whole lines, and its rows by point."""
     try:
-        definition: dict[str, Any] = json.loads(lines[0])['campaign']
-        rows: list[Row] = [json.loads(line) for line in lines[1:]]
-        return definition, sorted(rows, key=lambda row: row['point'])
+        head, *rows = map(json.loads, content.splitlines())
+        return head['campaign'], {int(row['point']): row for row in rows}
     except (ValueError, LookupError, TypeError) as error:
         raise CampaignError(f'{path} is not the ledger of a campaign; {error!r}') from error
+
+
+def save_table(rows: Sequence[Row], path: Path) -> Path:
+    """Write rows as CSV and return the file.
+
+    Args:
+        rows: At least one, all with the same names.
+        path: The file.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator='\n')
+    writer.writeheader()
+    writer.writerows(rows)
+    write_atomically(path, text.getvalue())
+    return path
