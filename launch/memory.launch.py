@@ -27,12 +27,10 @@ from lifecycle_msgs.msg import Transition
 from mlmem_ros.described import Description
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.presets import DEFAULT
-from mlmem_ros.host.design_check import WAS_SKIP
 from mlmem_ros.parameter_file import node_parameters
 from mlmem_ros.ros.node.declarations import declarations
 
 TRUTH = {'true': True, 'false': False}
-OLD_WORDS = {'design.check': (WAS_SKIP,)}
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -72,7 +70,7 @@ def argument(name: str, default: Any, description: Description) -> DeclareLaunch
     return DeclareLaunchArgument(
         name,
         default_value=LaunchConfiguration('record') if name == 'record.path' else '',
-        choices=['', *choices, *OLD_WORDS.get(name, ())] if choices else None,
+        choices=['', *choices] if choices else None,
         description=f'{description.text}{unit}; empty: as the configuration says',
     )
 

@@ -20,9 +20,6 @@ CHOICES = ('refuse', 'warn', 'skip')
 
 SKIP = 'skip'
 
-WAS_SKIP = 'off'
-"""The word used in 0.1, which YAML 1.1 reads as false; both are accepted for one release."""
-
 
 def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
     """Check a design and log every finding that is not a pass.

@@ -51,10 +51,8 @@ class NodeHere(RunningNode):
             """A node that keeps its log."""
 
             def get_logger(self) -> Any:
-                made: Any = super().get_logger()  # type: ignore[no-untyped-call]
-                return (
-                    made if isinstance(made, Kept) else Kept(made, said)
-                )  # in Kilted it is set here
+                made: Any = super().get_logger()
+                return made if isinstance(made, Kept) else Kept(made, said)  # in Kilted it is
 
         context = Context()
         try:

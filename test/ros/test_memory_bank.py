@@ -5,9 +5,9 @@
 import pytest
 
 from mlmem_ros import MemoryClient, RequestRefused, standalone
+from mlmem_ros.device import SettingsError
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.node.command_line import bank_arguments
-from mlmem_ros.ros.node.parameters import ParameterError
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.ros.node_process import node_arguments
 from mlmem_ros.testing.here import NodeHere
@@ -75,7 +75,7 @@ def test_a_bank_of_which_nothing_can_start_does_not():
             *node_arguments('mlmem', {'design.preset': 'none'}),
         ]
     )
-    with pytest.raises(ParameterError, match='preset must be one of'):
+    with pytest.raises(SettingsError, match='preset must be one of'):
         NodeHere('/bank/element_0/mlmem', arguments, elements)
 
 

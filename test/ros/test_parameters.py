@@ -12,8 +12,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from robot import Robot
 
-from mlmem_ros.device import PRESETS, preset
-from mlmem_ros.ros.node.parameters import ParameterError, ParameterSet
+from mlmem_ros.device import PRESETS, SettingsError, preset
+from mlmem_ros.host import Journal
+from mlmem_ros.ros.node.parameters import ParameterSet
 
 
 @pytest.fixture(scope='module')
@@ -33,7 +34,8 @@ def declared(context):
         overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
         node = Node('memory', namespace=namespace, context=context, parameter_overrides=overrides)
         nodes.append(node)
-        return node, ParameterSet(node, SimpleNamespace(loop=None))
+        host = SimpleNamespace(loop=None, element=None, journal=Journal(node.get_logger()))
+        return node, ParameterSet(node, host)
 
     yield declare
     for node in nodes:
@@ -121,22 +123,29 @@ def test_a_node_of_sixteen_levels(start):
         assert robot.trigger('read')['end'] == 'right'
 
 
+def test_the_loop_counts_on_the_interval_of_the_hashes(declared):
+    node, given = declared()
+    given.lock(8)
+    assert set_all(node, {'record.path': '/tmp/session'}).successful
+    refused = set_all(node, {'record.hash_every': 30})
+    assert 'record.hash_every may be set only while the node is unconfigured' in refused.reason
+
+
+@pytest.mark.parametrize('name', ['time.integrator', 'read.end'])
+def test_a_word_that_is_no_choice_is_refused_at_once(declared, name):
+    node, _ = declared()
+    refused = set_all(node, {name: 'euler'})
+    assert refused.reason.startswith(f'{name} must be one of ')
+    with pytest.raises(SettingsError, match=f"parameter {name} must be one of .*; got 'euler'"):
+        declared({name: 'euler'})
+
+
 # --- design.check ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('word', ['skip', 'off', False])
-def test_the_check_is_skipped_in_the_word_of_0_1_too(declared, word):
-    """YAML 1.1 reads `off` as false, so the node is given that."""
-    _, given = declared({'design.check': word})
-    assert given.values().check == 'skip'
-    node, given = declared()
-    assert set_all(node, {'design.check': word}).successful
-    assert given.values().check == node.get_parameter('design.check').value == 'skip'
-
-
-@pytest.mark.parametrize('word', [True, 0, 'no'])
-def test_another_word_is_refused(declared, word):
-    with pytest.raises(ParameterError, match=r'design\.check must be'):
+@pytest.mark.parametrize('word', [True, 0, 'off'])
+def test_an_unknown_way_to_check_is_refused(declared, word):
+    with pytest.raises(SettingsError, match=r'design\.check must be'):
         declared({'design.check': word})[1].values()
     node, given = declared()
     assert not set_all(node, {'design.check': word}).successful

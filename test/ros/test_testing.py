@@ -9,7 +9,7 @@ from robot import Robot
 from sensor_msgs.msg import JointState
 
 from mlmem_ros import RequestError, RequestRefused
-from mlmem_ros.ros.node.parameters import ParameterError
+from mlmem_ros.device import SettingsError
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
 
 DATA = Path(__file__).parents[1] / 'data'
@@ -57,7 +57,7 @@ def test_two_nodes_here_are_two_elements():
 def test_what_cannot_start_raises_and_leaves_nothing_behind():
     reason = 'target_level must be from 0 to 7; got 9'
     with (
-        pytest.raises(ParameterError, match=reason),
+        pytest.raises(SettingsError, match=reason),
         memory_node({'target_level': 9}, name='never'),
     ):
         pass

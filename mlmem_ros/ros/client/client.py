@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 from diagnostic_msgs.srv import SelfTest
@@ -34,6 +34,7 @@ from .goal import Action, Goal
 from .line import Call, Line
 from .reply import Reply, Steps
 
+T = TypeVar('T')
 SomeAnswer = TypeVar('SomeAnswer', bound=Answer)
 
 
@@ -47,7 +48,7 @@ class MemoryClient:
 
     Every reply raises `NoAnswer` if the node or its answer does not come in time, `RequestRefused`
     if the node rejected the request and `RequestFailed` if it could not fulfil it. A program
-    without a node uses `standalone`.
+    without a node uses `standalone`. `timeout` is the longest wait for the answer in seconds.
 
     Attributes:
         node: The node it is built on.
@@ -87,7 +88,8 @@ class MemoryClient:
             timeout: Longest wait in seconds; it overrides the client's patience.
         """
         line = Line(self.node, self._group, self.name, timeout)
-        return Reply(line, 'ready', self._ready(), timeout + 1.0)
+        steps = self._call('request', SetParametersAtomically, None, lambda _: None)
+        return Reply(line, 'ready', steps, timeout + 1.0)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
         """Write a level, verified by an echo.
@@ -113,52 +115,37 @@ class MemoryClient:
         return self._goal('read', Decoded, timeout, end=end)
 
     def erase(self, timeout: float = 60.0) -> Goal[Decoded]:
-        """Make the element blank.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Make the element blank."""
         return self._goal('erase', Decoded, timeout)
 
     def calibrate(self, timeout: float = 120.0) -> Goal[Calibrated]:
-        """Learn the echo delay of every level, and restore the content.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Learn the echo delay of every level, and restore the content."""
         return self._goal('calibrate', Calibrated, timeout)
 
     def self_test(self, timeout: float = 120.0) -> Goal[SelfTested]:
-        """Write and read every level, test actuator and transducers, and restore the content.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Write and read every level, test actuator and transducers, and restore the content."""
         return self._goal('self_test', SelfTested, timeout)
 
     def abort(self, timeout: float = 10.0) -> Reply[Done]:
-        """Stop the running procedure and bring the strain to zero.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Stop the running procedure and bring the strain to zero."""
         return self._request('abort', Done, timeout)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause or resume the element's time.
 
-        Args: hold: Whether to pause it.
-        timeout: Longest wait for the answer in seconds.
-        """
-        return self._converse('pause', self._pause(bool(hold)), timeout)
-
-    def step(self, timeout: float = 10.0) -> Reply[Stepped]:
-        """Run one tick while time is paused.
-
         Args:
+            hold: Whether to pause it.
             timeout: Longest wait for the answer in seconds.
         """
-        return self._converse('step', self._step(), timeout)
+        request = SetBool.Request(data=bool(hold))
+        steps = self._call('pause', SetBool, request, lambda said: _parsed(Paused, said))
+        return Reply(self._line, 'pause', steps, timeout)
+
+    def step(self, timeout: float = 10.0) -> Reply[Stepped]:
+        """Run one tick while time is paused."""
+        request = Trigger.Request()
+        steps = self._call('step', Trigger, request, lambda said: _parsed(Stepped, said))
+        return Reply(self._line, 'step', steps, timeout)
 
     def follow(
         self,
@@ -167,19 +154,23 @@ class MemoryClient:
         rates: Sequence[float] = (),
         timeout: float = 10.0,
     ) -> Reply[Answer]:
-        """Strain the element along a timed profile, by hand.
+        """Strain the element along a timed profile.
 
-        The reply comes when the profile is accepted; it is refused if the element cannot follow it
-        or a procedure runs.
+        The reply comes when the profile is accepted. It is refused if the element cannot follow it
+        or a procedure is running.
 
         Args:
             times: Seconds from the beginning of every point, increasing.
             strains: Strain of every point.
-            rates: Its rates in 1/s, for a smooth profile; none for straight lines.
+            rates: Strain rate of every point in 1/s, for a smooth profile; none for straight
+                lines.
             timeout: Longest wait for the answer in seconds.
         """
-        columns = {'times': times, 'strains': strains, 'rates': rates}
-        points = {name: [float(value) for value in column] for name, column in columns.items()}
+        points: dict[str, Any] = {
+            'times': [float(value) for value in times],
+            'strains': [float(value) for value in strains],
+            'rates': [float(value) for value in rates],
+        }
         return self._request('follow', Answer, timeout, **points)
 
     def record(self, on: bool = True, path: str = '', timeout: float = 10.0) -> Reply[Recorded]:
@@ -204,10 +195,18 @@ class MemoryClient:
         Returns:
             A reply with their values by name; it is refused if the node lacks one of them.
         """
-        return self._converse('parameters', self._parameters(names), timeout)
+
+        def understood(response: Any) -> dict[str, Any]:
+            if len(response.values) != len(names):  # rclpy sends none if one is unknown
+                raise RequestRefused({'error': f'one of {", ".join(names)} is not a parameter'})
+            return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
+
+        request = GetParameters.Request(names=list(names))
+        steps = self._call('get_parameters', GetParameters, request, understood)
+        return Reply(self._line, 'parameters', steps, timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
-        """Set parameters of the node that may be set while it runs, such as those of `faults`.
+        """Set parameters of the node that may change while it runs, such as those of `faults`.
 
         Args:
             values: Values by name, such as `{'faults.actuator_stuck': True}`.
@@ -216,10 +215,20 @@ class MemoryClient:
         Returns:
             A reply; it is refused, with the reason, if the node rejects one of them.
         """
-        return self._converse('set_parameters', self._set(values), timeout)
+
+        def understood(response: Any) -> None:
+            for name, result in zip(values, response.results, strict=True):
+                if not result.successful:
+                    refused = f'parameter {name} was refused: {result.reason}'
+                    raise RequestRefused({'error': refused})
+
+        given = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        request = SetParameters.Request(parameters=given)
+        steps = self._call('set_parameters', SetParameters, request, understood)
+        return Reply(self._line, 'set_parameters', steps, timeout)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
-        """Ask for anything that `~/request` takes; see `contract.requests`.
+        """Send any request that `~/request` takes; see `contract.requests`.
 
         Args:
             name: The request.
@@ -230,73 +239,38 @@ class MemoryClient:
 
     # --- conversations -------------------------------------------------------------------
 
-    def _ready(self) -> Steps[None]:
-        yield Call(self._client('request', SetParametersAtomically))
-
     def _request(
-        self,
-        name: str,
-        kind: type[SomeAnswer],
-        timeout: float,
-        what: str = '',
-        **arguments: Any,
+        self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
         """Send one of the `requests`, with its arguments."""
-        steps = self._asked(kind, message_of(name, **arguments))
-        return self._converse(what or name, steps, timeout)
+        return Reply(self._line, what or name, self._requested(name, kind, arguments), timeout)
 
     def _goal(
-        self,
-        name: str,
-        kind: type[SomeAnswer],
-        timeout: float,
-        what: str = '',
-        **arguments: Any,
+        self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Goal[SomeAnswer]:
-        """Ask for a procedure, by its action if that is served."""
+        """Request a procedure, by its action if the node serves it."""
+        service: Steps[Any] = self._requested(name, kind, arguments)
+        if kind is SelfTested:  # its own service reports every check
+            service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         there = Call(self._client('request', SetParametersAtomically))
-        message = message_of(name, **arguments)
-        steps = self._self_test() if name == 'self_test' else self._asked(kind, message)
         action = self._actions.get(name)
-        return Goal(self._line, what or name, action, arguments, kind, there, steps, timeout)
+        return Goal(self._line, what or name, action, arguments, kind, there, service, timeout)
 
-    def _asked(self, kind: type[SomeAnswer], message: Any) -> Steps[SomeAnswer]:
-        client = self._client('request', SetParametersAtomically)
-        response = yield Call(client, message)
-        return parse(kind, response.result.successful, response.result.reason)
+    def _requested(
+        self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]
+    ) -> Steps[SomeAnswer]:
+        return self._call(
+            'request',
+            SetParametersAtomically,
+            message_of(name, **arguments),
+            lambda said: parse(kind, said.result.successful, said.result.reason),
+        )
 
-    def _set(self, values: Mapping[str, Any]) -> Steps[None]:
-        parameters = [
-            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
-        ]
-        request = SetParameters.Request(parameters=parameters)
-        response = yield Call(self._client('set_parameters', SetParameters), request)
-        for name, result in zip(values, response.results, strict=True):
-            if not result.successful:
-                refused = f'parameter {name} was refused: {result.reason}'
-                raise RequestRefused({'error': refused})
-
-    def _self_test(self) -> Steps[SelfTested]:
-        response = yield Call(self._client('self_test', SelfTest), SelfTest.Request())
-        return parse_self_test(response)
-
-    def _pause(self, hold: bool) -> Steps[Paused]:
-        response = yield Call(self._client('pause', SetBool), SetBool.Request(data=hold))
-        return parse(Paused, response.success, response.message)
-
-    def _step(self) -> Steps[Stepped]:
-        response = yield Call(self._client('step', Trigger), Trigger.Request())
-        return parse(Stepped, response.success, response.message)
-
-    def _parameters(self, names: tuple[str, ...]) -> Steps[dict[str, Any]]:
-        request = GetParameters.Request(names=list(names))
-        response = yield Call(self._client('get_parameters', GetParameters), request)
-        if len(response.values) != len(names):  # rclpy answers none when it lacks one
-            raise RequestRefused({'error': f'one of {", ".join(names)} is not a parameter of it'})
-        return dict(zip(names, map(parameter_value_to_python, response.values), strict=True))
-
-    def _converse(self, what: str, steps: Steps[Any], timeout: float) -> Reply[Any]:
-        return Reply(self._line, what, steps, timeout)
+    def _call(
+        self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
+    ) -> Steps[T]:
+        """Call a service, and return its response as understood."""
+        return understood((yield Call(self._client(service, kind), request)))
 
     def _client(self, service: str, kind: type[Any]) -> Any:
         """Return the rclpy client of a service, created on first use since each slows the node."""
@@ -308,3 +282,7 @@ class MemoryClient:
                 callback_group=self._group,
             )
         return self._clients[service]
+
+
+def _parsed(kind: type[SomeAnswer], response: Any) -> SomeAnswer:
+    return parse(kind, response.success, response.message)

@@ -129,7 +129,7 @@ class Goal(Reply[T]):
             timeout: Longest time for all of it in seconds.
         """
         self._action = action
-        self._request = action and action.request(arguments)
+        self._request: Any = action and action.request(arguments)
         self._taken = self._unwanted = False
         self._news: deque[Any] = deque()
         self._heard: Future | None = None

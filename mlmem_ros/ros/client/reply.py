@@ -87,7 +87,8 @@ class Reply(Future, Generic[T]):
 
     def __await__(self) -> Generator[None, None, T]:
         """Suspend the coroutine until the answer comes."""
-        return super().__await__()
+        answer: T = yield from super().__await__()
+        return answer
 
     def wait(self) -> T:
         """Block this thread until the answer comes.

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import Future
+from dataclasses import dataclass, field
 from typing import Any
 
 from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
@@ -40,25 +41,12 @@ NONE, FAILED, REFUSED, CANCELED = range(4)
 """The results' error codes."""
 
 
-class Actions:
-    """Serves the actions of a node, or none."""
-
-    def __init__(self, node: Node, host: Host) -> None:
-        self._actions = [
-            Action(node, host, name, kind) for name, kind in goals.action_types().items()
-        ]
-
-    def tick(self) -> None:
-        """Publish the feedback of a goal, in the loop's thread."""
-        for action in self._actions:
-            action.tick()
-
-    @property
-    def waiting(self) -> int:
-        """How many goals are open, or have just ended without a request for the result."""
-        return sum(action.waiting for action in self._actions)
+def served_actions(node: Node, host: Host) -> list[Action]:
+    """Serve the actions of a node, if their types are built; return them."""
+    return [Action(node, host, name, kind) for name, kind in goals.action_types().items()]
 
 
+@dataclass(eq=False)
 class Goal:
     """An accepted goal.
 
@@ -69,19 +57,18 @@ class Goal:
         open: Whether its procedure has not ended yet.
         result: The answer to a result request.
         ended: When it ended, on the steady clock.
-        told: Whether its result has been asked for.
+        told: Whether its result has been requested.
         let_go: The abort caused by its client's cancel, which ends at zero strain.
     """
 
-    def __init__(self, info: GoalInfo, command: Command) -> None:
-        self.info = info
-        self.command = command
-        self.status = GoalStatus.STATUS_EXECUTING
-        self.open = True
-        self.result: Future[Any] = threads.Future()
-        self.ended = 0.0
-        self.told = False
-        self.let_go: Future[Outcome | None] | None = None
+    info: GoalInfo
+    command: Command
+    status: int = GoalStatus.STATUS_EXECUTING
+    open: bool = True
+    result: Future[Any] = field(default_factory=lambda: threads.Future())
+    ended: float = 0.0
+    told: bool = False
+    let_go: Future[Outcome | None] | None = None
 
 
 class Action:
@@ -204,9 +191,7 @@ class Action:
             return self._failed(REFUSED, refusal)
         outcome = done.result()
         assert outcome is not None
-        good = outcome.success or bool(
-            outcome.checks
-        )  # a self-test was completed, whatever its result
+        good = outcome.success or bool(outcome.checks)  # a self-test is complete if it failed, too
         result = goals.result_of(self._kind, outcome, NONE if good else FAILED)
         if outcome.checks:
             name = self._node.get_fully_qualified_name()

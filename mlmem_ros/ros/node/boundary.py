@@ -34,7 +34,8 @@ parameter of unknown type."""
 
 async def settled(future: Future[T]) -> T:
     """Wait for a future of any thread; for the coroutines of services."""
-    return await _Settled(future)
+    result: T = await _Settled(future)
+    return result
 
 
 class _Settled(NamedTuple):

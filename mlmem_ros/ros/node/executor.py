@@ -1,8 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executor of a process of nodes: it survives any message."""
+"""The executor of a process of nodes: it survives any message, and signals wake it."""
 
 from __future__ import annotations
+
+import signal
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rclpy.context import Context
 from rclpy.node import Node
@@ -42,6 +48,32 @@ class GuardedExecutor:
     def interrupt(self) -> None:
         """End this spin, or the next one; from any thread."""
         self._interrupted.set_result(None)
+
+    @contextmanager
+    def woken_by_signals(self) -> Iterator[None]:
+        """Let every signal that Python handles end a spin of the main thread.
+
+        Python runs a handler in the main thread once it returns from the middleware's wait, which
+        signals do not interrupt. But the interpreter writes a byte when a signal comes, and our
+        thread that waits for this byte wakes the executor.
+        """
+        ours, interpreters = socket.socketpair()
+        interpreters.setblocking(False)
+        before = signal.set_wakeup_fd(interpreters.fileno(), warn_on_full_buffer=False)
+
+        def wake() -> None:
+            while ours.recv(1):
+                self.interrupt()
+
+        thread = threading.Thread(target=wake, name='mlmem-signals', daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(before)
+            interpreters.close()  # which the thread reads as the end
+            thread.join()
+            ours.close()
 
     def shutdown(self) -> None:
         """Stop running callbacks."""

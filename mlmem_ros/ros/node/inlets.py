@@ -40,9 +40,7 @@ class Inlets:
         def listen(cdr: bytes) -> None:
             try:
                 message = decode(cdr)
-            except (
-                Exception
-            ) as error:  # from the middleware, for bytes that are not such a message
+            except Exception as error:  # the bytes are not such a message
                 journal.refused(name, f'the message must be a {kind.__name__}; {error}')
                 return
             with journal.guarded(name):
@@ -53,9 +51,9 @@ class Inlets:
 
         def told(answer: Future[Any]) -> None:
             if (refusal := answer.exception()) is not None:
-                element = self._host.element
-                scaled = topic in IN_METRES and element is not None
-                unit = f' (a strain of 1 is {element.units.elongation:g} m)' if scaled else ''
+                unit = ''
+                if topic in IN_METRES and (element := self._host.element) is not None:
+                    unit = f' (a strain of 1 is {element.units.elongation:g} m)'
                 journal.refused(name, f'{refusal}{unit}')
 
         return listen

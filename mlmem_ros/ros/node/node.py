@@ -8,24 +8,21 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.parameter import Parameter
 
 from ...device import Event
 from ...device.pacing import SteadyPacer
 from ...host import REFUSALS, Host
-from .actions import Actions
+from .actions import served_actions
 from .boundary import Boundary
 from .compiling import telling_compilation
 from .diagnostics import Diagnostics
-from .fault_parameters import FaultParameters
 from .inlets import Inlets
 from .namesakes import Namesakes
 from .outlets import Outlets
-from .parameters import ParameterError, ParameterSet
+from .parameters import ParameterSet
 from .recorded import session_plan
 from .services import Services
 from .sim_time import SimTimePacer
-from .speedometer import Speedometer
 
 TEND = 1.0
 """Seconds between two checks of disks and intervals by the host."""
@@ -34,9 +31,10 @@ TEND = 1.0
 class MemoryNode(LifecycleNode):
     """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
 
-    configure   checks the design, compiles, builds the device, restores its saved content
-    activate lets its time run and records, if a path is set deactivate aborts any procedure,
-    brings the strain to zero, holds the state and saves it cleanup     releases the device
+    - *configure* checks the design, compiles, builds the device, and restores its saved content,
+    - *activate* lets its time run, and records if a path is set,
+    - *deactivate* aborts any procedure, brings the strain to zero, and saves the content,
+    - *cleanup* releases the device.
 
     A failed transition says why and leaves the node in its previous state; a device that fails
     while active, and a defect anywhere in a transition, leave it unconfigured.
@@ -53,8 +51,8 @@ class MemoryNode(LifecycleNode):
             options: For `rclpy.lifecycle.LifecycleNode`.
 
         Raises:
-            ParameterError: A parameter has the wrong type or is out of range.
-            SettingsError: Settings contradict each other.
+            SettingsError: A parameter has the wrong type or is out of range, or settings
+                contradict each other.
         """
         super().__init__(name, **options)
         self.host = Host(
@@ -70,17 +68,16 @@ class MemoryNode(LifecycleNode):
             self.destroy_node()
             raise
         self._inlets = Inlets(self, self.host)
-        self._actions = Actions(self, self.host)  # a client that sees ~/request sees them too
+        self._actions = served_actions(
+            self, self.host
+        )  # a client that sees ~/request sees them too
         Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
-        self._faults = FaultParameters(self, self.host, boundary)
-        self._speedometer = Speedometer(self, self.host, boundary)
         self._namesakes = Namesakes(self, self.host.journal, boundary)
         self._outlets: Outlets | None = None
         self._starting = False
         self._awaits_clock = True
         self._refusal: Exception | None = None
-        self.add_post_set_parameters_callback(boundary.guarded('time.speed', self._set_speed))
         boundary.every(TEND, 'checking disks and clock', self._tend)
         boundary.guard_services()
 
@@ -99,15 +96,13 @@ class MemoryNode(LifecycleNode):
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        return len(self._boundary.waiting) + self._actions.waiting
+        goals = sum(action.waiting for action in self._actions)
+        return len(self._boundary.waiting) + goals
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""
-        loop = self.host.loop
         with self.host.journal.guarded('closing'):
             self.host.close()
-        if loop is not None:
-            self._speedometer.end(loop)
         self._release()
 
     def destroy_node(self) -> None:
@@ -127,7 +122,7 @@ class MemoryNode(LifecycleNode):
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold the state, at zero strain."""
-        return self._attempt('deactivate', self._deactivate)
+        return self._attempt('deactivate', self.host.deactivate)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release the device."""
@@ -147,7 +142,7 @@ class MemoryNode(LifecycleNode):
     def _attempt(self, transition: str, work: Callable[[], None]) -> TransitionCallbackReturn:
         try:
             work()
-        except (*REFUSALS, ParameterError) as error:
+        except REFUSALS as error:
             self._refusal = error
             if self.host.failure is not None:
                 return TransitionCallbackReturn.ERROR
@@ -188,12 +183,6 @@ class MemoryNode(LifecycleNode):
             lambda: self._outlets is not None and self._outlets.heard,
         )
         self._awaits_clock = True
-        self._speedometer.begin(self.host.open_loop())
-
-    def _deactivate(self) -> None:
-        loop = self.host.open_loop()
-        self.host.deactivate()
-        self._speedometer.end(loop)
 
     def _clean_up(self) -> None:
         self.host.release()
@@ -211,7 +200,8 @@ class MemoryNode(LifecycleNode):
         """Publish what happened, in the loop's thread."""
         if self._outlets is not None:
             self._outlets.tick(events)
-        self._actions.tick()
+        for action in self._actions:
+            action.tick()
 
     def _mind_failure(self) -> None:
         """Leave the active state through error handling: unconfigured."""
@@ -227,8 +217,3 @@ class MemoryNode(LifecycleNode):
                 self.host.journal.warning(
                     'use_sim_time is set but no /clock has arrived yet: time stands still'
                 )
-
-    def _set_speed(self, changed: list[Parameter]) -> None:
-        for parameter in changed:
-            if parameter.name == 'time.speed':
-                self.host.set_speed(parameter.value)

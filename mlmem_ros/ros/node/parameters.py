@@ -20,95 +20,81 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from ...clipped import clipped
 from ...described import Description, descriptions
-from ...device import PRESETS, SettingsError, drivers, preset
+from ...device import PRESETS, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...host import Host
-from ...host.design_check import SKIP, WAS_SKIP
 from ...host.files import confined
 from ...host.settings import Parameters
 from ...physics import DesignError
 from .declarations import AUTOSTART, CHECK, LIVE, OF_A_PRESET, PRESET, VIEW, groups
 
+ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
+"""The types of parameters, for messages."""
 
-class ParameterError(ValueError):
-    """A parameter has the wrong type or value; the message names it."""
-
+FAULTS = 'faults.'
+"""Prefix of the device's faults, which take effect at once."""
 
 LIVE_GROUPS = ('record', 'faults')
 """Groups that may be set at any time: one applies to the next session, one to the device."""
 
+PACE = 'record.hash_every'
+"""Of these groups, but the running loop counts on it."""
+
 PATHS = ('record.path', 'state.path')
 """Parameters that make the node write files."""
 
-CHOSEN = {'design.preset': PRESET[1], 'design.check': CHECK[1]}
-"""Parameters of the group `design` that are not fields of the design."""
-
 
 class ParameterSet:
-    """Declares every parameter of the contract, validates them, and returns their values."""
+    """Declares all parameters of the contract, validates them, and puts changes into effect."""
 
     def __init__(self, node: Node, host: Host) -> None:
         """Declare all parameters.
 
         Args:
             node: The node.
-            host: Returns whether it is active.
+            host: Its device and life cycle decide on what may be set.
 
         Raises:
-            ParameterError: One has the wrong type or is out of range, or the values do not make a
-                memory.
-            SettingsError: Settings of different groups contradict each other.
+            SettingsError: A parameter has the wrong type or is out of range, or the values do not
+                make a memory or contradict each other.
         """
         self._node = node
         self._host = host
+        self._choices: dict[str, tuple[str, ...]] = {}
         self.locked = False
         """Whether the node is configured, so that only live parameters may be set."""
-        name = _declare(node, 'design.preset', *PRESET)
-        try:
-            chosen = preset(name)
-        except DesignError as error:
-            raise ParameterError(f'parameter design.{error}') from error
-        overrides = node._parameter_overrides  # rclpy has no public way to ask
-        if (check := overrides.get('design.check')) is not None:
-            overrides['design.check'] = self._modern(check)
-        _declare(node, 'design.check', *CHECK)
-        self._defaults = groups(chosen)
+        self._defaults = groups(preset(self._declare('design.preset', *PRESET)))
         self._defaults['publish'] = dataclasses.replace(
             self._defaults['publish'], frame_id=node.get_fully_qualified_name()[1:]
         )
         for prefix, defaults in self._defaults.items():
             for field, description in descriptions(defaults):
-                _declare(
-                    node, f'{prefix}.{field.name}', getattr(defaults, field.name), description
-                )
-        for live, (default, description) in LIVE.items():
-            _declare(node, live, default, description)
-        _declare(node, 'autostart', *AUTOSTART)
-        _declare(node, 'view', *VIEW)
-        started = node.get_parameter('device.driver').value  # no client can import others
-        self._drivers = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
+                default = getattr(defaults, field.name)
+                self._declare(f'{prefix}.{field.name}', default, description)
+        others = {'design.check': CHECK, 'autostart': AUTOSTART, 'view': VIEW, **LIVE}
+        for name, (default, description) in others.items():
+            self._declare(name, default, description)
+        started = node.get_parameter('device.driver').value  # no client can import other classes
+        allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
+        self._choices['device.driver'] = tuple(allowed)
         _warn_of_strangers(node)
         self._limit_level(self.values().design.levels)
         node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._apply)
 
     def values(self) -> Parameters:
         """Return the present values.
 
         Raises:
-            ParameterError: The values do not make a memory.
-            SettingsError: Settings of different groups contradict each other.
+            SettingsError: They do not make a memory, or contradict each other.
         """
-        check, (_, description) = self._node.get_parameter('design.check').value, CHECK
-        if check not in description.choices:
-            raise ParameterError(
-                f'parameter design.check must be one of {", ".join(description.choices)}; '
-                f'got {check!r}'
-            )
         given = {prefix: self._group(prefix) for prefix in self._defaults}
         own = ('device', 'design', 'publish', 'record', 'state', 'files', 'faults')
         parts = {name: given.pop(name) for name in own}
+        check = self._node.get_parameter('design.check').value
         return Parameters(check=check, settings=Settings(**given), **parts)
 
     def lock(self, levels: int) -> None:
@@ -116,16 +102,45 @@ class ParameterSet:
         self._limit_level(levels)
         self.locked = True
 
-    def _group(self, prefix: str) -> Any:
+    def _declare(self, name: str, default: Any, description: Description) -> Any:
+        """Declare a parameter; return its value."""
+        try:
+            value = self._node.declare_parameter(name, default, descriptor(description, default))
+        except InvalidParameterTypeException as error:
+            hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
+            raise SettingsError(
+                f'parameter {name} must be {ARTICLES[type(default)]}{hint}; got {self._raw(name)}'
+            ) from error
+        except InvalidParameterValueException as error:
+            raise SettingsError(
+                f'parameter {name} must be from {description.low} to {description.high}; '
+                f'got {self._raw(name)}'
+            ) from error
+        if description.choices:
+            self._choices[name] = description.choices
+            if why := self._not_a_choice(name, value.value):
+                raise SettingsError(f'parameter {why}')
+        return value.value
+
+    def _raw(self, name: str) -> str:
+        override = self._node._parameter_overrides.get(name)  # rclpy has no public way to ask
+        return repr(override.value) if override is not None else 'something else'
+
+    def _group(self, prefix: str, **changed: Any) -> Any:
+        """Return a group of settings, with changes.
+
+        Raises:
+            SettingsError: Ranges alone do not make it valid.
+        """
         defaults = self._defaults[prefix]
         values = {
             field.name: self._node.get_parameter(f'{prefix}.{field.name}').value
             for field, _ in descriptions(defaults)
         }
         try:
-            return type(defaults)(**values)
-        except (DesignError, SettingsError) as error:  # what ranges alone cannot express
-            raise ParameterError(f'parameters {prefix}.*: {error}') from error
+            return type(defaults)(**values | changed)
+        except (DesignError, SettingsError) as error:
+            raise SettingsError(f'parameters {prefix}.*: {error}') from error
 
     def _limit_level(self, levels: int) -> None:
         """Give `target_level` the range of the design."""
@@ -133,7 +148,7 @@ class ParameterSet:
         limited = dataclasses.replace(description, high=max(0, levels - 1))
         present = self._node.get_parameter('target_level').value
         if not 0 <= present < max(1, levels):
-            raise ParameterError(
+            raise SettingsError(
                 f'parameter target_level must be from 0 to {levels - 1}; got {present}'
             )
         described = descriptor(limited, default)
@@ -141,50 +156,59 @@ class ParameterSet:
         self._node.set_descriptor('target_level', described)
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
-        for parameter in changed:
-            if parameter.name == 'use_sim_time' and self._host.loop is not None:
-                return SetParametersResult(
-                    successful=False,
-                    reason='use_sim_time may be set only while the node is not active',
-                )
-            live = parameter.name in LIVE or parameter.name.split('.')[0] in LIVE_GROUPS
-            if self.locked and not live and parameter.name != 'use_sim_time':
-                return SetParametersResult(
-                    successful=False,
-                    reason=f'{parameter.name} may be set only while the node is unconfigured',
-                )
-            if parameter.name == 'files.root':
-                return SetParametersResult(
-                    successful=False, reason='files.root may be set only at the start of the node'
-                )
-            if parameter.name == 'device.driver' and parameter.value not in self._drivers:
-                return SetParametersResult(
-                    successful=False,
-                    reason='device.driver may name a class only at the start of the node; now it '
-                    f'may be {", ".join(self._drivers)}',
-                )
-            if parameter.name in PATHS and parameter.value:
-                try:
-                    confined(parameter.value, self._node.get_parameter('files.root').value)
-                except SettingsError as error:
-                    return SetParametersResult(
-                        successful=False, reason=f'{parameter.name}: {error}'
-                    )
-            choices = CHOSEN[parameter.name].choices if parameter.name in CHOSEN else ()
-            if choices and parameter.value not in choices:
-                return SetParametersResult(
-                    successful=False,
-                    reason=f'{parameter.name} must be one of {", ".join(choices)}; '
-                    f'got {parameter.value!r}',
-                )
+        try:
+            for parameter in changed:
+                self._check_one(parameter.name, parameter.value)
+            faults = {p.name.removeprefix(FAULTS): p.value for p in changed if _is_fault(p)}
+            if faults and self._host.element is not None:
+                self._host.element.specimen(self._group('faults', **faults))
+        except (Refused, SettingsError) as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _check_one(self, name: str, value: Any) -> None:
+        """Refuse a value that may not be set now.
+
+        Raises:
+            SettingsError: It may not.
+        """
+        live = name in LIVE or name.split('.')[0] in LIVE_GROUPS
+        if name == 'use_sim_time':
+            if self._host.loop is not None:
+                raise SettingsError(f'{name} may be set only while the node is not active')
+        elif self.locked and (not live or name == PACE):
+            raise SettingsError(f'{name} may be set only while the node is unconfigured')
+        if name == 'files.root':
+            raise SettingsError(f'{name} may be set only at the start of the node')
+        if name in PATHS and value:
+            try:
+                confined(value, self._node.get_parameter('files.root').value)
+            except SettingsError as error:
+                raise SettingsError(f'{name}: {error}') from error
+        if why := self._not_a_choice(name, value):
+            raise SettingsError(why)
+
+    def _not_a_choice(self, name: str, value: Any) -> str:
+        choices = self._choices.get(name)
+        if choices is None or value in choices:
+            return ''
+        return f'{name} must be one of {", ".join(choices)}; got {clipped(value)}'
+
+    def _apply(self, changed: list[Parameter]) -> None:
+        """Put changes into effect while time runs."""
+        with self._host.journal.guarded('parameters'):
+            if any(map(_is_fault, changed)):
+                self._host.be_faulty(self._group('faults'))
+            for parameter in changed:
+                if parameter.name == 'time.speed':
+                    self._host.set_speed(parameter.value)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
         """Return the parameters to set, including all those of a preset among them.
 
         Explicit values override the preset's; all are accepted together, or none.
         """
-        changed = [self._modern(self._double(parameter)) for parameter in changed]
+        changed = [self._double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
         if (name := given.get('design.preset')) not in tuple(PRESETS):
             return changed
@@ -207,15 +231,10 @@ class ParameterSet:
             return Parameter(parameter.name, value=float(parameter.value))
         return parameter
 
-    def _modern(self, parameter: Parameter) -> Parameter:
-        """Return a parameter with today's wording."""
-        old = parameter.value is False or parameter.value == WAS_SKIP
-        if parameter.name != 'design.check' or not old:
-            return parameter
-        self._node.get_logger().warning(
-            f'design.check: off is now called {SKIP} (YAML reads off as false)'
-        )
-        return Parameter('design.check', value=SKIP)
+
+def _is_fault(parameter: Parameter) -> bool:
+    name: str = parameter.name
+    return name.startswith(FAULTS)
 
 
 def _warn_of_strangers(node: Node) -> None:
@@ -227,21 +246,6 @@ def _warn_of_strangers(node: Node) -> None:
         alike = difflib.get_close_matches(name, known, 1)
         hint = f'; did you mean {alike[0]}?' if alike else ''
         node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
-
-
-def _declare(node: Node, name: str, default: Any, description: Description) -> Any:
-    try:
-        return node.declare_parameter(name, default, descriptor(description, default)).value
-    except InvalidParameterTypeException as error:
-        hint = ' (a number with a decimal point)' if isinstance(default, float) else ''
-        raise ParameterError(
-            f'parameter {name} must be {_article(default)}{hint}; got {_given(node, name)}'
-        ) from error
-    except InvalidParameterValueException as error:
-        raise ParameterError(
-            f'parameter {name} must be from {description.low} to {description.high}; '
-            f'got {_given(node, name)}'
-        ) from error
 
 
 def descriptor(description: Description, default: Any) -> ParameterDescriptor:
@@ -275,13 +279,3 @@ def descriptor(description: Description, default: Any) -> ParameterDescriptor:
             )
         ]
     return result
-
-
-def _article(default: Any) -> str:
-    names = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
-    return names[type(default)]
-
-
-def _given(node: Node, name: str) -> str:
-    override = node._parameter_overrides.get(name)  # rclpy has no public way to ask
-    return repr(override.value) if override is not None else 'something else'

@@ -22,8 +22,6 @@ from ...host import REFUSALS
 from .executor import GuardedExecutor
 from .node import MemoryNode
 from .page import page
-from .parameters import ParameterError
-from .signal_wakeup import woken_by_signals
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: ended on request; could not start; ended on request, but content or recording could
@@ -58,7 +56,7 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     """
     try:
         nodes, executor = begin(arguments, elements=elements)
-    except (*REFUSALS, ParameterError, ParameterException, ImportError) as error:
+    except (*REFUSALS, ParameterException, ImportError) as error:
         get_logger('mlmem').fatal(f'cannot start: {error}')
         rclpy.try_shutdown()
         return NOT_STARTED
@@ -74,7 +72,7 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     with ExitStack() as pages:
         for node in nodes:
             pages.enter_context(page(node))
-        with woken_by_signals(executor):
+        with executor.woken_by_signals():
             turn(executor, stop)
         for number in (signal.SIGINT, signal.SIGTERM):  # a second signal must not cut this short
             signal.signal(number, signal.SIG_IGN)

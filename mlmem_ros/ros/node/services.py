@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
@@ -15,11 +15,14 @@ from std_srvs.srv import SetBool, Trigger
 
 from ...contract import answers, messages
 from ...contract.commands import Record, requested
-from ...device import Abort, Calibrate, Command, Erase, Outcome, Read, Refused, SelfTest, Write
+from ...device import Abort, Calibrate, Command, Erase, Read, Refused, SelfTest, Write
 from ...host import REFUSALS, Host
 from ..qos import EVERY_ONE
 from .boundary import settled
 from .recorded import session_plan
+
+Answered = Awaitable[tuple[bool, str]]
+"""Whether a request succeeded, and the JSON object that answers it."""
 
 
 class Services:
@@ -29,30 +32,34 @@ class Services:
         self._node = node
         self._host = host
         procedures: dict[str, Callable[[], Command]] = {
-            '~/write': lambda: Write(node.get_parameter('target_level').value),
-            '~/read': Read,
-            '~/erase': Erase,
-            '~/calibrate': Calibrate,
-            '~/abort': Abort,
+            'write': lambda: Write(node.get_parameter('target_level').value),
+            'read': Read,
+            'erase': Erase,
+            'calibrate': Calibrate,
+            'abort': Abort,
         }
-
-        def serve(kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
-            node.create_service(kind, name, callback, qos_profile=EVERY_ONE)
-
         for name, command in procedures.items():
-            serve(Trigger, name, self._procedure(command))
-        serve(SetParametersAtomically, '~/request', self._request)
-        serve(SelfTestService, '~/self_test', self._self_test)
-        serve(SetBool, '~/pause', self._pause)
-        serve(SetBool, '~/record', self._record)
-        serve(Trigger, '~/step', self._step)
+            self._serve(Trigger, name, self._procedure(command))
+        self._serve(Trigger, 'step', lambda _: self._stepped())
+        self._serve(SetBool, 'pause', lambda request: self._paused(request.data))
+        self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
+        self._create(SetParametersAtomically, 'request', self._request)
+        self._create(SelfTestService, 'self_test', self._self_test)
 
-    def _procedure(self, command: Callable[[], Command]) -> Callable[..., Any]:
-        async def serve(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-            response.success, response.message = await self._done(command())
+    def _procedure(self, command: Callable[[], Command]) -> Callable[[Any], Answered]:
+        return lambda _: self._done(command())
+
+    def _serve(self, kind: type[Any], name: str, answer: Callable[[Any], Answered]) -> None:
+        """Create a service of std_srvs."""
+
+        async def serve(request: Any, response: Any) -> Any:
+            response.success, response.message = await answer(request)
             return response
 
-        return serve
+        self._create(kind, name, serve)
+
+    def _create(self, kind: type[Any], name: str, callback: Callable[..., Any]) -> None:
+        self._node.create_service(kind, f'~/{name}', callback, qos_profile=EVERY_ONE)
 
     async def _request(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
@@ -63,55 +70,22 @@ class Services:
         except Refused as refusal:
             self._host.refused += 1
             result.reason = answers.refusal(refusal)
-        else:
-            doing = self._recorded if isinstance(asked, Record) else self._done
-            result.successful, result.reason = await doing(asked)
+            return response
+        doing = self._recorded(asked) if isinstance(asked, Record) else self._done(asked)
+        result.successful, result.reason = await doing
         return response
 
     async def _done(self, command: Command) -> tuple[bool, str]:
-        """Make the device do something; return whether it succeeded, and the answer."""
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome: Outcome | None = await settled(self._host.submit(command))
+            outcome = await settled(self._host.submit(command))
         except REFUSALS as failure:
             return False, answers.refusal(failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
         return outcome.success, answers.answer(outcome, **asked)
 
-    async def _self_test(
-        self, _: SelfTestService.Request, response: SelfTestService.Response
-    ) -> SelfTestService.Response:
-        response.id = name = self._node.get_fully_qualified_name()
-        try:
-            outcome: Outcome = await settled(self._host.submit(SelfTest()))
-        except REFUSALS as failure:
-            response.status = [messages.refused_test(name, str(failure))]
-        else:
-            response.passed = bytes([outcome.success])
-            response.status = messages.test_statuses(outcome, name)
-        return response
-
-    async def _pause(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
-        try:
-            tick = await settled(self._host.pause(request.data))
-        except REFUSALS as refusal:
-            response.message = answers.refusal(refusal)
-        else:
-            response.success = True
-            response.message = json.dumps({'paused': request.data, 'tick': tick})
-        return response
-
-    async def _record(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
-        response.success, response.message = await self._recorded(Record(request.data))
-        return response
-
     async def _recorded(self, asked: Record) -> tuple[bool, str]:
-        """Begin or end a session; return whether it succeeded, and the answer."""
         try:
             plan = session_plan(self._node, path=asked.path) if asked.on else None
             path = await settled(self._host.record(plan))
@@ -119,12 +93,30 @@ class Services:
             return False, answers.refusal(refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
-    async def _step(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    async def _paused(self, hold: bool) -> tuple[bool, str]:
+        try:
+            tick = await settled(self._host.pause(hold))
+        except REFUSALS as refusal:
+            return False, answers.refusal(refusal)
+        return True, json.dumps({'paused': hold, 'tick': tick})
+
+    async def _stepped(self) -> tuple[bool, str]:
         try:
             tick = await settled(self._host.step())
         except REFUSALS as refusal:
-            response.message = answers.refusal(refusal)
+            return False, answers.refusal(refusal)
+        return True, json.dumps({'tick': tick})
+
+    async def _self_test(
+        self, _: SelfTestService.Request, response: SelfTestService.Response
+    ) -> SelfTestService.Response:
+        response.id = name = self._node.get_fully_qualified_name()
+        try:
+            outcome = await settled(self._host.submit(SelfTest()))
+        except REFUSALS as failure:
+            response.status = [messages.refused_test(name, str(failure))]
         else:
-            response.success = True
-            response.message = json.dumps({'tick': tick})
+            assert outcome is not None
+            response.passed = bytes([outcome.success])
+            response.status = messages.test_statuses(outcome, name)
         return response

@@ -22,7 +22,8 @@ class SimTimePacer:
 
     def now(self) -> float:
         """Return the ROS time in seconds."""
-        return self._clock.now().nanoseconds * 1e-9
+        now: float = self._clock.now().nanoseconds * 1e-9
+        return now
 
     def wait(self, changed: Condition, seconds: float) -> None:
         """Return soon: whether and how fast ROS time runs is unknown."""
