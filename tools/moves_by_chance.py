@@ -17,7 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mlmem_ros.analysis.moves_down import REST
+from mlmem_ros.analysis.bare import REST
 from mlmem_ros.device.moves import How, Move, cycle_of, moves_from
 from mlmem_ros.device.presets import preset
 from mlmem_ros.device.settings import Settings

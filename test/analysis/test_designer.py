@@ -10,11 +10,11 @@ import dataclasses
 
 import pytest
 
+from mlmem_ros.analysis.bare import moved
 from mlmem_ros.analysis.checks import Verdict
 from mlmem_ros.analysis.designer import DesignNotFound, propose, searched
 from mlmem_ros.analysis.designer.going_back import going_back
 from mlmem_ros.analysis.designer.right_pulse import CLEAR
-from mlmem_ros.analysis.moves_down import moved
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import How, cycle_of, moves_from

@@ -7,7 +7,7 @@ import itertools
 
 import pytest
 
-from mlmem_ros.analysis.moves_down import moved
+from mlmem_ros.analysis.bare import moved
 from mlmem_ros.device import PRESETS, preset
 from mlmem_ros.device.moves import (
     How,

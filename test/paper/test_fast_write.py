@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem_ros.analysis.bare import scaled
 from mlmem_ros.analysis.checks import Verdict, check
 from mlmem_ros.analysis.checks.schedule import cycle_time
 from mlmem_ros.analysis.checks.subject import Subject
-from mlmem_ros.analysis.steps_up import scaled
 from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.paper.figures.fast_write import (

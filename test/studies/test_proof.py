@@ -6,9 +6,9 @@ import dataclasses
 
 import pytest
 
+from mlmem_ros.analysis.bare import scaled
 from mlmem_ros.analysis.checks import Verdict, check
 from mlmem_ros.analysis.designer import propose
-from mlmem_ros.analysis.steps_up import scaled
 from mlmem_ros.device import Calibration, Settings, preset
 from mlmem_ros.paper.figures.fast_write import writes
 from mlmem_ros.parameter_file import load

@@ -9,12 +9,13 @@ and simulating a step of the bare chain takes milliseconds.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 
 from ...device.motion import Cycle
 from ...physics import Specimen, StateError, stable_step
 from ...verdict import Verdict
-from ..steps_up import scaled, steps_up
+from ..bare import departures, scaled
 from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, Subject
 
@@ -85,15 +86,13 @@ def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
     design = dataclasses.replace(subject.design, substrate='rigid')
     settings = subject.settings
     write = scaled(settings.write, compression, tension)
+    rate = settings.actuator.max_rate
     lost = []
     for start in subject.steps[::ROW]:
         goal = min(start + ROW, design.levels - 1)
         try:
-            row = steps_up(
-                design, write, start, goal, max_rate=settings.actuator.max_rate, dt=STEP
-            )
-            made = list(row)
+            away = list(departures(design, write, start, goal, max_rate=rate, dt=STEP))
         except StateError:  # the level pins no wall
-            made = [False]
-        lost += [start + step for step, success in enumerate(made) if not success]
+            away = [math.inf]
+        lost += [start + step for step, cells in enumerate(away) if cells >= 1.0]
     return lost

@@ -1,18 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A faster write by search: CMA-ES over the parts of its time, and both peaks.
+"""A faster write by search over the parts of its time and both peaks.
 
 The rules of `schedules` hold if ramps are slow compared with the damping. Faster ones depend on
 inertia and ringing, and are found by trial: steps in a row on the bare chain, with both peaks off
-in many directions at once. CMA-ES is the evolution strategy of Hansen and Ostermeier (2001), by
-the package cmaes (the extra `search`).
+in many directions at once.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,41 +17,29 @@ import numpy as np
 from ...device.settings import WriteSettings
 from ...physics import Design
 from ...physics.potential import Array
-from ..steps_up import departures, scaled
-
-RADII = (0.1, 0.2, 0.3, 0.38)
-"""Radii of peak errors: the root of the sum of the squares of both relative changes."""
-
-DIRECTIONS = 24
-"""Of the changes, on each in turn at one of the radii."""
-
-RINGS = tuple(np.round(np.arange(0.1, 0.46, 0.05), 2))
-"""Radii on which the nearest failure is looked for, and how many directions each has."""
-
-ON_A_RING = 12
-
-STEP = 1.0
-"""Time step: half as many as a map takes, with the same verdicts on all that ships."""
+from ..bare import departures, scaled
+from . import cma_es
+from .cma_es import STEP, TRIALS, Off
 
 STEP_SIZE = 0.25
 """Standard deviation of the first trials: a quarter of a share or a peak."""
 
 
 @dataclass(frozen=True)
-class Rows:
-    """The steps in a row that a schedule has to make.
+class WriteTask:
+    """The steps that a write has to make.
 
     Attributes:
         design: The element.
-        starts: Levels that rows begin at; the first step from an odd one is the hardest.
-        length: Steps of a row, fewer where the element ends.
+        starts: Levels to start from; the first step from an odd one is the hardest.
+        length: Steps in a row from each, fewer where the element ends.
     """
 
     design: Design
     starts: Sequence[int] = (0, 1)
     length: int = 3
 
-    def departures(self, write: WriteSettings, off: tuple[float, float] = (0.0, 0.0)) -> Array:
+    def departures(self, write: WriteSettings, off: Off = (0.0, 0.0)) -> Array:
         """Return how far the wall is from its defect after every step, in cells.
 
         Args:
@@ -74,51 +59,30 @@ class Rows:
         A wall counts up to a tenth of a step, by its distance over the spacing of levels, so that
         the search has a slope to follow.
         """
-        total = 0.0
-        for off in ((0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))):
-            away = self.departures(write, off)
-            total += float((away >= 1.0).sum() + 0.1 * np.minimum(away / self.design.J, 1.0).sum())
-        return total
-
-    def nearest_failure(self, write: WriteSettings) -> float:
-        """Return the least radius of `RINGS` on which a step is lost; infinity for none."""
-        for radius in RINGS:
-            for off in ring(ON_A_RING, itertools.repeat(float(radius))):
-                if (self.departures(write, off) >= 1.0).any():
-                    return float(radius)
-        return math.inf
+        away = np.concatenate([self.departures(write, off) for off in TRIALS])
+        return float((away >= 1.0).sum() + 0.1 * np.minimum(away / self.design.J, 1.0).sum())
 
 
 def search(
-    rows: Rows, write: WriteSettings, time: float, *, tick: float, trials: int, seed: int = 0
+    task: WriteTask, write: WriteSettings, time: float, *, tick: float, trials: int, seed: int = 0
 ) -> WriteSettings:
     """Return the best write found for a given time per level.
 
     Args:
-        rows: What it has to make.
-        write: Where to begin; everything not searched is taken from it. It rests after its last
-            cycle alone.
+        task: What it has to do.
+        write: Where to begin; everything not searched is taken from it. It rests only after its
+            last cycle.
         time: Time units of a cycle.
-        tick: Every ramp is a whole number of ticks.
+        tick: Every part is a whole number of ticks.
         trials: Number of schedules to try.
         seed: Of the search.
     """
-    from cmaes import CMA
 
-    begin = replace(write, settle=0.0)
-    optimizer = CMA(mean=np.zeros(7), sigma=STEP_SIZE, seed=seed)
-    best, least = begin, math.inf
-    for _ in range(math.ceil(trials / optimizer.population_size)):
-        told = []
-        for _ in range(optimizer.population_size):
-            x = optimizer.ask()
-            tried = schedule(begin, x, time, tick)
-            cost = rows.cost(tried)
-            told.append((x, cost))
-            if cost < least:
-                best, least = tried, cost
-        optimizer.tell(told)
-    return best
+    def point(x: Array) -> WriteSettings:
+        return schedule(replace(write, settle=0.0), x, time, tick)
+
+    cut = point(np.zeros(cma_es.DIMENSIONS))
+    return cma_es.search(cut, point, task.cost, sigma=STEP_SIZE, trials=trials, seed=seed)
 
 
 def schedule(begin: WriteSettings, x: Array, time: float, tick: float) -> WriteSettings:
@@ -145,10 +109,3 @@ def schedule(begin: WriteSettings, x: Array, time: float, tick: float) -> WriteS
         compression=round(compression * begin.compression, 4),
         tension=round(tension * begin.tension, 4),
     )
-
-
-def ring(directions: int, radii: Iterator[float]) -> Iterator[tuple[float, float]]:
-    """Yield relative changes of both peaks in as many directions."""
-    for k, radius in zip(range(directions), radii, strict=False):
-        angle = 2.0 * math.pi * k / directions
-        yield radius * math.cos(angle), radius * math.sin(angle)

@@ -13,8 +13,8 @@ import numpy as np
 from ...device import Settings
 from ...device.strokes import actuator, by_9, throw
 from ...physics import Design
-from ..moves_down import reach, shortest_ease
-from .stroke_search import Task, search
+from ..throws import reach, shortest_ease
+from .stroke_search import MoveTask, search
 
 PEAK = 0.135
 """Of a throw: nine tenths of what the actuators of the presets give."""
@@ -75,7 +75,7 @@ def searched(design: Design, settings: Settings, trials: int) -> Settings:
         begin = getattr(settings, name)
         if begin.peak:
             lowest = 0 if name == 'throw' else max(begin.lowest, begin.levels)
-            task = Task(design, _some([each for each in levels if each >= lowest]))
+            task = MoveTask(design, _some([each for each in levels if each >= lowest]))
             found[name] = search(task, begin, trials=trials, tick=settings.time.tick)
     return replace(settings, **found)
 

@@ -1,19 +1,17 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes and throws by search: CMA-ES over their times, peaks, and how these fall with the site.
+"""Strokes and throws by search over their times, peaks, and how these fall with the site.
 
-The closed forms of `moves_down` neglect pins and waves, so their proposal is only a starting
-point. A map of peaks alone does not show the margins: every trial is judged with peak and times
-off in many directions, each in a random element. CMA-ES is the evolution strategy of Hansen and
-Ostermeier (2001), by the package cmaes (the extra `search`).
+The closed forms of `throws` neglect pins and waves, so their proposal is only a starting point. A
+map of peaks alone does not show the margins: every trial is judged with peak and times off in many
+directions, each in a random element.
 """
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -24,10 +22,11 @@ from ...device.settings import StrokeSettings, ThrowSettings
 from ...device.strokes import actuator
 from ...physics import Design, Scatter, scattered, walls
 from ...physics.potential import Array
-from ..moves_down import left_by
-from .cycle_search import DIRECTIONS, RADII, STEP, ring
+from ..bare import left_by
+from . import cma_es
+from .cma_es import STEP, TRIALS, Off
 
-Swing = TypeVar('Swing', bound=StrokeSettings | ThrowSettings)
+Move = TypeVar('Move', bound=StrokeSettings | ThrowSettings)
 
 CLUMSY = 0.5
 """Cost of a throw that leaves the wall at a lower level, relative to one that loses it."""
@@ -38,13 +37,12 @@ PRICE = 0.01
 STEP_SIZE = 0.2
 """Standard deviation of the first trials, in logarithms of times and peaks."""
 
-
 LARGEST = actuator(0.0).max_strain
 """Greatest peak to try."""
 
 
 @dataclass(frozen=True)
-class Task:
+class MoveTask:
     """The task of a stroke or a throw.
 
     Attributes:
@@ -59,44 +57,31 @@ class Task:
     upward: bool = False
     scatter: float = 1e-3
 
-    def cost(self, swing: StrokeSettings | ThrowSettings) -> float:
+    def cost(self, move: StrokeSettings | ThrowSettings) -> float:
         """Return the fraction that fails with peak and times off, plus a little for its time."""
-        changes = [(0.0, 0.0), *ring(DIRECTIONS, itertools.cycle(RADII))]
-        share = [self.lost(swing, off, seed) for seed, off in enumerate(changes)]
-        return float(np.mean(share)) + PRICE * duration(swing) * self.design.eta
+        share = [self.lost(move, off, seed) for seed, off in enumerate(TRIALS)]
+        return float(np.mean(share)) + PRICE * duration(move) * self.design.eta
 
-    def nearest_failure(
-        self, swing: StrokeSettings | ThrowSettings, radii: Sequence[float]
-    ) -> float:
-        """Return the least radius on which anything is lost; infinity for none."""
-        for radius in radii:
-            changes = ring(12, itertools.repeat(radius))
-            if any(self.lost(swing, off, seed) for seed, off in enumerate(changes)):
-                return radius
-        return math.inf
-
-    def lost(
-        self, swing: StrokeSettings | ThrowSettings, off: tuple[float, float], seed: int
-    ) -> float:
+    def lost(self, move: StrokeSettings | ThrowSettings, off: Off, seed: int) -> float:
         """Return the fraction of starts that fails.
 
         Args:
-            swing: The stroke or the throw.
+            move: The stroke or the throw.
             off: Relative changes of its peak and of its times.
             seed: Of the trial element.
         """
-        changed = stretched(swing, 1.0 + off[0], 1.0 + off[1])
+        changed = stretched(move, 1.0 + off[0], 1.0 + off[1])
         specimen = scattered(self.design, Scatter(alpha=self.scatter), seed)
         total = 0.0
         for start in self.starts:
-            left = left_by(specimen, cycle_from(self.design, changed, start), start, dt=STEP)
-            total += 1.0 if left is None else self._wrong(left, self._target(swing, start))
+            if isinstance(changed, ThrowSettings):
+                peak, target = changed.peak, None
+            else:
+                peak = stroke_peak(self.design, changed, start)
+                target = start + (changed.levels if self.upward else -changed.levels)
+            left = left_by(specimen, Cycle.planned(changed, peak), start, dt=STEP)
+            total += 1.0 if left is None else self._wrong(left, target)
         return total / len(self.starts)
-
-    def _target(self, swing: StrokeSettings | ThrowSettings, start: int) -> int | None:
-        if isinstance(swing, ThrowSettings):
-            return None
-        return start + (swing.levels if self.upward else -swing.levels)
 
     def _wrong(self, left: Array, target: int | None) -> float:
         """Return 0 for a wall at the target, or a blank element for None; 1 if it is lost."""
@@ -112,53 +97,33 @@ class Task:
         return 0.0 if away < 1.0 else 0.5 + 0.5 * min(1.0, away / (2.0 * self.design.J))
 
 
-def cycle_from(design: Design, swing: StrokeSettings | ThrowSettings, start: int) -> Cycle:
-    """Return the strain of a stroke from a level, or of a throw, by an actuator that follows."""
-    if isinstance(swing, ThrowSettings):
-        return Cycle.planned(swing, swing.peak)
-    return Cycle.planned(swing, stroke_peak(design, swing, start))
-
-
-def stretched(swing: Swing, peak: float, time: float) -> Swing:
+def stretched(move: Move, peak: float, time: float) -> Move:
     """Return a stroke or a throw with factors on its peak and on all its times."""
     times = ('ramp', 'hold', 'ease', 'release', 'settle')
-    changed = {name: getattr(swing, name) * time for name in times}
-    return replace(swing, peak=swing.peak * peak, **changed)
+    changed = {name: getattr(move, name) * time for name in times}
+    return replace(move, peak=move.peak * peak, **changed)
 
 
-def duration(swing: StrokeSettings | ThrowSettings) -> float:
+def duration(move: StrokeSettings | ThrowSettings) -> float:
     """Return the time that it takes."""
-    return Cycle.planned(swing, swing.peak).duration
+    return Cycle.planned(move, move.peak).duration
 
 
-def search(task: Task, begin: Swing, *, trials: int, tick: float = 20.0, seed: int = 0) -> Swing:
+def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0, seed: int = 0) -> Move:
     """Return the best stroke or throw found.
 
     Args:
-        task: The task.
+        task: What it has to do.
         begin: Where to begin; its sign, its levels and its rest are kept.
         trials: Number of trials.
-        tick: Every part except `ease` is a whole number of them.
+        tick: Every part except `ease` is a whole number of ticks.
         seed: Of the search.
     """
-    from cmaes import CMA
-
-    best, least = begin, task.cost(begin)
-    optimizer = CMA(mean=np.zeros(7), sigma=STEP_SIZE, seed=seed)
-    for _ in range(math.ceil(trials / optimizer.population_size)):
-        told = []
-        for _ in range(optimizer.population_size):
-            x = optimizer.ask()
-            tried = point(begin, x, tick)
-            cost = task.cost(tried)
-            told.append((x, cost))
-            if cost < least:
-                best, least = tried, cost
-        optimizer.tell(told)
-    return best
+    at = partial(point, begin, tick=tick)
+    return cma_es.search(begin, at, task.cost, sigma=STEP_SIZE, trials=trials, seed=seed)
 
 
-def point(begin: Swing, x: Array, tick: float) -> Swing:
+def point(begin: Move, x: Array, tick: float) -> Move:
     """Return the stroke or throw at a point of the search; at 0 the beginning.
 
     Args:

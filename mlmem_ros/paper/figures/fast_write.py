@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from numpy.typing import NDArray
 
-from ...analysis.steps_up import scaled, steps_up
+from ...analysis.bare import departures, scaled
 from ...device.motion import Cycle
 from ...device.settings import WriteSettings, peak
 from ...parameter_file import load
@@ -63,7 +63,7 @@ def factors_of(design: Design, factors: Array) -> Array:
 def writes(
     design: Design, write: WriteSettings, starts: Iterable[int] | None = None
 ) -> Iterator[bool]:
-    """Yield for every write upward whether it succeeds; see `steps_up`.
+    """Yield for every write upward whether it succeeds; see `departures`.
 
     Args:
         design: The element.
@@ -72,7 +72,7 @@ def writes(
     """
     last = design.levels - 1
     for start in range(last) if starts is None else starts:
-        yield from steps_up(design, write, start, last)
+        yield from (away < 1.0 for away in departures(design, write, start, last))
 
 
 def passes(

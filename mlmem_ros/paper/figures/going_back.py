@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import ListedColormap
 
+from ...analysis.bare import moved
 from ...analysis.designer.stroke_search import stretched
-from ...analysis.moves_down import moved, reach, shortest_ease
+from ...analysis.throws import reach, shortest_ease
 from ...device.motion import Cycle
 from ...device.moves import How, Move, cycle_of, throw_cycle
 from ...device.presets import preset

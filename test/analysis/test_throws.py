@@ -1,12 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Closed forms of throws and strokes, against the chain."""
+"""Closed forms of throws, against the chain."""
 
 import dataclasses
 
 import pytest
 
-from mlmem_ros.analysis.moves_down import moved, reach, shortest_ease, stroke_swing
+from mlmem_ros.analysis.bare import moved
+from mlmem_ros.analysis.throws import reach, shortest_ease
 from mlmem_ros.device import preset
 from mlmem_ros.device.moves import throw_cycle
 from mlmem_ros.device.reading import BLANK
@@ -35,10 +36,3 @@ def test_let_go_faster_than_the_far_end_holds_nothing_is_blanked(over, found):
     design, settings = preset('bits_4')
     ease = over * shortest_ease(design, 1.5 * settings.throw.peak) / settings.throw.ease
     assert (thrown('bits_4', 8, ease=ease, peak=1.5) == BLANK) is found
-
-
-def test_a_step_down_takes_the_less_strain_the_farther_the_wall_is():
-    design, _ = preset('bits_4')
-    swings = [stroke_swing(design, level, 1) for level in range(1, design.levels)]
-    assert swings == sorted(swings, reverse=True)
-    assert swings[-1] == pytest.approx(design.J / design.defect(15) / 4.8, rel=0.1)

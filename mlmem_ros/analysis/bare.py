@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Steps of a write on the bare chain: no probe and no ticks, so that each takes milliseconds."""
+"""Strain cycles on the bare chain: no probe and no ticks, so that each takes milliseconds."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 
 from ..device.motion import Cycle
+from ..device.reading import BLANK, UNDECODABLE
 from ..device.settings import WriteSettings, peak
 from ..physics import (
     Chain,
@@ -26,29 +27,58 @@ from ..physics.potential import Array
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
 
+REST = 2500.0
+"""Ten damping times, after which a wall no longer swings about its defect."""
+
+
+def play(chain: Chain, cycle: Cycle) -> None:
+    """Strain a chain by a cycle.
+
+    Raises:
+        StateError: The chain is driven so hard that it diverges.
+    """
+    times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
+    chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))
+
+
+def moved(design: Design, cycle: Cycle, level: int, *, dt: float = STEP) -> int:
+    """Return the level after a cycle and a rest, `BLANK`, or `UNDECODABLE` for anything else.
+
+    For the arguments see `left_by`.
+    """
+    left = left_by(Specimen(design), cycle, level, dt=dt)
+    return UNDECODABLE if left is None else level_of(design, left)
+
+
+def left_by(specimen: Specimen, cycle: Cycle, level: int, *, dt: float = STEP) -> Array | None:
+    """Return the configuration after a cycle and a rest, shape (N,).
+
+    Args:
+        specimen: The element.
+        cycle: The strain.
+        level: Where the wall starts, or `BLANK`.
+        dt: Time step, where it is stable.
+
+    Returns:
+        None if the chain diverges, or no wall rests at the level.
+    """
+    chain = Chain(specimen.design, min(dt, 0.95 * stable_step(specimen)))
+    chain.become(specimen)
+    try:
+        if level != BLANK:
+            chain.place(resting_wall(specimen, level))
+        play(chain, cycle)
+        chain.rest(round(REST / chain.dt))
+    except StateError:
+        return None
+    return chain.configuration
+
 
 def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
     """Return the settings with the peaks multiplied by factors."""
     return dataclasses.replace(
         write, compression=compression * write.compression, tension=tension * write.tension
     )
-
-
-def steps_up(
-    design: Design,
-    write: WriteSettings,
-    start: int,
-    goal: int,
-    *,
-    max_rate: float = math.inf,
-    dt: float = STEP,
-) -> Iterator[bool]:
-    """Yield, for every step up from one level to another, whether a write may end there.
-
-    The true wall has to be within a cell of its defect; see `departures`.
-    """
-    for away in departures(design, write, start, goal, max_rate=max_rate, dt=dt):
-        yield away < 1.0
 
 
 def departures(
@@ -64,7 +94,7 @@ def departures(
 
     The cycles follow each other as in a write of the device, which rests `write.final_settle`
     longer after the last; then the true wall is measured. Each step starts from the state after
-    the previous cycle, before that rest.
+    the previous cycle, before that rest. A write may end where the wall is within a cell.
 
     Args:
         design: The element.
@@ -88,24 +118,13 @@ def departures(
     }
     for level in range(start, goal):
         try:
-            _advance(chain, cycles[design.freed_by_compression(level)])
+            play(chain, cycles[design.freed_by_compression(level)])
             state = chain.state()
             chain.rest(round(write.final_settle / chain.dt))
-            yield _departure(design, chain.configuration, level + 1)
         except StateError:  # driven so hard that the chain diverges
             yield from [math.inf] * (goal - level)
             return
+        found = walls(design, chain.configuration)
+        alone = level_of(design, chain.configuration, math.inf) >= 0
+        yield abs(found[0].position - design.defect(level + 1)) if alone else math.inf
         chain.restore(state, V_N=0.0, steps_done=0)
-
-
-def _departure(design: Design, configuration: Array, level: int) -> float:
-    if level_of(design, configuration, math.inf) < 0:
-        return math.inf
-    (wall,) = walls(design, configuration)
-    return abs(wall.position - design.defect(level))
-
-
-def _advance(chain: Chain, cycle: Cycle) -> None:
-    steps = round(cycle.duration / chain.dt)
-    times = substep_times(steps, chain.dt, chain.integrator)
-    chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))
