@@ -45,7 +45,7 @@ def going_back(design: Design, settings: Settings) -> Settings:
     back: dict[str, Any] = by_9(design.levels, design.N) if usual else {}
     fast, slow = shortest_ease(design, PEAK), reach(design, PEAK, 1.0) / FAR
     if slow >= WIDE * fast:
-        more: dict[str, Any] = {'second': 0.8, 'levels': 10} if design.N > LONG else {}
+        more: dict[str, Any] = {'mirrored': 0.8, 'levels': 10} if design.N > LONG else {}
         ease = float(round(fast * (slow / fast) ** BETWEEN))
         back['throw'] = throw(PEAK, 400.0, ease, -0.1, 700.0, **more)
         back['erase'] = replace(settings.erase, method='pulse')
