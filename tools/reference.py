@@ -129,7 +129,8 @@ def _diagnostics() -> str:
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()
-        host.recording = SimpleNamespace(status=recorder.status, full=False)
+        recording = SimpleNamespace(status=recorder.status, full=False)
+        host.sessions = SimpleNamespace(current=recording)
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT.items()},

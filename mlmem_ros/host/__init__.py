@@ -8,8 +8,8 @@ Every call is answered: it raises nothing but `REFUSALS`, and no request waits f
 from .errors import REFUSALS, Overdue
 from .host import Host
 from .journal import Journal, Log
-from .session_plan import SessionPlan
 from .sessions import State
+from .settings import SessionPlan
 
 __all__ = [
     'REFUSALS',

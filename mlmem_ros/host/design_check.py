@@ -1,16 +1,25 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design check of a node that is being configured: warnings in its log, or a refusal."""
+"""The design check of a node that is being configured: warnings in its log, or a refusal.
+
+Findings are cached beside the compiled kernels, for a faster next start. Like a compiler's cache
+this one may be deleted; a change to any file that a check depends on makes it start anew.
+"""
 
 from __future__ import annotations
 
-from functools import lru_cache
+import contextlib
+import hashlib
+import json
+from functools import cache, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..analysis.checks import Report, Verdict, check
+from ..analysis.checks import Verdict, check
 from ..device import Settings
-from ..physics import Design, DesignError
-from . import kept_checks
+from ..durable import read_text, write_atomically
+from ..physics import NOH_BATHE, Design, DesignError
+from ..physics.jit import cache_folder
 
 if TYPE_CHECKING:  # the choices are known without ROS
     from .journal import Journal
@@ -18,7 +27,14 @@ if TYPE_CHECKING:  # the choices are known without ROS
 CHOICES = ('refuse', 'warn', 'skip')
 """What to do about a design that fails: refuse to configure, warn, or skip the check."""
 
-SKIP = 'skip'
+Found = tuple[str, str, str]
+"""A finding: its name, verdict and text."""
+
+MOST = 64
+"""Number of designs cached, the latest ones."""
+
+DEPENDS_ON = ('physics', 'device', 'analysis')
+"""Packages on whose source a check depends."""
 
 
 def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
@@ -33,10 +49,10 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
     Raises:
         DesignError: The design fails, and the mode is 'refuse'.
     """
-    if mode == SKIP:
+    if mode == 'skip':
         return
-    report = findings(design, settings)
-    failed = [f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL)]
+    found = findings(design, settings)
+    failed = [f'{name}: {text}' for name, verdict, text in found if verdict == Verdict.FAIL.value]
     if failed and mode == 'refuse':
         raise DesignError(
             f'the design fails its check ({"; ".join(failed)}). `mlmem design check` shows '
@@ -44,14 +60,47 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
         )
     for text in failed:
         log.error(f'design check: {text}')
-    for finding in report.of(Verdict.WARN):
-        log.warning(f'design check: {finding.name}: {finding.text}')
+    for name, verdict, text in found:
+        if verdict == Verdict.WARN.value:
+            log.warning(f'design check: {name}: {text}')
 
 
 @lru_cache(maxsize=16)  # a node is mostly configured again without changes
-def findings(design: Design, settings: Settings) -> Report:
-    """Return the findings of a check, new or cached; passes may be left out."""
-    if (report := kept_checks.kept(design, settings)) is None:
-        report = check(design, settings)
-        kept_checks.keep(design, settings, report)
-    return report
+def findings(design: Design, settings: Settings) -> list[Found]:
+    """Return the findings that are not a pass, new or from the disk."""
+    path, key = _path(), _key(design, settings)
+    cached = _read(path)
+    if key not in cached:
+        cached[key] = [
+            (each.name, each.verdict.value, each.text)
+            for each in check(design, settings).findings
+            if each.verdict is not Verdict.PASS
+        ]
+        if path is not None:
+            with contextlib.suppress(OSError):
+                write_atomically(path, json.dumps(dict([*cached.items()][-MOST:])))
+    return cached[key]
+
+
+def _path() -> Path | None:
+    folder = cache_folder(NOH_BATHE.advance)
+    return folder / 'design_checks.json' if folder is not None and folder.is_dir() else None
+
+
+def _read(path: Path | None) -> dict[str, list[Found]]:
+    if path is not None:
+        with contextlib.suppress(OSError, ValueError):
+            found: dict[str, list[Found]] = json.loads(read_text(path))
+            return found
+    return {}
+
+
+def _key(design: Design, settings: Settings) -> str:
+    return hashlib.sha256(f'{_source()} {design!r} {settings!r}'.encode()).hexdigest()
+
+
+@cache
+def _source() -> str:
+    package = Path(__file__).parents[1]
+    files = sorted(path for name in DEPENDS_ON for path in package.joinpath(name).rglob('*.py'))
+    return hashlib.sha256(b''.join(path.read_bytes() for path in files)).hexdigest()

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from .. import threads
 from ..device import (
-    Abort,
     Command,
     DriverError,
     Event,
@@ -27,7 +26,6 @@ from ..device import (
     SettingsError,
     describe_level,
     drivers,
-    snapshot,
 )
 from ..device.commands import Procedures
 from ..device.loop import Stamped
@@ -36,16 +34,14 @@ from ..device.progress import Feedback
 from ..device.units import Units
 from ..physics import StateError
 from .design_check import check_design
-from .errors import REFUSALS
 from .journal import Journal, Log
-from .session_plan import SessionPlan
+from .rescue import Rescue, let_go
 from .sessions import Sessions
-from .settings import Parameters
+from .settings import Parameters, SessionPlan
 from .store import Store
 from .worker import Worker
 
 if TYPE_CHECKING:
-    from .recording import Recording
     from .transcript import Transcript
 
 T = TypeVar('T')
@@ -99,18 +95,13 @@ class Host:
         self._root = ''
         self._store: Store | None = None
         self._disk = Worker('mlmem-store', self.journal)
-        self._rescued: dict[str, Any] | None = None
+        self._rescue = Rescue(self.journal)
         self.sessions = Sessions(lambda: self._root, self.journal, now)
 
     @property
     def failure(self) -> Exception | None:
         """Why the device stopped while active, or None."""
         return self.loop.failure if self.loop is not None else None
-
-    @property
-    def recording(self) -> Recording | None:
-        """The session being recorded, or None."""
-        return self.sessions.current
 
     @property
     def transcript(self) -> Transcript | None:
@@ -139,7 +130,7 @@ class Host:
             store.restore(element)
             undo.pop_all()
         self.stopped = ''
-        self._restore_rescued(element)
+        self._rescue.restore(element)
         self.element, self._store = element, store
         return element
 
@@ -221,7 +212,7 @@ class Host:
             self.stopped = f'the device has stopped: {loop.failure}'
             self.journal.error(self.stopped)
             self._end_recording(None)
-            self.journal.error(f'{self._rescue(element)}; configure and activate to go on')
+            self.journal.error(f'{self._save_failed(element)}; configure and activate to go on')
         self.release()
 
     def release(self) -> None:
@@ -277,11 +268,7 @@ class Host:
 
     def cancel(self, command: Command) -> Future[Outcome | None]:
         """Abort the procedure of a command that was handed in; see `Loop.cancel`."""
-        if (loop := self.loop) is None:
-            answer: Future[Outcome | None] = threads.Future()
-            answer.set_result(None)
-            return answer
-        return self._saved(loop, loop.cancel(command))
+        return self._counted(lambda loop: self._saved(loop, loop.cancel(command)))
 
     def feedback(self, command: Command) -> Feedback | None:
         """Return the progress of a command's procedure, if it runs."""
@@ -344,49 +331,23 @@ class Host:
         self.lost += not saved
         return saved
 
-    def _rescue(self, element: MemoryElement) -> str:
+    def _save_failed(self, element: MemoryElement) -> str:
         """Save what can be saved of a failed device; return a message that says what."""
         if not element.simulated:
             if not element.procedure:
                 self._put_away(element)
             return 'its content is in the element'
-        if not self._let_go(element):
+        if not let_go(element, self.journal):
             self.lost += 1
             return 'its content is as last saved'
         if self._put_away(element) and self._store is not None and self._store.path is not None:
             return 'its content is saved'
-        self._rescued = snapshot.take(element)
+        self._rescue.keep(element)
         return 'its content is kept until the next configuration'
 
     def _end_recording(self, element: MemoryElement | None) -> None:
         if not self.sessions.close(element):
             self.lost += 1
-
-    def _let_go(self, element: MemoryElement) -> bool:
-        """Bring the strain to zero after the loop has failed; return whether it got there."""
-        most = 1 + math.ceil(
-            (element.settings.erase.release + element.settings.erase.settle) / element.tick
-        )
-        try:
-            element.apply(Abort('the device has failed'))
-            for _ in range(3 * most):
-                if element.released:
-                    return True
-                element.advance()
-        except Exception as error:
-            if not isinstance(error, REFUSALS):
-                self.journal.exception('releasing', error)
-        return False
-
-    def _restore_rescued(self, element: MemoryElement) -> None:
-        """Give a new device the content of the failed one, if it fits."""
-        rescued, self._rescued = self._rescued, None
-        if rescued is not None:
-            try:
-                snapshot.restore(element, rescued)
-                self.journal.info('the content of the failed device is restored')
-            except StateError:
-                self.journal.warning('the failed device was a different one: the element is blank')
 
 
 def _line(outcome: Outcome) -> str:

@@ -17,7 +17,7 @@ from .. import threads
 from ..device import MemoryElement, Refused
 from ..device.loop import Stamped
 from .journal import Journal
-from .session_plan import SessionPlan
+from .settings import SessionPlan
 from .transcript import Message, Transcript
 
 SEGMENTS = 4
@@ -79,8 +79,7 @@ class LastSeconds(Transcript):
 
     def continued(self, plan: SessionPlan) -> SessionPlan:
         """Return the plan of a session that begins here; `plan` decides only where and how."""
-        every = self.plan.settings.hash_every
-        return replace(self.plan, settings=replace(plan.settings, hash_every=every))
+        return replace(self.plan, settings=plan.settings)
 
     @property
     def kept(self) -> dict[str, float]:

@@ -15,7 +15,7 @@ from ..device import MemoryElement
 from ..device.loop import Stamped
 from ..session import messages
 from .journal import Journal
-from .session_plan import SessionPlan
+from .settings import SessionPlan
 from .transcript import Message, Transcript
 
 

@@ -20,8 +20,7 @@ from ..packages import missing
 from .errors import Overdue
 from .files import confined
 from .journal import Journal
-from .session_plan import SessionPlan
-from .settings import RecordSettings
+from .settings import RecordSettings, SessionPlan
 from .worker import Worker
 
 if TYPE_CHECKING:

@@ -1,12 +1,15 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings of the node besides the device's: publishing and recording."""
+"""Settings of the node besides the device's, and what a session records."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from ..contract.topics import Topic
 from ..described import described
 from ..device import Faults, Settings
 from ..device.settings import Checked
@@ -106,6 +109,23 @@ class RecordSettings(Checked):
         high=3600.0,
     )
     views: bool = described(False, 'record ~/image and ~/markers too: three times the size')
+
+
+@dataclass(frozen=True)
+class SessionPlan:
+    """What a session records.
+
+    Attributes:
+        node: Full name of the node.
+        settings: Where and how.
+        topics: All published and subscribed topics, by full name.
+        parameters: The node's parameters, for the record.
+    """
+
+    node: str
+    settings: RecordSettings
+    topics: Sequence[Topic] = ()
+    parameters: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)

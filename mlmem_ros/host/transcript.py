@@ -13,7 +13,7 @@ from ..device import MemoryElement
 from ..device.loop import Stamped
 from ..session import messages
 from .journal import Journal
-from .session_plan import SessionPlan
+from .settings import SessionPlan
 
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""

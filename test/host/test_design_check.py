@@ -5,7 +5,7 @@
 from mlmem_ros.analysis.checks import Finding, Report, Verdict
 from mlmem_ros.device import Settings
 from mlmem_ros.device.settings import ScaleSettings
-from mlmem_ros.host import design_check, kept_checks
+from mlmem_ros.host import design_check
 from mlmem_ros.host.design_check import check_design
 from mlmem_ros.physics import CASE_I, CASE_II
 
@@ -19,7 +19,7 @@ def test_a_design_that_is_configured_again_is_not_checked_again(monkeypatch, jou
         return Report((found,))
 
     monkeypatch.setattr(design_check, 'check', check)
-    monkeypatch.setattr(kept_checks, '_path', lambda: None)
+    monkeypatch.setattr(design_check, '_path', lambda: None)
     one, other = (Settings(scale=ScaleSettings(time=time)) for time in (0.123, 0.124))
     for settings in (one, one, other, one):
         check_design(CASE_II, settings, 'refuse', journal)
@@ -28,21 +28,30 @@ def test_a_design_that_is_configured_again_is_not_checked_again(monkeypatch, jou
 
 
 def test_what_was_found_is_kept_for_the_next_process(monkeypatch, tmp_path):
-    """Until a file that it rests on has changed; a file of checks that is damaged is none."""
+    """Until a file that it depends on has changed; a damaged file of checks is ignored."""
     path = tmp_path / 'checks.json'
-    monkeypatch.setattr(kept_checks, '_path', lambda: path)
-    passed, warned = (
-        Finding(name, {'x': 1.0}, '', verdict, 'text', 'page 3')
-        for name, verdict in (('mass', Verdict.PASS), ('carrier', Verdict.WARN))
-    )
-    settings = Settings()
-    kept_checks.keep(CASE_II, settings, Report((passed, warned)))
-    (found,) = kept_checks.kept(CASE_II, settings).findings
-    assert (found.name, found.verdict, found.text) == ('carrier', Verdict.WARN, 'text')
-    assert kept_checks.kept(CASE_I, settings) is None
-    monkeypatch.setattr(kept_checks, '_source', lambda: 'changed')
-    assert kept_checks.kept(CASE_II, settings) is None
-    monkeypatch.undo()
-    monkeypatch.setattr(kept_checks, '_path', lambda: path)
+    checked = []
+
+    def check(design, settings):
+        checked.append(design)
+        verdicts = {'mass': Verdict.PASS, 'carrier': Verdict.WARN}
+        found = (Finding(name, {}, '', verdicts[name], 'text', '') for name in verdicts)
+        return Report(tuple(found))
+
+    def asked_anew(design):
+        design_check.findings.cache_clear()
+        before = len(checked)
+        ((name, verdict, text),) = design_check.findings(design, Settings())
+        assert (name, verdict, text) == ('carrier', 'warn', 'text')
+        return len(checked) > before
+
+    monkeypatch.setattr(design_check, 'check', check)
+    monkeypatch.setattr(design_check, '_path', lambda: path)
+    assert [asked_anew(design) for design in (CASE_II, CASE_II, CASE_I)] == [True, False, True]
+    with monkeypatch.context() as changed:
+        changed.setattr(design_check, '_source', lambda: 'changed')
+        assert asked_anew(CASE_II)
+    assert not asked_anew(CASE_II)
     path.write_text('{')
-    assert kept_checks.kept(CASE_II, settings) is None
+    assert asked_anew(CASE_II)
+    design_check.findings.cache_clear()

@@ -145,8 +145,8 @@ def session(**changes):
     ],
 )
 def test_the_gravest_of_a_recording_is_told(recording, level, text):
-    sessions = SimpleNamespace(state=State.IDLE, last=None)
-    health = diagnostics.recorder(SimpleNamespace(recording=recording, sessions=sessions))
+    sessions = SimpleNamespace(state=State.IDLE, current=recording, last=None)
+    health = diagnostics.recorder(SimpleNamespace(sessions=sessions))
     assert (health.level, health.text[: len(text)]) == (level, text)
 
 

@@ -220,7 +220,7 @@ class Pace:
 
 def recorder(host: Host) -> Health:
     """Warn of a session with gaps or at its greatest size; one that failed is an error."""
-    recording = host.recording
+    recording = host.sessions.current
     if recording is None:
         last = host.sessions.last
         return Health(OK, host.sessions.state.value, last.kept if last is not None else {})
