@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .problem import STEP, Problem, Runner, constants
+from .problem import COEFFICIENTS, Problem, Runner
 
 FLAGS = ('-O3', '-march=native', '-ffast-math', '-fPIC')
 WIDEST = '-mprefer-vector-width=512'
@@ -58,13 +58,15 @@ def c_runner(problem: Problem, *more_flags: str) -> Runner:
     vector = np.ctypeslib.ndpointer(np.float64, flags='C')
     function.argtypes = [ctypes.c_long] * 2 + [vector] * 9 + [ctypes.c_double] * 4 + [vector]
     function.restype = None
-    design, arrays, k = problem.design, problem.arrays(), constants(STEP)
+    design, n = problem.design, problem.design.N
+    u = np.pad(problem.start, 1)  # u and u_p have a ghost cell at either end
+    state = u, np.zeros(n), problem.force(problem.start), np.zeros(n + 2), np.zeros(n), np.zeros(n)
     shape = np.array(design.strain_shape)
 
     def advance(steps: int) -> None:
         function(
-            steps, design.N, *arrays, problem.height, shape, np.zeros(2 * steps),
-            design.eta, design.a, design.b, design.c, k,
+            steps, n, *state, problem.height, shape, np.zeros(2 * steps),
+            design.eta, design.a, design.b, design.c, COEFFICIENTS,
         )  # fmt: skip
 
-    return Runner(advance, lambda: arrays.u[1:-1])
+    return Runner(advance, lambda: u[1:-1])

@@ -2,19 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node at its defaults: share of a core, tick lateness, read latency, start, memory.
 
-Reads go through the service, from another process. The time of a read beyond the ticks that the
-material needs is the latency of transport, command and loop; a request that is refused at once
-shows the transport alone.
+Requests come from another process. The time of a read beyond the ticks that the material needs is
+the latency of client, transport, command and loop; a request that is refused at once shows client
+and transport alone.
 """
 
 from __future__ import annotations
 
+import os
+import random
 import statistics
 import tempfile
+from functools import partial
 
 from .comparison import Comparison
 from .measure import Entry
-from .node_process import NodeProcess, Robot
+from .node_process import NodeProcess, beyond, listen, write
 from .open_page import open_page
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
@@ -81,7 +84,10 @@ def run(repeats: int, minutes: float = 0.0) -> list[Comparison]:
 
 
 def _short_runs(repeats: int) -> list[dict[str, float]]:
-    robot = Robot()
+    from ..ros.client.standalone import standalone
+
+    os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     found = []
     with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
         found.append({'cold': cold.ready})
@@ -89,21 +95,23 @@ def _short_runs(repeats: int) -> list[dict[str, float]]:
         with NodeProcess() as node:
             node.watch(SETTLED)
             seen = {'ready': node.ready, **node.watch(SECONDS)}
-            seen['heard'] = robot.listen(node, SECONDS)['share']
-            shaken = robot.listen(node, SECONDS, shaken=True)
+            seen['heard'] = listen(node, SECONDS, shaken=False)['share']
+            shaken = listen(node, SECONDS, shaken=True)
             seen |= {'shaken': shaken['share'], 'lost': shaken['overruns']}
-            seen['writing'] = robot.write(node, SECONDS)['share']
+            with standalone() as memory:
+                memory.ready().wait()
+                seen['writing'] = node.watch(SECONDS, partial(write, memory))['share']
+                read = partial(memory.request, 'read')
+                for key, ask in (('transport', memory.step), ('latency', read)):
+                    seen[key] = statistics.median(beyond(ask) for _ in range(READS))
             with open_page('mlmem'):
                 node.watch(SETTLED)
                 page = node.watch(SECONDS)
             seen |= {'seen': page['share'], 'seen_p50': page['p50'], 'seen_p99': page['p99']}
-            for key, service in (('transport', 'step'), ('latency', 'read')):
-                seen[key] = statistics.median(robot.beyond(service) for _ in range(READS))
         with NodeProcess(BANK) as bank:
             bank.watch(SETTLED)
             four = bank.watch(SECONDS)
         found.append({**seen, 'bank': four['share'], 'bank_memory': four['memory']})
-    robot.close()
     return found
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node under test in its own process, and its client in this one."""
+"""The node under test in its own process, and a robot that uses it in this one."""
 
 from __future__ import annotations
 
@@ -10,23 +10,28 @@ import random
 import subprocess
 import sys
 import time
-from typing import Any
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..ros.client.client import MemoryClient
 
 TICK = 2.0
 """Milliseconds of a tick at the defaults."""
 
 IMU_RATE = 200.0
-"""Messages a second of a base that shakes."""
+"""Messages per second from a base that shakes."""
 
 SHAKE = 0.01
 """Its acceleration in m/s^2."""
 
 
 class NodeProcess:
-    """A `node_probe` that runs within a `with`, of one node or several.
+    """A `node_probe` of one node or several, for the duration of a `with`.
 
     Attributes:
-        ready: Seconds it took from the start of its process.
+        ready: Seconds from the start of the process until it was ready.
     """
 
     def __init__(self, number: int = 1, **environment: str) -> None:
@@ -36,7 +41,7 @@ class NodeProcess:
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
             stderr=subprocess.DEVNULL, env=os.environ | environment,
         )  # fmt: skip
-        self.ready: float = self.told()['ready']
+        self.ready: float = self._report()['ready']
 
     def __enter__(self) -> NodeProcess:
         return self
@@ -44,14 +49,22 @@ class NodeProcess:
     def __exit__(self, *_: object) -> None:
         self._process.__exit__(None, None, None)  # closes its input, and waits for its end
 
-    def ask(self, seconds: float) -> None:
-        """Make it watch itself; `told` returns the result."""
+    def watch(
+        self, seconds: float, meanwhile: Callable[[float], object] = lambda seconds: None
+    ) -> dict[str, float]:
+        """Let it watch itself for some seconds, and return what it measured.
+
+        Args:
+            seconds: How long.
+            meanwhile: Called with this time; what the robot does to the node.
+        """
         assert self._process.stdin is not None
         self._process.stdin.write(f'{seconds}\n')
         self._process.stdin.flush()
+        meanwhile(seconds)
+        return self._report()
 
-    def told(self) -> dict[str, float]:
-        """Wait for its report."""
+    def _report(self) -> dict[str, float]:
         assert self._process.stdout is not None
         while line := self._process.stdout.readline():
             if line.startswith('{'):
@@ -59,99 +72,58 @@ class NodeProcess:
                 return values
         raise RuntimeError('the node ended before it reported anything')
 
-    def watch(self, seconds: float) -> dict[str, float]:
-        """Make it watch itself, and return the result."""
-        self.ask(seconds)
-        return self.told()
+
+def beyond(ask: Callable[[], Any]) -> float:
+    """Make a request; return the milliseconds it took beyond the ticks of its physics.
+
+    Args:
+        ask: Sends it and returns its `Reply`. One that the node refuses takes no ticks.
+    """
+    from ..contract.errors import RequestRefused
+
+    time.sleep(random.uniform(0.02, 0.06))  # at a random time within a tick
+    ticks, begun = 0.0, time.monotonic()
+    with suppress(RequestRefused):
+        ticks = ask().wait().details['ticks']
+    return 1e3 * (time.monotonic() - begun) - TICK * ticks
 
 
-class Robot:
-    """The reader and subscriber, in this process, on its own ROS graph."""
+def write(memory: MemoryClient, seconds: float) -> None:
+    """Write one level after another for some seconds."""
+    end, level = time.monotonic() + seconds, 0
+    while time.monotonic() < end:
+        level = (level + 3) % 8
+        memory.request('write', level=level).wait()
 
-    def __init__(self) -> None:
-        os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-        import rclpy
-        from rcl_interfaces.srv import SetParametersAtomically
-        from sensor_msgs.msg import Imu
-        from std_srvs.srv import Trigger
 
-        from ..ros.events import events_executor
+def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
+    """Subscribe to a node's streams, and return what it measures meanwhile.
 
-        rclpy.init()
-        self._node = rclpy.create_node('robot', start_parameter_services=False)
-        self._executor = events_executor()
-        self._executor.add_node(self._node)
-        self._request = Trigger.Request
-        self._clients = {
-            name: self._node.create_client(Trigger, f'/mlmem/{name}') for name in ('read', 'step')
-        }
-        self._request_client = self._node.create_client(SetParametersAtomically, '/mlmem/request')
-        self._base = self._node.create_publisher(Imu, '/mlmem/disturbance', 10)
+    Args:
+        node: The node.
+        seconds: How long.
+        shaken: Whether an IMU shakes the element.
+    """
+    from rclpy.qos import qos_profile_sensor_data
+    from sensor_msgs.msg import Imu, JointState
+    from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
-    def close(self) -> None:
-        """Leave the graph."""
-        import rclpy
+    from ..ros.client.standalone import standalone
 
-        rclpy.shutdown()
+    streams = {'joint_states': JointState, 'field': Float32MultiArray, 'wall': Float64MultiArray}
+    with standalone() as memory:
+        robot = memory.node
+        for name, kind in streams.items():
+            topic = f'{memory.name}/{name}'
+            robot.create_subscription(kind, topic, lambda _: None, qos_profile_sensor_data)
+        base = robot.create_publisher(Imu, f'{memory.name}/disturbance', 10)
 
-    def beyond(self, service: str) -> float:
-        """Call a service; return the milliseconds it took beyond the ticks of its physics."""
-        client = self._clients[service]
-        assert client.wait_for_service(10.0)
-        time.sleep(random.uniform(0.02, 0.06))  # at a random time within a tick
-        begun = time.monotonic()
-        future = client.call_async(self._request())
-        self._executor.spin_until_future_complete(future, timeout_sec=20.0)
-        taken = 1e3 * (time.monotonic() - begun)
-        return taken - TICK * float(json.loads(future.result().message).get('ticks', 0))
+        def shake() -> None:
+            message = Imu()
+            message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
+            base.publish(message)
 
-    def write(self, node: NodeProcess, seconds: float) -> dict[str, float]:
-        """Write one level after another while a node watches itself; return its result."""
-        from ..contract.requests import message_of
-
-        assert self._request_client.wait_for_service(10.0)
-        node.ask(seconds)
-        end, level = time.monotonic() + seconds, 0
-        while time.monotonic() < end:
-            level = (level + 3) % 8
-            future = self._request_client.call_async(message_of('write', level=level))
-            self._executor.spin_until_future_complete(future, timeout_sec=20.0)
-        return node.told()
-
-    def listen(self, node: NodeProcess, seconds: float, shaken: bool = False) -> dict[str, float]:
-        """Subscribe to the streams, with a shaking base or not, while a node watches itself."""
-        from rclpy.qos import qos_profile_sensor_data
-        from sensor_msgs.msg import JointState
-        from std_msgs.msg import Float32MultiArray, Float64MultiArray
-
-        streams: dict[str, type[Any]] = {
-            'joint_states': JointState, 'field': Float32MultiArray, 'wall': Float64MultiArray,
-        }  # fmt: skip
-        subscriptions = [
-            self._node.create_subscription(
-                kind, f'/mlmem/{name}', lambda _: None, qos_profile_sensor_data
-            )
-            for name, kind in streams.items()
-        ]
-        self._turn(1.0)  # the node discovers them
-        node.ask(seconds)
-        shaking = self._node.create_timer(1.0 / IMU_RATE, self._shake) if shaken else None
-        self._turn(seconds)
-        if shaking is not None:
-            self._node.destroy_timer(shaking)
-        for subscription in subscriptions:
-            self._node.destroy_subscription(subscription)
-        return node.told()
-
-    def _shake(self) -> None:
-        from sensor_msgs.msg import Imu
-
-        message = Imu()
-        message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
-        self._base.publish(message)
-
-    def _turn(self, seconds: float) -> None:
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=left)
+        time.sleep(1.0)  # the node discovers them
+        if shaken:
+            robot.create_timer(1.0 / IMU_RATE, shake)
+        return node.watch(seconds, time.sleep)

@@ -10,59 +10,32 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
+from ..physics.jit import kernel
 from ..physics.potential import Array, on_site
 from .problem import Problem
-
-Solve = Callable[[float], Array]
-"""From a setting to the displacements at the end, shape (N,)."""
 
 TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
 
 RightHandSide = Callable[[float, Array], Array]
 
 
-class Missing(Exception):
-    """A peer is not installed, or cannot express the problem; the message says which."""
-
-
-@dataclass(frozen=True)
-class Peer:
+class Peer(NamedTuple):
     """A solver that is ready.
 
     Attributes:
         ladder: Settings, cheapest first.
-        solve: From a setting to the end.
+        solve: From a setting to the displacements at the end, shape (N,).
     """
 
     ladder: Sequence[float]
-    solve: Solve
+    solve: Callable[[float], Array]
 
 
-Maker = Callable[[Problem, float], Peer]
-
-
-def _needs(package: str) -> Callable[[Maker], Maker]:
-    """Turn a missing package into `Missing`."""
-
-    def decorate(maker: Maker) -> Maker:
-        def made(problem: Problem, duration: float) -> Peer:
-            try:
-                return maker(problem, duration)
-            except ModuleNotFoundError as error:
-                raise Missing(f'{error.name} is missing; pip install {package}') from error
-
-        return made
-
-    return decorate
-
-
-@numba.njit(error_model='numpy')
+@kernel
 def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
     """Return d(u, v)/dt: a compiled loop, which a Python solver calls."""
     n = len(height)
@@ -83,37 +56,29 @@ def _compiled(problem: Problem) -> RightHandSide:
 
 
 def _numpy(problem: Problem) -> RightHandSide:
-    """Return the same written in plain NumPy."""
-    height = problem.height
+    """Return the same in plain NumPy."""
 
     def rhs(t: float, y: Array) -> Array:
         x, velocity = np.split(y, 2)
-        force = -problem.on_site(x, height, np.sin) - problem.design.eta * velocity
-        stretch = np.diff(x)
-        force[:-1] += stretch
-        force[1:] -= stretch
-        return np.concatenate((velocity, force))
+        return np.concatenate((velocity, problem.force(x) - problem.design.eta * velocity))
 
     return rhs
 
 
-def _scipy(
-    method: str, right: Callable[[Problem], RightHandSide], problem: Problem, duration: float
-) -> Peer:
+def _dop853(right: Callable[[Problem], RightHandSide], problem: Problem, duration: float) -> Peer:
     from scipy.integrate import solve_ivp
 
     p, rhs = problem.design, right(problem)
     start = np.concatenate((problem.start, np.zeros(p.N)))
 
     def solve(tolerance: float) -> Array:
-        options: dict[str, Any] = {'method': method, 'rtol': tolerance, 'atol': tolerance}
+        options: dict[str, Any] = {'method': 'DOP853', 'rtol': tolerance, 'atol': tolerance}
         solution = solve_ivp(rhs, (0.0, duration), start, t_eval=[duration], **options)
         return np.asarray(solution.y[: p.N, -1])
 
     return Peer(TOLERANCES, solve)
 
 
-@_needs('heyoka')
 def _heyoka(problem: Problem, duration: float) -> Peer:
     """Taylor's method, compiled for every tolerance."""
     import heyoka as hy
@@ -142,45 +107,39 @@ def _heyoka(problem: Problem, duration: float) -> Peer:
     return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
 
 
-def _diffrax(method: str) -> Maker:
-    @_needs('diffrax')
-    def maker(problem: Problem, duration: float) -> Peer:
-        import diffrax
-        import jax
-        import jax.numpy as jnp
+def _diffrax(problem: Problem, duration: float) -> Peer:
+    import diffrax
+    import jax
+    import jax.numpy as jnp
 
-        jax.config.update('jax_enable_x64', True)
-        p, height = problem.design, jnp.asarray(problem.height)
+    jax.config.update('jax_enable_x64', True)
+    p, height = problem.design, jnp.asarray(problem.height)
 
-        def rhs(t: Any, y: Any, _: Any) -> Any:
-            x, velocity = y
-            force = problem.on_site(x, height, jnp.sin)
-            around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
-            return velocity, around - 2.0 * x - force - p.eta * velocity
+    def rhs(t: Any, y: Any, _: Any) -> Any:
+        x, velocity = y
+        force = problem.on_site(x, height, jnp.sin)
+        around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
+        return velocity, around - 2.0 * x - force - p.eta * velocity
 
-        term, solver = diffrax.ODETerm(rhs), getattr(diffrax, method)()
-        start = jnp.asarray(problem.start), jnp.zeros(p.N)
+    term, start = diffrax.ODETerm(rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
 
-        def end(y: Any, tolerance: Any) -> Any:
-            controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
-            solution = diffrax.diffeqsolve(
-                term, solver, 0.0, duration, None, y, stepsize_controller=controller,
-                max_steps=None, adjoint=diffrax.ForwardMode(),
-            )  # fmt: skip
-            return solution.ys[0][-1]
+    def end(y: Any, tolerance: Any) -> Any:
+        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        solution = diffrax.diffeqsolve(
+            term, diffrax.Dopri8(), 0.0, duration, None, y, stepsize_controller=controller,
+            max_steps=None, adjoint=diffrax.ForwardMode(),
+        )  # fmt: skip
+        return solution.ys[0][-1]
 
-        compiled = jax.jit(end)
-        return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
-
-    return maker
+    compiled = jax.jit(end)
+    return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
 
 
-@_needs('mujoco')
 def _mujoco(problem: Problem, duration: float) -> Peer:
     """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
 
-    MuJoCo has no such potential, so it is evaluated by our compiled loop before each step, which
-    the symplectic Euler method of the simulator allows.
+    MuJoCo has no such potential, so our compiled loop evaluates it before each step, which the
+    simulator's symplectic Euler method allows.
     """
     import mujoco
 
@@ -216,19 +175,21 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
     return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
 
 
-@numba.njit(error_model='numpy')
+@kernel
 def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
     for j in range(len(u)):
         slope, sine = on_site(height[j], u[j] + c, a, b)
         out[j] = -slope * sine
 
 
-PEERS: dict[str, Maker] = {
-    'SciPy DOP853': _needs('scipy')(functools.partial(_scipy, 'DOP853', _compiled)),
-    'SciPy DOP853, NumPy': _needs('scipy')(functools.partial(_scipy, 'DOP853', _numpy)),
-    'SciPy LSODA': _needs('scipy')(functools.partial(_scipy, 'LSODA', _compiled)),
+PEERS: dict[str, Callable[[Problem, float], Peer]] = {
+    'SciPy DOP853': functools.partial(_dop853, _compiled),
+    'SciPy DOP853, NumPy': functools.partial(_dop853, _numpy),
     'heyoka': _heyoka,
-    'diffrax Tsit5': _diffrax('Tsit5'),
-    'diffrax Dopri8': _diffrax('Dopri8'),
+    'diffrax Dopri8': _diffrax,
     'MuJoCo': _mujoco,
 }
+"""What makes each ready, from the problem and its duration.
+
+They raise `ModuleNotFoundError` where the package is not installed.
+"""

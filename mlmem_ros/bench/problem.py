@@ -1,11 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The problem of the kernel comparisons: a wall at rest and a wave packet that runs into it."""
+"""The problem of the comparisons: a wall at rest and a wave packet that runs into it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,19 +19,8 @@ from ..physics.potential import Array
 STEP = 0.25
 """The step of the comparisons: the device's default."""
 
-
-class Arrays(NamedTuple):
-    """State and work space, in the order the plain kernels take them.
-
-    u and u_p have a ghost cell at either end.
-    """
-
-    u: Array
-    v: Array
-    A: Array
-    u_p: Array
-    v_p: Array
-    A_p: Array
+COEFFICIENTS = np.array(coefficients(STEP))
+"""a0 ... a7 of Noh and Bathe's method."""
 
 
 class Runner(NamedTuple):
@@ -71,18 +61,18 @@ class Problem:
         square = z * z
         return height * sin(z * (p.a + p.b * square)) * (p.a + 3.0 * p.b * square)
 
-    @property
+    def force(self, x: Array) -> Array:
+        """Return the forces at displacements x, shape (N,), without damping, in plain NumPy."""
+        force = -self.on_site(x, self.height, np.sin)
+        stretch = np.diff(x)
+        force[:-1] += stretch
+        force[1:] -= stretch
+        return np.asarray(force)
+
+    @cached_property
     def height(self) -> Array:
         """alpha_j d, shape (N,)."""
         return self.design.alpha * self.design.d
-
-    def arrays(self) -> Arrays:
-        """Return a state at rest with the accelerations of `start`, as `chain` has it."""
-        n = self.design.N
-        chain = self.chain()
-        u = np.concatenate(([0.0], self.start, [0.0]))
-        acceleration = chain.state()[2].copy()
-        return Arrays(u, np.zeros(n), acceleration, np.zeros(n + 2), np.zeros(n), np.zeros(n))
 
     def chain(
         self,
@@ -94,8 +84,3 @@ class Problem:
         chain = Chain(replace(self.design, substrate=substrate), dt, integrator)
         chain.place(self.start)
         return chain
-
-
-def constants(dt: float = STEP) -> Array:
-    """Return a0 ... a7 of Noh and Bathe's method."""
-    return np.array(coefficients(dt))

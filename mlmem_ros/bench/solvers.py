@@ -2,15 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Our integrators compared with general solvers, at equal error on the same problem.
 
-Every solver is given a ladder of settings (tolerance or step) and takes part with the cheapest
-one whose greatest error of a displacement, against DOP853 at a tolerance of 1e-13, is at most
-the target. Two targets: the error of our default step, and a hundredth of it.
+Every solver has a ladder of settings (tolerances or steps) and competes with the cheapest one
+whose greatest error of a displacement, against DOP853 at a tolerance of 1e-13, is at most the
+target. There are two targets: the error of our default step, and a hundredth of it.
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..physics import NOH_BATHE, PEFRL, Chain, Integrator
 from ..physics.potential import Array
 from .comparison import Comparison
 from .measure import Contender, measure
-from .peers import PEERS, Missing, Solve
+from .peers import PEERS, Peer
 from .problem import STEP, Problem
 from .verlet import verlet
 
@@ -41,58 +41,65 @@ def run(repeats: int) -> list[Comparison]:
     """Measure at the error of our default step and at a hundredth of it."""
     problem = Problem.of_size(225)
     reference = PEERS['SciPy DOP853'](problem, DURATION).solve(1e-13)
-    ladders: dict[str, tuple[Sequence[float], Solve]] = {
-        OURS: (LADDER, _ours(problem, NOH_BATHE)),
-        'ours, PEFRL': (LONGER, _ours(problem, PEFRL)),
-        'velocity Verlet': (LADDER, verlet(problem, DURATION)),
-    }
-    skipped = {'numbalsoda': 'has no wheel; its source needs a Fortran compiler'}
-    for name, peer in PEERS.items():
-        try:
-            made = peer(problem, DURATION)
-        except Missing as error:
-            skipped[name] = str(error)
-        else:
-            ladders[name] = made.ladder, made.solve
+    peers, skipped = entrants(problem)
     errors = {
-        name: [_error(solve(setting), reference) for setting in settings]
-        for name, (settings, solve) in ladders.items()
+        name: [_error(peer.solve(setting), reference) for setting in peer.ladder]
+        for name, peer in peers.items()
     }
     default = errors[OURS][0]
     return [
-        _at(target, label, ladders, errors, skipped, repeats)
+        _at(target, label, peers, errors, skipped, repeats)
         for target, label in ((default, 'default'), (0.01 * default, 'hundredth'))
     ]
+
+
+def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
+    """Return all solvers by name, ours first, and why others do not take part."""
+    peers = {
+        OURS: Peer(LADDER, _ours(problem, NOH_BATHE)),
+        'ours, PEFRL': Peer(LONGER, _ours(problem, PEFRL)),
+        'velocity Verlet': Peer(LADDER, verlet(problem, DURATION)),
+    }
+    skipped = {}
+    for name, make in PEERS.items():
+        try:
+            peers[name] = make(problem, DURATION)
+        except ModuleNotFoundError as error:
+            skipped[name] = f'{error.name} is not installed: pip install mlmem_ros[bench]'
+    return peers, skipped
 
 
 def _at(
     target: float,
     label: str,
-    ladders: dict[str, tuple[Sequence[float], Solve]],
+    peers: dict[str, Peer],
     errors: dict[str, list[float]],
     skipped: dict[str, str],
     repeats: int,
 ) -> Comparison:
     contenders, skipped = [], dict(skipped)
-    for name, (settings, solve) in ladders.items():
-        good = [i for i, error in enumerate(errors[name]) if error <= 1.001 * target]
+    for name, peer in peers.items():
+        good = [each for each in zip(peer.ladder, errors[name], strict=True)
+                if each[1] <= 1.001 * target]  # fmt: skip
         if not good:
-            skipped[name] = f'reached {min(errors[name]):.1e} only'
+            skipped[name] = f'reached only {min(errors[name]):.1e}'
             continue
-        setting = settings[good[0]]  # ladders begin with the cheapest
-        values = {'setting': setting, 'error': errors[name][good[0]]}
-        contenders.append(Contender(name, functools.partial(solve, setting), 1.0, values=values))
+        setting, error = good[0]  # ladders begin with the cheapest
+        values = {'setting': setting, 'error': error}
+        contenders.append(
+            Contender(name, functools.partial(peer.solve, setting), 1.0, None, values)
+        )
     return Comparison(
         f'solvers_{label}',
         f'{DURATION:g} time units of a wall and a packet, N = 225, error at most {target:.1e}',
         'ms',
-        __doc__.split('\n\n')[1].replace('\n', ' ') if __doc__ else '',
+        'each solver at its cheapest setting within the error, against DOP853 at 1e-13',
         measure(contenders, repeats, scale=1e3),
         skipped,
     )
 
 
-def _ours(problem: Problem, integrator: Integrator) -> Solve:
+def _ours(problem: Problem, integrator: Integrator) -> Callable[[float], Array]:
     @functools.cache
     def chain(steps: int) -> Chain:
         return problem.chain(dt=DURATION / steps, integrator=integrator)

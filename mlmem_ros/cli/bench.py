@@ -3,7 +3,7 @@
 """`mlmem bench`: our speed compared with others, measured here and now.
 
 All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
-numbers do not. Peers that are not installed are skipped with a note.
+numbers do not. Peers that are not installed are named and skipped.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @command(
-    'measure kernel, ensembles and recorder against their peers',
+    'measure kernel, ensembles, recorder and node, beside their peers',
     option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
     option('--list', action='store_true', help='list the benchmarks'),
     option('--repeats', type=int, default=7, help='rounds per comparison'),
@@ -64,20 +64,15 @@ def bench(arguments: argparse.Namespace) -> int:
             comparisons = benchmark.run(arguments.repeats, **options)
         for comparison in comparisons:
             console.print(comparison.table())
-            files = ', '.join(str(file) for file in keep(comparison, arguments.output))
-            console.print(f'{files}\n', highlight=False)
+            console.print(f'{keep(comparison, arguments.output)}\n', highlight=False)
             results.append(comparison.as_dict())
     if arguments.json:
         print_json({'comparisons': results})
     return 0
 
 
-def keep(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write the numbers and the picture; return the files, no picture without matplotlib."""
+def keep(comparison: Comparison, folder: Path) -> Path:
+    """Write a comparison with every sample as JSON, and return the file."""
     file = folder / f'{comparison.name}.json'
     file.write_text(json.dumps(comparison.as_dict(), indent=1) + '\n', encoding='utf-8')
-    try:
-        from ..bench.plot import draw
-    except ModuleNotFoundError:
-        return [file]
-    return [file, draw(comparison, folder / f'{comparison.name}.png')]
+    return file
