@@ -8,7 +8,7 @@ import numpy as np
 
 from ..clipped import clipped
 from ..physics.potential import Array
-from .commands import FollowTrajectory
+from .commands import FollowTrajectory, is_number
 from .errors import Refused
 from .motion import Motion, Ramp, shaped
 from .settings import ActuatorSettings
@@ -47,14 +47,13 @@ class Actuator:
 
     @property
     def left(self) -> float:
-        """Time until it stands still; at most 0 if it does."""
+        """Time until the move ends; at most 0 if it has ended."""
         return self.motion.duration - self.elapsed
 
     def check(self, strain: float) -> None:
         """Raise `Refused` for a strain that is not finite or beyond the limit."""
         limit = self.settings.max_strain
-        number = isinstance(strain, (int, float)) and not isinstance(strain, bool)
-        if not (number and abs(strain) <= limit):  # false for NaN, too
+        if not is_number(strain, limit):
             raise Refused(
                 f'strain must be a finite number from {-limit:g} to {limit:g} '
                 f'(actuator.max_strain); got {clipped(strain)}'
@@ -66,18 +65,18 @@ class Actuator:
         self._begin(Ramp(strain, strain, 0.0))
 
     def slew_to(self, strain: float) -> None:
-        """Move by hand: as fast as its own rate limit lets a smooth ramp; see `ramp_to`."""
-        self.check(strain)  # an abrupt start or stop was seen to move the wall
+        """Move by hand, with a smooth ramp at the rate limit for that; see `ramp_to`."""
+        self.check(strain)  # smooth, since an abrupt start or stop was seen to move the wall
         self._begin(Ramp.limited(self.strain, strain, 0.0, self.settings.by_hand))
 
     def ramp_to(self, strain: float, duration: float, delay: float = 0.0) -> None:
         """Move to a strain smoothly in a given time, or longer if the rate limit requires it.
 
         Args:
-            strain: Where to.
+            strain: The target.
             duration: In time units.
-            delay: If not 0, the move is made in two half steps this far apart (see `shaped`), if
-                it takes long enough.
+            delay: If not 0, and less than the duration, time between the two half steps in which
+                the move is made (see `shaped`).
 
         Raises:
             Refused: The strain is not finite or beyond the limit.
@@ -107,14 +106,14 @@ class Actuator:
         """Return the strain during ticks, and advance past them.
 
         Args:
-            times: In a tick from its beginning, the last being its end, shape (m,).
-            ticks: How many.
+            times: Times since the beginning of a tick, the last one being its end, shape (m,).
+            ticks: Number of ticks.
 
         Returns:
-            Shape (ticks m,): that of every tick alone, to the bit.
+            Shape (ticks m,); the same bits as tick by tick.
         """
-        limit = self.settings.max_strain  # a cubic that just reaches it may round beyond
-        starts = np.cumsum([self.elapsed, *[times[-1]] * ticks])  # one by one, as the clock goes
+        limit = self.settings.max_strain  # a cubic that just reaches it may exceed it by rounding
+        starts = np.cumsum([self.elapsed, *[times[-1]] * ticks])  # one by one, like the clock
         if self.moving:
             t = (starts[:-1, None] + times).ravel()
             strain = np.clip(self.motion.strain(t), -limit, limit)

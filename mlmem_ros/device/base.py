@@ -11,6 +11,7 @@ import numpy as np
 
 from ..clipped import clipped
 from ..physics.potential import Array
+from .commands import is_number
 from .errors import Refused
 from .settings import DisturbanceSettings
 
@@ -31,24 +32,23 @@ class BaseState:
 
 
 class Base:
-    """Turns occasional messages of acceleration into a course without jumps.
+    """Turns occasional acceleration messages into a continuous acceleration.
 
     The acceleration ramps linearly to a message's value by the end of the following tick, and
-    holds until the next. Without messages for the time-out the base is at rest one tick later: a
-    dead sensor shakes nothing.
+    holds until the next message. Once no message has come for the time-out, the base comes to rest
+    within one tick: a dead sensor shakes nothing.
 
     Attributes:
         state: Its state.
     """
 
     def __init__(self, settings: DisturbanceSettings, tick: float, most: float = math.inf) -> None:
-        """Stand still.
+        """Start at rest.
 
         Args:
             settings: Limit and time-out.
             tick: Length of a tick in time units.
-            most: Acceleration from which on no cell stays in place: all would slide, faster and
-                faster.
+            most: Acceleration beyond which no cell stays in place.
         """
         self.state = BaseState()
         self._settings = settings
@@ -61,8 +61,7 @@ class Base:
         whose = 'disturbance.max_acceleration'
         if limit < self._settings.max_acceleration:
             whose = 'beyond it no cell of this design stays in place'
-        number = isinstance(acceleration, (int, float)) and not isinstance(acceleration, bool)
-        if not (number and abs(acceleration) <= limit):  # false for NaN, too
+        if not is_number(acceleration, limit):
             raise Refused(
                 f'acceleration must be a finite number from {-limit:g} to {limit:g} lattice '
                 f'constants per time unit squared ({whose}); got {clipped(acceleration)}'
@@ -70,7 +69,7 @@ class Base:
 
     @property
     def still(self) -> bool:
-        """Whether it is at rest and will stay so."""
+        """Whether it is at rest, and stays so without a message."""
         return self.state.acceleration == self.state.target == 0.0
 
     @property
@@ -80,7 +79,7 @@ class Base:
         return strongest > self._settings.harmless
 
     def disturb(self, acceleration: float) -> None:
-        """Take a message.
+        """Take an acceleration message.
 
         Raises:
             Refused: The acceleration is not finite or beyond the limit.
@@ -92,8 +91,8 @@ class Base:
         """Return the acceleration during ticks, or None for a base at rest.
 
         Args:
-            progress: The end of every sub-step as a share of the tick, shape (m,).
-            ticks: How many.
+            progress: The end of every sub-step as a fraction of the tick, shape (m,).
+            ticks: Number of ticks.
 
         Returns:
             Shape (ticks m,).

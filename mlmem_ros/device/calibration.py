@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an element has learnt about itself: the echo delay of every level, and its trims."""
+"""What an element has learnt: the echo delay of every level, and its trims."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ class DelayTable:
             without: An excluded entry: a level, or -1 for the blank entry.
 
         Returns:
-            The level, or -1 for the blank entry; and the level margin: 1 on the entry, 0
-            half-way to a neighbour, negative beyond the ends of the table.
+            The level, or -1 for the blank entry; and the level margin: 1 at the entry, 0 half-way
+            to a neighbour, negative beyond the ends of the table.
         """
         entries = dict(enumerate(self.delays))
         if self.blank is not None:
@@ -72,14 +72,11 @@ class DelayTable:
         if len(entries) > 1 and without is not None:
             entries.pop(without, None)
         level = min(entries, key=lambda key: abs(entries[key] - delay))
-        offset = delay - entries[level]
-        same_side = [
-            abs(value - entries[level])
-            for key, value in entries.items()
-            if key != level and (value - entries[level]) * offset > 0.0
-        ]
-        others = [abs(value - entries[level]) for key, value in entries.items() if key != level]
-        spacing = min(same_side or others or [abs(entries[level])])
+        nearest = entries.pop(level)
+        offset = delay - nearest
+        others = [value - nearest for value in entries.values()]
+        same_side = [gap for gap in others if gap * offset > 0.0]
+        spacing = min(map(abs, same_side or others or [nearest]))
         return level, 1.0 - 2.0 * abs(offset) / spacing
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:
@@ -114,13 +111,13 @@ class DelayTable:
 
 @dataclass(frozen=True)
 class Calibration:
-    """The delay tables of both ends, and what was learnt of the steps.
+    """The delay tables of both ends, and what was learnt about the steps.
 
     Attributes:
-        left: That of the left end, or None if it is not read from: in a long element only the
+        left: Table of the left end, or None if it is not read from: in a long element only the
             right end hears the echoes, since waves are faster there.
-        right: That of the right end, which also hears whether the element is blank.
-        trims: Of launch and steps, or None if all are as in the settings.
+        right: Table of the right end, which also detects a blank element.
+        trims: Trims of launch and steps, or None if all are as in the settings.
     """
 
     left: DelayTable | None
@@ -145,7 +142,7 @@ class Calibration:
     def pulses(self, settings: Settings) -> list[Trim]:
         """Return the trims of launch and steps, by the level to which they take the wall.
 
-        Trims learnt with another schedule do not apply.
+        Trims that were learnt with another schedule do not apply.
         """
         trims = self.trims
         if trims is None or trims.schedule != schedule_of(settings):
@@ -153,14 +150,14 @@ class Calibration:
         return list(trims.steps)
 
     def longest(self, end: End) -> float:
-        """Return the delay of the farthest echo at an end that is read from, or at the other."""
+        """Return the delay of the farthest echo at an end, or the other if it is not read from."""
         return self.table(end if end in self.ends else end.opposite).longest
 
     def table(self, end: End) -> DelayTable:
         """Return the table of an end.
 
         Raises:
-            SettingsError: It is the left one, and there is none.
+            SettingsError: The left end has none.
         """
         if end is End.RIGHT:
             return self.right
@@ -170,8 +167,8 @@ class Calibration:
 
     def as_dict(self) -> dict[str, Any]:
         """Return both tables for a file, and the trims if there are any."""
-        left = None if self.left is None else self.left.as_dict()
-        learnt = {} if self.trims is None else {'trims': self.trims.as_dict()}
+        left = self.left and self.left.as_dict()
+        learnt = {'trims': self.trims.as_dict()} if self.trims else {}
         return {'left': left, 'right': self.right.as_dict(), **learnt}
 
     @classmethod
@@ -179,7 +176,7 @@ class Calibration:
         """Return the calibration that `as_dict` gave.
 
         Raises:
-            SettingsError: The data are not those of two tables.
+            SettingsError: The data are not a calibration.
         """
         try:
             left, right = data['left'], data['right']
@@ -193,18 +190,18 @@ class Calibration:
 
 
 def calibration_key(design: Design, settings: Settings) -> str:
-    """Return a hash of everything echo delays depend on: design, pulses and detectors.
+    """Return a hash of everything that echo delays depend on: design, pulses and detectors.
 
-    Delays under one key do not apply under another.
+    Delays stored under one key do not apply under another.
     """
     values = [
         dataclasses.asdict(design),
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
-        settings.read.end == End.RIGHT,  # which leaves the left end out
+        settings.read.end == End.RIGHT,  # no left table then
     ]
-    if settings.time.integrator != 'noh_bathe':  # which had no name in earlier keys
+    if settings.time.integrator != 'noh_bathe':  # earlier keys did not name it
         values.append(settings.time.integrator)
-    text = json.dumps(values, sort_keys=True)  # which writes every bit of a float
+    text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -104,6 +104,12 @@ KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in get_args(Command)
 """The commands by name."""
 
 
+def is_number(value: object, limit: float) -> bool:
+    """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return number and abs(value) <= limit  # type: ignore[arg-type]
+
+
 def as_dict(command: Command) -> dict[str, Any]:
     """Return a command for a session file: its kind and its values."""
     return {'kind': type(command).__name__, **dataclasses.asdict(command)}

@@ -14,23 +14,23 @@ from ..physics.potential import Array
 
 
 class Driver(ABC):
-    """Strains an element, holds an end of it, and measures both ends, sample by sample.
+    """Strains an element, holds one of its ends, and measures both, sample by sample.
 
     The constructor opens it: the class is called with design, settings and `device.address`, and
-    raises `DriverError` or `SettingsError` if that fails. It is opened, played and closed in its
+    raises `DriverError` or `SettingsError` if that fails. It is opened, advanced and closed in its
     own thread (see `Watched`); its other methods are called while that thread waits.
 
-    Whatever needs a simulation depends on `chain`: field, wall and views, state hashes and replay,
-    restoring content, material faults, a shaken base.
+    Only a simulation has a `chain`, which field, wall, views, state hashes, replay, restored
+    content, material faults and a shaken base require.
 
     Attributes:
         dt: Time between samples, in time units; a tick has a whole number of samples.
-        nodes: The times in a sample at which it takes a set-point, as fractions of the sample:
-            rising, the last one 1. A real element takes one at the end of each.
+        nodes: Times of the set-points in a sample, as increasing fractions of it, the last one 1.
+            A real element takes one set-point at the end of each sample.
         lag: Ticks by which samples lag behind their set-points.
         own_clock: Whether `advance` waits for its own clock, which then paces all ticks.
-        interrupted: Whether the element was left alone within, or just before, the samples that
-            `advance` returned last: an echo cannot be measured across that.
+        interrupted: Whether sampling was interrupted within, or just before, the samples that
+            `advance` returned last: an echo cannot be measured across a break.
         V_N: The last set-point of the substrate's end displacement.
         chain: The simulated material, or None for a real one.
     """
@@ -47,15 +47,15 @@ class Driver(ABC):
     def advance(
         self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
     ) -> Array:
-        """Play the set-points of whole ticks, and return as many samples.
+        """Apply the set-points of whole ticks, and return their samples.
 
-        All lengths are in cells, `lag` ticks lie between a set-point and its sample: the very
-        first samples are those of an element at rest.
+        All lengths are in cells. `lag` ticks lie between a set-point and its sample; the first
+        samples are those of an element at rest.
 
         Args:
             V_N: Displacement of the substrate's end, shape (n nodes,) for n samples.
             drive: An end cell that is held for the first set-points, then released.
-            shake: Acceleration of the base, which a real element feels by itself.
+            shake: Acceleration of the base; a real element ignores it.
             looks: Number of ticks.
 
         Returns:
@@ -63,7 +63,7 @@ class Driver(ABC):
 
         Raises:
             DriverError: The element cannot be reached, or returns impossible values.
-            StateError: The simulated material cannot continue; it is as it was before.
+            StateError: The simulated material cannot continue; it is unchanged.
         """
 
     @abstractmethod

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers by name: the simulation, the shipped one, and any installed one."""
+"""Drivers by name: the simulation, the shipped driver, and any installed one."""
 
 from __future__ import annotations
 
@@ -49,11 +49,7 @@ def opened(name: str, address: str, design: Design, settings: Settings) -> Drive
         raise DriverError(f'device.driver {name} fails: {printable(repr(error), 300)}') from error
 
 
-Make = Callable[[Design, Settings, str], Driver]
-"""A class of a driver."""
-
-
-def loaded(name: str) -> Make:
+def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
     """Return the class of a driver.
 
     Raises:

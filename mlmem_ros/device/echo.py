@@ -40,17 +40,17 @@ def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
 
 
 TAIL = 150.0
-"""Time units that a read listens on after the first crossing, for the echo's peak."""
+"""Time units that a read listens after the first crossing, for the echo's peak."""
 
 SLOWEST = 0.15
 """Least group velocity, in cells per time unit, that the listening time allows for."""
 
 FAINTEST = 1e-13
-"""Least threshold in cells: about an end that rests near 0, rounding alone makes as much."""
+"""Least threshold in cells: the rounding noise of an end that rests near 0."""
 
 
 def falling(probe: ProbeSettings, t: Array) -> Array:
-    """Return v_th exp(-gain_decay t) at times t since the pulse began, however small."""
+    """Return v_th exp(-gain_decay t) at times t since the pulse began, without a lower bound."""
     return probe.v_th * exponential(-probe.gain_decay * t)
 
 
@@ -59,17 +59,16 @@ def threshold(
 ) -> Array:
     """Return the threshold of v_c at times t since the pulse began.
 
-    Every wave decays as exp(-eta t / 2) by the on-site damping: early echoes, late ones, and the
-    ring-down of the pulse. The threshold decays with them. A sensor's noise in v_c does not decay;
-    it adds in quadrature, as it does here, so that an echo crosses at about the same time as
-    without noise. Below the rounding noise of a resting end there is nothing to detect, however
-    fast the threshold decays.
+    On-site damping makes every wave decay as exp(-eta t / 2), echoes as well as the ring-down of
+    the pulse; the threshold decays with them. Sensor noise does not decay and adds to v_c in
+    quadrature. It is added to the threshold in the same way, so that an echo crosses at about the
+    same time as without noise. Nothing is detected below the rounding noise of a resting end.
 
     Args:
         probe: The detector's settings.
         t: Times.
-        floor: Contribution of noise alone to v_c.
-        least: Bound from below, in cells.
+        floor: Contribution of noise alone to v_c, in cells.
+        least: Lower bound, in cells.
     """
     plain = np.maximum(falling(probe, t), least)
     return np.sqrt(plain * plain + floor * floor) if floor else plain
@@ -83,14 +82,14 @@ class Echo:
         end: The end that was probed.
         probe: The pulse and the detector's settings.
         t: Times since the pulse began, shape (n,).
-        v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, that of the
-            carrier alone.
+        v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, of the carrier
+            alone.
         v_c: v_m averaged over a centred window of width T, shape (n,).
         delay: Time of the first crossing of the threshold, or None without an echo.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
         floor: Contribution of noise and vibration alone to v_c, measured before the pulse.
         shaken: Whether the base shook.
-        spoiled: Whether it began to only after the pulse, without the carrier filter.
+        spoiled: Whether it began to shake after the pulse, so that the carrier was not filtered.
     """
 
     end: End
@@ -106,16 +105,14 @@ class Echo:
 
     @property
     def early(self) -> bool:
-        """Whether the threshold was crossed when listening began: the echo, or whatever it is,
-        came before.
-        """
+        """Whether the threshold was already crossed when listening began."""
         if self.delay is None or not len(self.t):
             return False
         return self.delay <= blanking(self.probe) + float(self.t[0])
 
     @property
     def raised(self) -> float:
-        """Factor by which noise raised the threshold at the delay, or at the end; at least 1."""
+        """Factor by which noise raised the threshold at the delay, or at the last sample; >= 1."""
         if self.floor == 0.0:
             return 1.0
         t = np.array(self.delay if self.delay is not None else self.t[-1])
@@ -123,7 +120,7 @@ class Echo:
 
 
 class EchoDetector:
-    """Detects an echo while the samples come in.
+    """Detects an echo sample by sample.
 
     Attributes:
         probe: The pulse and the detector's settings.
@@ -145,9 +142,9 @@ class EchoDetector:
         Args:
             probe: The pulse and the detector's settings.
             dt: Sampling interval; the first sample is at dt.
-            floor: Contribution of noise alone to v_c: it raises the threshold.
-            least: Contribution of rounding alone: lower bound of the threshold.
-            shaken: Whether to listen to the carrier alone.
+            floor: Contribution of noise alone to v_c, which raises the threshold.
+            least: Lower bound of the threshold: the contribution of rounding.
+            shaken: Whether to filter the carrier, because the base shakes.
         """
         self._floor = floor
         self._least = least
@@ -168,7 +165,7 @@ class EchoDetector:
         return len(self._v_c) * self._dt
 
     def loudest(self, duration: float, ago: float = 0.0) -> float:
-        """Return the greatest v_c in an interval, 0 if nothing was received.
+        """Return the greatest v_c in an interval; 0 if nothing was received.
 
         Args:
             duration: Length of the interval.
@@ -182,7 +179,7 @@ class EchoDetector:
 
         Args:
             v: The displacements, shape (ticks m,).
-            ticks: How many ticks they cover: sums are rounded after each.
+            ticks: Number of ticks that they cover; sums are rounded after each.
         """
         if not self._lag:
             self._feed(np.abs(v), ticks)
@@ -222,7 +219,7 @@ class EchoDetector:
 
         Args:
             end: The end that was listened to.
-            spoiled: Whether the base began to shake after the pulse.
+            spoiled: Whether the base began to shake after the pulse (see `Echo`).
         """
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt

@@ -1,32 +1,16 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The memory element: it takes commands, and runs procedures on its instrument."""
+"""The memory element: takes commands, and runs procedures on its instrument."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from ..clipped import clipped
-from ..physics import Design
-from . import procedures
-from .calibration import Calibration
-from .commands import (
-    KINDS,
-    Abort,
-    Calibrate,
-    Command,
-    Disturb,
-    Erase,
-    FollowTrajectory,
-    Procedures,
-    Read,
-    SelfTest,
-    SetFaults,
-    SetStrain,
-    Write,
-)
-from .driver import Driver
+from . import commands, procedures
+from .commands import Command, Procedures
 from .end import BOTH, End
 from .errors import ProcedureFailed, Refused
 from .events import Event, Outcome
@@ -34,36 +18,26 @@ from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
 from .progress import Feedback, Progress
-from .settings import Settings
 
 FAR = 2**31
-"""A number of ticks that is never reached."""
+"""More ticks than are ever run."""
 
 
 class MemoryElement(Memory):
-    """A device that advances by ticks and takes commands between them."""
+    """A device that advances by ticks and takes commands between them; made like a `Memory`."""
 
-    def __init__(
-        self,
-        design: Design,
-        settings: Settings,
-        calibration: Calibration,
-        driver: Driver | None = None,
-    ) -> None:
-        """Make a device around an element, like `Memory`."""
-        super().__init__(design, settings, calibration, driver)
-        self._running: _Run | None = None
+    _running: _Run | None = None
 
     # --- commands ------------------------------------------------------------------------
 
     @property
     def procedure(self) -> str:
         """Name of the running procedure, empty when there is none."""
-        return self._running.name if self._running else ''
+        return self.progress.procedure if self._running else ''
 
     def runs(self, command: object) -> bool:
         """Return whether the running procedure belongs to exactly this command."""
-        run = self._running  # which another thread may end meanwhile
+        run = self._running  # another thread may end it meanwhile
         return run is not None and run.command is command
 
     def feedback(self) -> Feedback:
@@ -79,9 +53,9 @@ class MemoryElement(Memory):
 
     @property
     def foreseen(self) -> int:
-        """Ticks before the next decision without a command: they can be run later in one go.
+        """Ticks until the next decision, if no command comes: they can be run later together.
 
-        A real element cannot be delayed.
+        0 for a real element that moves: it cannot be delayed.
         """
         if self._running:
             return self._running.due - self.ticks if self.simulated else 0
@@ -89,7 +63,7 @@ class MemoryElement(Memory):
 
     @property
     def released(self) -> bool:
-        """Whether no procedure runs, and strain is zero and stays so."""
+        """Whether no procedure runs, and the strain is zero and stays zero."""
         actuator = self.actuator
         return not (self._running or actuator.moving or actuator.strain)
 
@@ -100,39 +74,40 @@ class MemoryElement(Memory):
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
         match command:  # allowed at any time
-            case Abort(why):
+            case commands.Abort(why):
                 self._abort(command, why)
                 return
-            case Disturb(acceleration):
+            case commands.Disturb(acceleration):
                 self.base.disturb(acceleration)
                 return
-            case SetFaults(faults):
+            case commands.SetFaults(faults):
                 self.suffer(faults)
                 return
         if self._running:
-            raise Refused(f'busy: {self._running.name} is running; abort it or wait')
+            raise Refused(f'busy: {self.procedure} is running; abort it or wait')
         match command:
-            case SetStrain(strain):
+            case commands.SetStrain(strain):
                 self.actuator.slew_to(strain)
                 self.forget()
-            case FollowTrajectory():
+            case commands.FollowTrajectory():
                 self.actuator.follow(command, self.settings.scale.time)
                 self.forget()
-            case Write(level):
+            case commands.Write(level):
                 self._check_level(level)
                 self._run(command, 'write', procedures.write(self, level))
-            case Read(end):
+            case commands.Read(end):
                 if end not in ('', *End, BOTH):
                     raise Refused(f'end must be left, right or both; got {clipped(end)}')
                 self._run(command, 'read', procedures.read(self, end))
-            case Erase():
+            case commands.Erase():
                 self._run(command, 'erase', procedures.erase(self))
-            case Calibrate():
+            case commands.Calibrate():
                 self._run(command, 'calibrate', procedures.calibrate(self))
-            case SelfTest():
+            case commands.SelfTest():
                 self._run(command, 'self_test', procedures.self_test(self))
             case _:
-                raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(command)}')
+                known = ', '.join(commands.KINDS)
+                raise Refused(f'command must be one of {known}; got {clipped(command)}')
 
     def _check_level(self, level: int) -> None:
         last = self.design.levels - 1
@@ -147,7 +122,7 @@ class MemoryElement(Memory):
         self._run(command, 'abort', procedures.abort(self))
 
     def _run(self, command: Command, name: str, steps: Procedure[Result]) -> None:
-        self._running = _Run(command, name, steps, self.ticks)
+        self._running = _Run(command, steps, self.ticks)
         self.progress = Progress(name, self.ticks)
 
     # --- time ----------------------------------------------------------------------------
@@ -155,18 +130,18 @@ class MemoryElement(Memory):
     def advance(self, most: int = 1) -> list[Event]:
         """Advance by a tick, or by a run of ticks without decisions.
 
-        However time is cut into runs, results and events are the same to the bit.
+        Results and events do not depend on how time is divided into runs, to the bit.
 
         Args:
             most: Most ticks of the run.
 
         Returns:
-            The events of the first tick: the others have none.
+            The events of the first tick; the others have none.
 
         Raises:
-            StateError: The material cannot continue (see `Chain.advance`). It is as it was before
-                the failing tick, the procedure has failed, and strain and base stand still.
-            DriverError: As by `pass_ticks`; the procedure has failed.
+            StateError: The material cannot continue (see `Chain.advance`). It is as before the
+                failing tick, the procedure has failed, and strain and base stand still.
+            DriverError: As in `pass_ticks`; the procedure has failed.
         """
         ticks = self._step(self._running) if self._running else most
         if self.base.harmful:
@@ -185,8 +160,8 @@ class MemoryElement(Memory):
             between: Called between two ticks.
 
         Raises:
-            Refused: As by `apply`.
-            StateError: As by `advance`.
+            Refused: As in `apply`.
+            StateError: As in `advance`.
         """
         self.apply(command)
         while True:
@@ -213,7 +188,7 @@ class MemoryElement(Memory):
         return 1
 
     def stand_still(self, why: str) -> None:
-        """End whatever is under way, after a tick that failed."""
+        """End everything under way after a failed tick."""
         super().stand_still(why)
         self.forget()
         if self._running:
@@ -221,7 +196,7 @@ class MemoryElement(Memory):
             self.statistics.count(self._end(False, why, Result(None)))
 
     def _finish(self, success: bool, error: str, result: Result) -> None:
-        """End the running procedure, successful or not: no cell held, no set-point pending.
+        """End the running procedure, successful or not: release cells, return the strain to zero.
 
         A read keeps a strain that was set by hand.
         """
@@ -232,15 +207,14 @@ class MemoryElement(Memory):
             self.actuator.ramp_to(0.0, self.settings.erase.release)
 
     def _end(self, success: bool, error: str, result: Result) -> Outcome:
-        assert self._running is not None
-        run, self._running = self._running, None
+        self._running = None
         outcome = Outcome(
-            run.name,
+            self.progress.procedure,
             success,
             error,
             result.reading,
             result.attempts,
-            run.start_tick,
+            self.progress.start_tick,
             self.ticks,
             result.checks,
             result.delays,
@@ -249,13 +223,10 @@ class MemoryElement(Memory):
         return outcome
 
 
+@dataclass(eq=False)
 class _Run:
     """A running procedure, and the tick in which to resume it."""
 
-    def __init__(
-        self, command: Command, name: str, steps: Procedure[Any], start_tick: int
-    ) -> None:
-        self.command = command
-        self.name = name
-        self.steps = steps
-        self.start_tick = self.due = start_tick
+    command: Command
+    steps: Procedure[Any]
+    due: int

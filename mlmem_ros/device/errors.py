@@ -8,15 +8,15 @@ class SettingsError(ValueError):
 
 
 class Refused(Exception):
-    """A command that cannot be accepted, now or ever; the element is unchanged."""
+    """A command that is not accepted; the element is unchanged."""
 
 
 class DriverError(Exception):
-    """A real element is unreachable, or its driver returns impossible values: the device fails."""
+    """A real element that is unreachable, or whose driver returns impossible values."""
 
 
 class ProcedureFailed(Exception):
-    """A procedure that ran but failed; the message says what was seen.
+    """A procedure that ran and failed; the message says what was observed.
 
     Attributes:
         attempts: Attempts it took.

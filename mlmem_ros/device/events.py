@@ -13,7 +13,7 @@ from .reading import Reading
 
 @dataclass(frozen=True)
 class Heard:
-    """A probe was answered, or not within the listening time."""
+    """A probe and its reading, with or without an echo within the listening time."""
 
     echo: Echo
     reading: Reading
@@ -25,15 +25,19 @@ class Check:
 
     Attributes:
         name: What was tested.
-        passed: Whether it is as required.
-        message: What was found.
-        values: What was measured, by name.
+        passed: Whether it passed.
+        message: The result in words.
+        values: The measured values, by name.
     """
 
     name: str
     passed: bool
     message: str
     values: dict[str, float] = field(default_factory=dict)
+
+
+_ALWAYS = ('level', 'code', 'delay', 'level_margin', 'threshold_margin', 'confidence', 'end')
+_IF_KNOWN = ('right_delay', 'walls', 'reason')
 
 
 @dataclass(frozen=True)
@@ -63,26 +67,17 @@ class Outcome:
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the outcome as plain values: the ROS services' answer as JSON."""
+        """Return the outcome as plain values, for the JSON answers of the ROS services."""
         values: dict[str, Any] = {'procedure': self.procedure}
         if self.error:
             values['error'] = self.error
         if self.reading is not None:
+            found = {name: getattr(self.reading, name) for name in (*_ALWAYS, *_IF_KNOWN)}
             values |= {
-                'level': self.reading.level,
-                'code': self.reading.code,
-                'delay': None if self.reading.delay is None else round(self.reading.delay, 4),
-                'level_margin': round(self.reading.level_margin, 4),
-                'threshold_margin': round(self.reading.threshold_margin, 4),
-                'confidence': round(self.reading.confidence, 4),
-                'end': self.reading.end,
+                name: round(value, 4) if isinstance(value, float) else value
+                for name, value in found.items()
+                if name in _ALWAYS or value not in (None, '')
             }
-            if self.reading.right_delay is not None:
-                values['right_delay'] = round(self.reading.right_delay, 4)
-            if self.reading.walls is not None:
-                values['walls'] = self.reading.walls
-            if self.reading.reason:
-                values['reason'] = self.reading.reason
         if self.checks:
             values['checks'] = {check.name: check.message for check in self.checks}
         if self.delays:

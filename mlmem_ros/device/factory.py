@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device as it leaves the factory: calibrated on an ideal element of its design."""
+"""New devices, calibrated on an ideal element of their design."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def new_element(
     calibration: Calibration | None = None,
     driver: Driver | None = None,
 ) -> MemoryElement:
-    """Return a calibrated device: a blank one, unless a driver brings its own element.
+    """Return a calibrated device, blank unless a driver has its own element.
 
     Args:
         design: The element; a preset includes its settings.
         settings: The instrument's settings, by default the preset's, or those for Case II.
-        calibration: A known one for them; by default the factory's.
-        driver: Of a real element; by default that of a simulated one.
+        calibration: A known calibration for them; by default the factory's.
+        driver: The driver of a real element; by default that of a simulated one.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
@@ -60,7 +60,7 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
-    at_rest = replace(settings.read, rest=0.0)  # the ideal element is: no wait needed
+    at_rest = replace(settings.read, rest=0.0)  # the ideal element is at rest
     twin = Instrument(design, replace(settings, read=at_rest))
     walls = [_resting(design, level) for level in range(design.levels)]
     tables = {end: _delays(twin, walls, end) for end in read_from(settings)}
@@ -77,7 +77,7 @@ def _resting(design: Design, level: int) -> Array:
 
 
 def _delays(twin: Instrument, walls: Sequence[Array], end: End) -> tuple[float, ...]:
-    """Return the delays of walls at an end."""
+    """Return the delay of each wall at an end."""
     delays = []
     for level, wall in enumerate(walls):
         delay = _delay(twin, wall, end)
@@ -97,7 +97,7 @@ def _delay(twin: Instrument, v: Array, end: End) -> float | None:
     twin.transducer.settle()
     write = twin.settings.write
     try:
-        if twin.design.substrate == 'elastic':  # which the wall pulls: let it come to rest
+        if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
             run(twin, wait(twin, write.settle + write.final_settle))
         return run(twin, answer(twin, end, 0.0)).delay
     except ProcedureFailed as error:

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of a device. The defaults describe a healthy one.
 
-Each fault acts in one place, and nothing else knows of it: on the transducers' signals
-(`sensor_faults`), between actuator and substrate (`linkage`), or in the material (`worn`). The
-device never looks at its own faults; it has to detect them.
+Each fault acts in one place: on the transducers' signals (`sensor_faults`), between actuator and
+substrate (`linkage`), or in the material (`worn`). The device does not know its own faults; it has
+to detect them.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ class Faults(Checked):
     )
     sensor_dropout: float = described(
         0.0,
-        'probability that the transducers freeze for a tick, at their last sample',
+        'probability that the transducers freeze at their last sample for a tick',
         low=0.0,
         high=1.0,
     )
     actuator_offset: float = described(
-        0.0, 'substrate strain unknown to the actuator', low=-0.1, high=0.1
+        0.0, 'offset of the substrate strain, unknown to the actuator', low=-0.1, high=0.1
     )
     actuator_lag: float = described(
         0.0, "time constant of the actuator's lag", unit='time', low=0.0, high=1e6

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A driver with its actuator, linkage, base and transducers, and one tick of it.
+"""A driver with its actuator, linkage, base and transducers, advanced tick by tick.
 
-It has no commands and no levels: procedures act on it, and `MemoryElement` runs them.
+It knows neither commands nor levels: procedures act on it, and `MemoryElement` runs them.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from .transducer import Transducer
 from .units import Units
 
 LONGEST_RUN = 50
-"""Ticks worth making in one run: their strain fits a cache."""
+"""Most ticks of a run: their strains fit into a cache."""
 
 FARTHEST = 1e6
-"""Impossible end displacement in cells: a driver that reports more is broken."""
+"""Largest possible end displacement in cells."""
 
 EARLY = 1e-6
-"""Ticks by which to look early rather than late, as clocks round."""
+"""Tolerance in ticks against rounding of the clock: rather early than late."""
 
 
 class Instrument:
@@ -50,7 +50,7 @@ class Instrument:
         base: What carries the element.
         faults: The present faults.
         transducer: Drives and senses the ends.
-        ticks: Ticks since the instrument was made: its clock.
+        ticks: Ticks done: its clock.
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
         substrate_speed: Mean speed of the substrate's end in the last tick.
@@ -66,8 +66,8 @@ class Instrument:
             driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
-            SettingsError: It would need too many steps or samples, or a tick is not a whole number
-                of samples.
+            SettingsError: It needs too many steps or samples, or a tick is not a whole number of
+                samples.
             DesignError: The step is beyond the stability limit.
         """
         self.design = design
@@ -89,7 +89,7 @@ class Instrument:
 
     @property
     def chain(self) -> Chain:
-        """The simulated material, for those who may look inside; procedures may not.
+        """The simulated material. Procedures must not use it.
 
         Raises:
             Refused: The element is real.
@@ -105,7 +105,7 @@ class Instrument:
 
     @property
     def units(self) -> Units:
-        """Its units in SI."""
+        """The units in SI."""
         return Units(self.design, self.settings.scale)
 
     @property
@@ -115,11 +115,11 @@ class Instrument:
 
     @property
     def steady(self) -> bool:
-        """Whether the next ticks are predictable: there is no fault."""
+        """Whether the strain and the samples are free of faults."""
         return self.linkage.state.true and self.faults == HEALTHY
 
     def next_look(self, left: float) -> int:
-        """Return after how many ticks to check on something that takes this long; never late."""
+        """Return after how many ticks to check something that takes this long; never too many."""
         return max(1, math.floor(left / self.tick - EARLY) + 1)
 
     def phase(self, end: End) -> int | None:
@@ -132,7 +132,7 @@ class Instrument:
 
         Raises:
             Refused: The design has no such cell, the step is too long for this material, or the
-                element is real and cannot be changed.
+                element is real.
         """
         if not self.simulated and (wrong := faults.of_the_material()):
             raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
@@ -145,7 +145,7 @@ class Instrument:
         return specimen
 
     def suffer(self, faults: Faults) -> None:
-        """Have exactly these faults; raises as `specimen` does, with nothing changed."""
+        """Replace all faults by these; raises as `specimen` does, with nothing changed."""
         specimen = self.specimen(faults)
         if self.simulated:
             self.chain.become(specimen)
@@ -154,11 +154,11 @@ class Instrument:
     def pass_ticks(self, ticks: int = 1) -> None:
         """Let ticks pass; while the instrument is `steady`, in one call of the driver.
 
-        The results are those of single ticks, to the bit.
+        The results have the same bits as tick by tick.
 
         Raises:
-            StateError: The material cannot continue (see `Chain.advance`). It is as it was before
-                the failing tick, and strain and base stand still.
+            StateError: The material cannot continue (see `Chain.advance`). It is as before the
+                failing tick, and strain and base stand still.
             DriverError: The element cannot be reached, or its driver returns impossible values.
         """
         try:
@@ -166,7 +166,7 @@ class Instrument:
                 try:
                     self._pass(ticks)
                 except StateError:
-                    pass  # single ticks show which one fails
+                    pass  # tick by tick shows which one fails
                 else:
                     return
             for _ in range(ticks):
@@ -202,7 +202,7 @@ class Instrument:
         self.ticks += ticks
 
     def stand_still(self, why: str) -> None:
-        """End whatever is under way, after a tick that failed."""
+        """End everything under way after a failed tick."""
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release()
@@ -222,9 +222,9 @@ def _check(ends: Array, samples: int) -> None:
     """Raise `DriverError` for impossible samples of a real element."""
     if np.shape(ends) != (2, samples):
         raise DriverError(
-            f'the driver must tell {samples} samples of both ends; got shape {np.shape(ends)}'
+            f'the driver must return {samples} samples of both ends; got shape {np.shape(ends)}'
         )
     if not (np.abs(ends) <= FARTHEST).all():  # false for NaN, too
         raise DriverError(
-            f'the driver must tell displacements of at most {FARTHEST:g} cells; got more, or NaN'
+            f'the driver must return displacements of at most {FARTHEST:g} cells; got more, or NaN'
         )

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The path from the actuator's commanded strain to the strain of the substrate.
 
-Command -> drive (may be stuck, may lag; the encoder reads it) -> grip (may slip, may be mounted
-askew) -> substrate. Each moves as the one before it moves, and makes up a difference no faster
-than a strain that is set by hand. So a fault that comes or goes does not jerk cells out of their
-phase, as a compression by 0.1 does at the rate at which walls are thrown.
+Command -> drive (may be stuck or lag; read by the encoder) -> grip (may slip or be mounted askew)
+-> substrate. Each follows the one before it and makes up a difference no faster than a strain that
+is set by hand. So a fault that comes or goes does not jerk cells out of their phase, as a
+compression by 0.1 would at the rate of a throw.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .faults import Faults
 from .settings import ActuatorSettings
 
 NO_LAG = 1e-9
-"""Time constant below which a drive follows without delay."""
+"""Shortest time constant of a lag."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class LinkageState:
 
     Attributes:
         told: The last commanded strain.
-        drive: Strain of the drive, as the encoder reads it.
+        drive: Strain of the drive, read by the encoder.
         strain: Strain of the substrate.
         slipping: Whether the grip slips during the present strain cycle.
     """
@@ -47,7 +47,7 @@ class LinkageState:
 
 
 class Linkage:
-    """Passes the strain on; without a fault to the bit.
+    """Passes the strain on; exactly, if there is no fault.
 
     Attributes:
         state: Its state.
@@ -64,7 +64,7 @@ class Linkage:
 
     @property
     def encoder(self) -> float:
-        """The strain of the drive, which the device can read, not that of the substrate."""
+        """Strain of the drive; the device cannot read that of the substrate."""
         return self.state.drive
 
     def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
@@ -88,14 +88,12 @@ class Linkage:
         wanted = np.zeros_like(drive) if slipping else drive
         limits = self._limits(wanted, 0.0 if slipping else state.drive, dt)
         strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
-        slipping = slipping and bool(
-            told.any()
-        )  # otherwise the cycle is over: the grip holds again
+        slipping = slipping and bool(told.any())  # the grip holds again after the cycle
         self.state = LinkageState(last, float(drive[-1]), float(strain[-1]), slipping)
         return strain
 
     def _slips(self, told: Array, faults: Faults, tick: int) -> bool:
-        """Return whether the grip slips: decided when a cycle leaves zero, until it returns."""
+        """Return whether the grip slips: drawn when a cycle leaves zero, kept until it returns."""
         may_slip = faults.missed_cycle > 0.0 or self.state.slipping
         if may_slip and self.state.told == 0.0 and told.any():
             return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
@@ -115,7 +113,7 @@ class Linkage:
     def _limits(self, course: Array, before: float, dt: Array) -> Array:
         """Return the largest changes down and up in each sub-step, shape (2, m).
 
-        Those of the course that is followed, and by hand besides; never beyond the actuator's.
+        The change of the course itself plus one by hand, within the rate limit of the actuator.
         """
         moves = np.diff(course, prepend=before)
         by_hand, most = self._settings.by_hand * dt, self._settings.max_rate * dt

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """An instrument that interprets its echoes: calibration, content, history.
 
-This is all that a procedure knows about an element.
+Procedures know nothing else about an element.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Memory(Instrument):
 
     Attributes:
         calibration: Echo delay of every level.
-        reading: The last reading, None while the content is unknown.
+        reading: The last reading; None while the content is unknown.
         statistics: The history of the element.
     """
 
@@ -44,7 +44,7 @@ class Memory(Instrument):
             driver: Of the element; by default that of a simulated one, blank and at rest.
 
         Raises:
-            SettingsError: The calibration has another number of levels.
+            SettingsError: The calibration has a different number of levels.
         """
         calibration.check(design.levels)
         super().__init__(design, settings, driver)
@@ -54,11 +54,11 @@ class Memory(Instrument):
         self._events: list[Event] = []
 
     def forget(self) -> None:
-        """Treat the content as unknown from now on: the wall may be about to move."""
+        """Treat the content as unknown from now on, because the wall may move."""
         self.reading = None
 
     def begin_cycle(self) -> None:
-        """Count a strain cycle, which is about to move the wall."""
+        """Count a strain cycle that is about to move the wall."""
         self.statistics.cycles += 1
         self.forget()
 
@@ -70,8 +70,8 @@ class Memory(Instrument):
         Args:
             echo: The echo.
             left: The left end's reading just before, to be combined with an echo at the right end.
-            said: The levels from earlier pulses, to which this one's is added: while the base
-                shakes, two have to agree.
+            said: The levels read by earlier pulses, to which this one is added: while the base
+                shakes, two must agree.
         """
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
         reading = decode(self.design, self.settings.read, self.calibration, echo, phases)

@@ -1,10 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The history of a memory: how often, how well, and how long it was written."""
+"""The history of a memory: how often, how reliably and how fast it was written."""
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +17,7 @@ from .events import Outcome
 
 @dataclass
 class MemoryStatistics:
-    """Counts over the life of an element; they are kept with its content.
+    """Counts over the life of an element, saved with its content.
 
     Attributes:
         level_writes: Successful writes by level.
@@ -27,7 +29,7 @@ class MemoryStatistics:
         erases: Erases that were not aborted.
         reads: Reads that were not aborted.
         undecodable: Of these, those that decoded nothing.
-        aborted: Procedures that an abort ended.
+        aborted: Procedures ended by an abort.
         cycles: Strain cycles of all procedures, including launches: they wear an element.
     """
 
@@ -73,7 +75,7 @@ class MemoryStatistics:
     def as_dict(self) -> dict[str, float]:
         """Return flat values for diagnostics: the counts, and the mean ticks of a write by level.
 
-        A level that was never written has no mean.
+        Levels never written have no mean.
         """
         values: dict[str, float] = {
             name: count
@@ -90,19 +92,15 @@ class MemoryStatistics:
         """Return the statistics that `dataclasses.asdict` gave.
 
         Raises:
-            TypeError: A count is not known or missing.
-            ValueError: A count is no whole number from 0, or there are other levels.
+            TypeError: A count is unknown or missing.
+            ValueError: A count is not a whole number from 0, or the number of levels differs.
         """
-        found = cls(**{name: _copied(value) for name, value in data.items()})
-        by_level = (found.level_writes, found.level_ticks)
+        found = cls(**copy.deepcopy(dict(data)))
+        single = dict(vars(found))
+        by_level = [single.pop(name) for name in ('level_writes', 'level_ticks')]
         if any(not isinstance(each, list) or len(each) != levels for each in by_level):
-            raise ValueError(f'the statistics must be those of {levels} levels')
-        single = [value for value in vars(found).values() if not isinstance(value, list)]
-        for count in (*found.level_writes, *found.level_ticks, *single):
+            raise ValueError(f'the statistics must be for {levels} levels')
+        for count in (*single.values(), *itertools.chain(*by_level)):
             if isinstance(count, bool) or not isinstance(count, int) or count < 0:
                 raise ValueError(f'a count must be a whole number from 0; got {clipped(count)}')
         return found
-
-
-def _copied(value: Any) -> Any:
-    return list(value) if isinstance(value, list) else value

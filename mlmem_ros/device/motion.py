@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A strain over time as a value, used by everything that strains an element.
 
-A `Ramp` is smooth, a `Profile` goes through timed points: the actuator plays these. A `Cycle` is a
-sequence of ramps and waits: procedures play it tick by tick; analysis and figures compute its
-strain in advance. A pulse of any shape is a cycle: `Cycle.through([(peak, 400.0), (peak, 60.0),
-(-0.1 * peak, 20.0), (0.0, 20.0)])`.
+The actuator plays a `Ramp`, which is smooth, or a `Profile`, which goes through timed points. A
+`Cycle` is a sequence of ramps and waits: procedures play it tick by tick; analysis and figures
+compute its strain in advance. A pulse of any shape is a cycle: `Cycle.through([(peak, 400.0),
+(peak, 60.0), (-0.1 * peak, 20.0), (0.0, 20.0)])`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..physics.potential import Array
 from .settings import CycleSettings
 
 SMOOTH_PEAK_RATE = 1.5
-"""Fastest change of the smooth ramp x^2 (3 - 2 x), over its mean."""
+"""Peak rate of the smooth ramp x^2 (3 - 2 x), relative to its mean."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Ramp:
 
 
 def shaped(ramp: Ramp, delay: float) -> Profile:
-    """Return a smooth move in two half steps, the second of which cancels the first's ringing.
+    """Return a smooth move in two half steps, the second of which cancels ringing of the first.
 
     The zero-vibration shaper of Singer & Seering (1990, doi 10.1115/1.2894142), without damping:
     an oscillation with a period of twice the delay is left at rest.
@@ -96,9 +96,9 @@ class Cycle:
         """Return the cycle through targets.
 
         Args:
-            legs: Target and duration of each motion; the present strain is a wait.
+            legs: Target and duration of each motion; a wait has the present strain as its target.
             start: Strain at the beginning.
-            max_rate: Of the actuator, in strain per time unit; ramps it cannot follow take longer.
+            max_rate: Rate limit of the actuator per time unit; ramps that exceed it take longer.
         """
         motions = []
         for target, duration in legs:
@@ -113,7 +113,7 @@ class Cycle:
         Args:
             times: Ramp, hold, ease, release and settle.
             peak: Greatest strain, negative for compression.
-            max_rate: Of the actuator.
+            max_rate: Rate limit of the actuator.
         """
         rise = cls.through([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
         return rise + cls.let_go(times, peak, max_rate)
@@ -143,7 +143,7 @@ class Cycle:
 
     @cached_property
     def profile(self) -> Profile:
-        """The same as one timed profile: a smooth ramp is the cubic at rest at both its ends."""
+        """The cycle as one profile: a smooth ramp is the cubic with zero rate at both ends."""
         timed = [each for each in self.motions if each.duration > 0.0]
         times = np.cumsum([0.0, *(each.duration for each in timed)])
         strains = (timed[0].start, *(each.target for each in timed))
@@ -154,8 +154,8 @@ class Cycle:
 class Profile:
     """A move of the strain through timed points, segment by segment.
 
-    With rates a segment is the cubic that has the strains and the rates of its two points
-    (Hermite), without it is a straight line: as `joint_trajectory_controller` has it.
+    With rates, a segment is the cubic with the strains and rates of its two points (Hermite);
+    without, a straight line: as in `joint_trajectory_controller`.
 
     Attributes:
         times: Times of the points since the move began in time units: two or more, from 0 on,

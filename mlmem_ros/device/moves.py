@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The moves of the wall between levels, their durations, and the quickest path.
+"""The moves of the wall between levels, their durations, and the fastest path.
 
 Levels and the blank element are nodes of a graph; moves are its edges: a launch, a step up, a
 stroke up or down, a throw, an erase. A write takes the shortest path (docs/going_back.md).
@@ -42,7 +42,7 @@ class Move:
         how: The way.
         start: Level at which it begins, or `BLANK`.
         target: Level at which it ends, or `BLANK`.
-        time: Duration in time units; approximate for an erase, which listens.
+        time: Duration in time units; approximate for an erase, which listens in between.
     """
 
     how: How
@@ -57,7 +57,7 @@ def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0)
     Args:
         design: The element.
         settings: The instrument's settings.
-        move: Which.
+        move: The move.
         force: Factor on the peak of a step up, within the actuator's limit.
     """
     if move.how is How.THROW:
@@ -84,15 +84,15 @@ def stroke_of(settings: Settings, start: int, *, upward: bool) -> StrokeSettings
 def stroke_peak(design: Design, stroke: StrokeSettings, start: int) -> float:
     """Return the peak of a stroke from a level.
 
-    A stroke takes a wall farther the farther away it is, since its substrate moves by the strain
-    times its site: X_last / X to the power of `growth` compensates.
+    The farther the site, the farther a stroke moves the wall, because the substrate moves by the
+    strain times the site. The factor (X_last / X) ** growth compensates.
     """
     farther = design.defect(design.levels - 1) / design.defect(start)
     return float(stroke.peak * farther**stroke.growth)
 
 
 def gentle(settings: Settings) -> Settings:
-    """Return settings whose steps up end like the last one of a write: more gently."""
+    """Return settings whose steps up end as gently as the last one of a write."""
     write = settings.write
     release = max(write.release, write.last_release)
     return replace(settings, write=replace(write, release=release))
@@ -106,7 +106,7 @@ def paper_way(settings: Settings) -> Settings:
 
 
 def throw_cycle(settings: Settings, pulse: int) -> Cycle:
-    """Return a pulse that throws the wall out, counted from 0: every second one is mirrored."""
+    """Return the pulse with this number, from 0, of a throw; every second one is mirrored."""
     throw = settings.throw
     share = throw.mirrored if pulse % 2 else 1.0
     return Cycle.planned(throw, share * throw.peak, settings.actuator.max_rate)
@@ -146,18 +146,18 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
 def half_period(design: Design) -> float:
     """Return half a period of the inactive cells swinging in phase, as after a ramp.
 
-    At that band edge waves do not propagate: they ring at the right end until damped.
+    At that band edge waves do not propagate; they ring at the right end until damped.
     """
     return math.pi / math.sqrt(design.k_s1)
 
 
 def ringing(design: Design) -> float:
-    """Return how long a fast strain is heard; 0 if it never dies away."""
+    """Return how long an element rings after a fast strain; 0 if it never stops."""
     return RINGING / design.eta if design.eta > 0.0 else 0.0
 
 
 def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
-    """Return the quickest moves from one place to another (Dijkstra).
+    """Return the fastest moves from one place to another (Dijkstra).
 
     Args:
         design: The element.
@@ -168,7 +168,7 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()
-    while True:  # every node is reachable: by an erase, a launch and steps
+    while True:  # every place is reachable by an erase, a launch and steps
         time, _, place, way = heapq.heappop(ways)
         if place == target:
             return way
@@ -177,5 +177,5 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
         seen.add(place)
         for move in moves_from(design, settings, place):
             if move.how is How.ERASE and place != start:
-                continue  # a kink's erase is that quick only if the wall was read
+                continue  # an erase by a kink is that fast only if the wall was read
             heapq.heappush(ways, (time + move.time, next(order), move.target, [*way, move]))

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The clock that paces a loop: it decides when the next tick runs, never what it computes."""
+"""Clocks that pace a loop: when the next tick runs, never what it computes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ class Pacer(Protocol):
     """A clock to wait on. It may stand still, jump, or run at any rate.
 
     Attributes:
-        slack: Seconds of lag that are caught up; lost time beyond that is skipped. A clock that
-            advances in steps needs more than one of its steps.
+        slack: Seconds of lag that are caught up; time lost beyond that is skipped. A clock that
+            advances in steps needs more than one step.
     """
 
     slack: float
@@ -24,9 +24,9 @@ class Pacer(Protocol):
         """Return the time in seconds."""
 
     def wait(self, changed: Condition, seconds: float) -> None:
-        """Wait for at most this time on a condition, whose lock is held.
+        """Wait on a condition, whose lock is held, for at most this time.
 
-        Returns early when the condition has been notified, or the clock may have moved.
+        Returns early when the condition is notified, or the clock may have moved.
         """
 
 
@@ -40,5 +40,5 @@ class SteadyPacer:
         return threads.monotonic()
 
     def wait(self, changed: Condition, seconds: float) -> None:
-        """Wait on a condition, for at most a given time."""
+        """Wait on a condition for at most this time."""
         changed.wait(seconds)

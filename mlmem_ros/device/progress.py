@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a procedure is: what it tells of itself while it runs. Nothing depends on it."""
+"""The progress of a procedure, for display; nothing else depends on it."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ STRAINING = 'straining'
 LAUNCHING = 'launching'
 SETTLING = 'settling'
 LISTENING = 'listening'
-"""Phases of a procedure, of whatever kind."""
+"""Phases of any procedure."""
 
 
 class Feedback(NamedTuple):
-    """What is told of a procedure that runs.
+    """Feedback from a running procedure.
 
     Attributes:
-        phase: What it does at present, one of the above; empty before its first tick.
-        share: Share of the time that it is expected to take in all, 0 to 1.
-        strain: Strain of the substrate as the linkage's encoder has it.
-        attempts: Tries so far, with the present one.
+        phase: Its present phase, one of the above; empty before its first tick.
+        share: Elapsed share of the expected duration, 0 to 1.
+        strain: Strain that the encoder of the linkage reads.
+        attempts: Attempts so far, including the present one.
     """
 
     phase: str
@@ -34,9 +34,10 @@ class Progress:
     """The progress of one procedure.
 
     Attributes:
-        procedure: Its name; empty where none runs.
-        phase: What it does at present, one of the above; empty before its first tick.
-        attempts: Tries so far, with the present one.
+        procedure: Its name; empty before the first one.
+        phase: Its present phase, one of the above; empty before its first tick.
+        attempts: Attempts so far, including the present one.
+        start_tick: The tick in which it began.
     """
 
     def __init__(self, procedure: str = '', tick: int = 0) -> None:
@@ -44,22 +45,22 @@ class Progress:
         self.procedure = procedure
         self.phase = ''
         self.attempts = 1
-        self._begun = self._end = tick
+        self.start_tick = self._end = tick
 
     def expect(self, end: float) -> None:
-        """Expect an end at this tick or later.
+        """Expect the end at this tick or later.
 
-        So a procedure that another one makes use of prolongs nothing that was foreseen, and one
-        that has to try again does.
+        A procedure that another one calls ends within the expected time; a further attempt
+        prolongs it.
         """
         self._end = max(self._end, round(end))
 
     def tried(self, procedure: str, attempts: int) -> None:
-        """Count the tries of the procedure itself, not those of one that it makes use of."""
+        """Set the attempts of the procedure itself; those of one that it calls do not count."""
         if procedure == self.procedure:
             self.attempts = attempts
 
     def share(self, tick: int) -> float:
-        """Return the share of the expected time that has passed, 0 to 1: 1 where it is late."""
-        passed = tick - self._begun
-        return passed / max(self._end - self._begun, passed, 1)
+        """Return the elapsed share of the expected time, 0 to 1; 1 if it is late."""
+        passed = tick - self.start_tick
+        return passed / max(self._end - self.start_tick, passed, 1)

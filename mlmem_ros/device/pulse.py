@@ -16,11 +16,11 @@ from .settings import ProbeSettings
 
 
 class BoundaryMotion(Protocol):
-    """What a boundary cell can be made to do."""
+    """A motion that a boundary cell can be made to follow."""
 
     @property
     def duration(self) -> float:
-        """How long the cell is held, in time units; it is free afterwards."""
+        """Time for which the cell is held, in time units; then it is released."""
 
     def at(self, t: Array) -> Array:
         """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""

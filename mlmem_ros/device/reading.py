@@ -18,12 +18,11 @@ from .end import BOTH, End
 from .settings import ReadSettings
 
 REST_TOLERANCE = 0.25
-"""Largest departure of a rest displacement from a ground state, as a share of their distance."""
-
+"""Largest offset of a rest displacement from a ground state, as a fraction of their distance."""
 
 MOST_RAISED = 1.4
-"""How far noise may raise the threshold: beyond, an echo's slow flank crosses it so late that
-its delay may be that of the next level."""
+"""Most by which noise may raise the threshold. Beyond, an echo's slow flank crosses it so late
+that the delay may be that of the next level."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +33,18 @@ class Reading:
         level: 0 ... p - 1, `BLANK` or `UNDECODABLE`.
         code: Binary code of a level; empty otherwise.
         end: The end that was probed: 'left', 'right' or 'both'.
-        delay: Echo delay in time units, or None where nothing came back; of both, the left's.
-        level_margin: 1 on the calibrated delay, 0 half-way to the next level. Of both ends the
-            lesser, and not more than 1 less the cells by which the two distances do not make up
-            the element, over half the spacing of levels.
-        threshold_margin: Greatest v_c over the threshold; above 1 for an echo. Of both ends the
+        delay: Echo delay in time units, or None without an echo; for both ends, at the left.
+        level_margin: 1 at the calibrated delay, 0 half-way to the next level. For both ends the
+            lesser margin, and at most 1 - e / (J / 2), where e is the number of cells by which
+            the sum of the two distances differs from the element, and J the spacing of levels.
+        threshold_margin: Greatest v_c over the threshold; above 1 for an echo. For both ends the
             lesser.
-        distance: Distance from the end to the wall in cells; infinite where nothing came back.
-            Of both, from the left.
+        distance: Distance from the end to the wall in cells; infinite without an echo. For both
+            ends, from the left.
         reason: Why it could not be decoded; empty otherwise.
-        walls: How many walls the element has, as far as the ends tell: 0, 1, 2 or 3 (3: three
-            or more); None where one end alone cannot tell one wall from three.
-        right_delay: Echo delay at the right end where both were probed.
+        walls: Number of walls, as far as the ends can tell: 0, 1, 2 or 3 (three or more); None if
+            one end alone cannot tell one wall from three.
+        right_delay: Echo delay at the right end if both were probed.
     """
 
     level: int
@@ -61,7 +60,7 @@ class Reading:
 
     @property
     def confidence(self) -> float:
-        """See the function `confidence`; 0 where nothing was decoded."""
+        """See the function `confidence`; 0 if nothing was decoded."""
         if self.level == UNDECODABLE:
             return 0.0
         return confidence(self.level_margin, self.threshold_margin)
@@ -70,9 +69,9 @@ class Reading:
 def confidence(level_margin: float, threshold_margin: float) -> float:
     """Return how much may be lost before the answer changes, from 0 to 1.
 
-    The lesser of two shares: that of the way to the next level by which the delay may yet
-    shift (the level margin), and that of its height by which the echo may yet fade until it
-    is missed (1 - 1 / threshold margin).
+    The lesser of two fractions: how far the delay may still shift on the way to the next level
+    (the level margin), and how much of its height the echo may still lose before it is missed
+    (1 - 1 / threshold margin).
     """
     if threshold_margin <= 1.0:
         return 0.0
@@ -84,7 +83,7 @@ def phase_of(design: Design, rest: float) -> int | None:
 
     Args:
         design: The element.
-        rest: Rest displacement of the end less that of the substrate under it.
+        rest: Rest displacement of the end minus that of the substrate under it.
     """
     active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
     phase = round(active)
@@ -100,90 +99,102 @@ def decode(
 ) -> Reading:
     """Decode an echo.
 
-    The rest displacements of the ends tell their phases. A stored level has the active phase
-    at the left and the inactive one at the right; a blank element has the inactive phase at
-    both and echoes, seen from the right, from its far end. Ends of the same phase with an echo
-    from within have two walls between them.
+    A stored level has the active phase at the left end and the inactive one at the right. A blank
+    element is inactive at both, and its far end returns the echo of a probe from the right. If
+    both ends have the same phase and an echo comes from within, there are two walls between them.
 
     Args:
         design: The element.
         settings: Least margin of a decodable level.
         calibration: Delays by level.
-        echo: What came back.
+        echo: The echo.
         phases: Phases of the left and the right end (see `phase_of`).
     """
-    if None in phases:
-        end = End.LEFT if phases[0] is None else End.RIGHT
-        return _undecodable(echo, f'the {end} end rests in neither phase')
-    if echo.end is End.LEFT and phases[0] == 0:
-        return _undecodable(echo, 'the left end is inactive and hears nothing: probe the right')
-    if echo.end not in calibration.ends:
-        return _undecodable(echo, f'the {echo.end} end is not read from (read.end is right)')
-    if echo.end is End.RIGHT and phases[1] == 1:
-        return _undecodable(echo, 'the right end is active: the wall has left the element')
-    if echo.spoiled:
-        return _undecodable(echo, f'the base began to shake while the {echo.end} end listened')
-    what = 'shaking' if echo.shaken else 'noise'
-    if echo.delay is None and echo.raised > 1.0:
-        return _undecodable(
-            echo,
-            f'no echo stands out of the {what} at the {echo.end} end, which alone may make v_c '
-            f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times',
-        )
-    if echo.delay is None:
-        return _undecodable(echo, 'no echo came back')
-    if echo.raised > MOST_RAISED:
-        return _undecodable(
-            echo,
-            f'the {what} at the {echo.end} end hides when the echo began: it raises the '
-            f'threshold {echo.raised:.2g} times, and {MOST_RAISED:g} times is the most that '
-            'leaves a delay its level',
-        )
-    # The phase of the left end tells the two farthest echoes apart, which may be alike: with a
-    # kink behind it no wall is at the first defect.
+    nothing = Reading(
+        UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf
+    )
+    if reason := _unclear(calibration, echo, phases):
+        return replace(nothing, reason=reason)
+    assert echo.delay is not None
+    # The two farthest echoes may be alike; the phase of the left end tells them apart: with a kink
+    # behind it there is no wall at the first defect.
     impossible = BLANK if phases[0] == 1 else 0
     level, margin = calibration.table(echo.end).nearest(echo.delay, impossible)
-    if echo.early and margin < 1.0:  # where a level is so near, its calibrated delay is that
-        return _undecodable(
-            echo,
-            f'something is heard at the {echo.end} end when listening begins, at '
+    if echo.early and margin < 1.0:  # unless the calibrated delay of a level is that short
+        return replace(
+            nothing,
+            reason=f'something is heard at the {echo.end} end when listening begins, at '
             f'{echo.delay:.2f}, and no level is so near',
         )
-    least = settings.min_margin
-    if echo.shaken:
-        least = max(least, settings.shaken_margin)
+    least = max(settings.min_margin, settings.shaken_margin if echo.shaken else 0.0)
     if phases[1] == 1:
-        return _active(echo, level, margin >= least)
-    if margin < least:
-        return _undecodable(
-            echo, f'the delay {echo.delay:.2f} lies between levels (margin {margin:.2f})'
-        )
-    if level != BLANK and phases[0] == 0:
-        return _undecodable(
-            echo,
-            f'the left end is inactive, but the delay {echo.delay:.2f} from the right is that '
-            f'of a wall at level {level}: there are two walls, or more',
+        if margin < least:
+            return replace(nothing, reason=LEFT, walls=0)
+        return replace(
+            nothing,
+            reason='the right end is active, but the left one hears a wall at level '
+            f'{level}: there are two walls, or more',
             walls=2,
         )
-    code = design.code(level) if level >= 0 else ''
-    distance = _distance(design, calibration, echo.end, echo.delay) if level >= 0 else math.inf
-    return Reading(
-        level,
-        code,
-        echo.end.value,
-        echo.delay,
-        margin,
-        echo.threshold_margin,
-        distance,
-        walls=0 if level == BLANK else None,
+    if margin < least:
+        return replace(
+            nothing, reason=f'the delay {echo.delay:.2f} lies between levels (margin {margin:.2f})'
+        )
+    if level == BLANK:
+        return replace(nothing, level=BLANK, level_margin=margin, walls=0)
+    if phases[0] == 0:
+        return replace(
+            nothing,
+            reason=f'the left end is inactive, but the delay {echo.delay:.2f} from the right is '
+            f'that of a wall at level {level}: there are two walls, or more',
+            walls=2,
+        )
+    distances = [echo.end.distance(design, each) for each in range(design.levels)]
+    return replace(
+        nothing,
+        level=level,
+        code=design.code(level),
+        level_margin=margin,
+        distance=calibration.table(echo.end).distance(echo.delay, distances),
     )
 
 
-def combine(design: Design, settings: ReadSettings, left: Reading, right: Reading) -> Reading:
-    """Return what the readings from both ends say together.
+LEFT = 'the right end is active: the wall has left the element'
 
-    One wall is at the same level from either end, and its two distances make up the element.
-    Of three walls the left end hears the first and the right end the last.
+
+def _unclear(calibration: Calibration, echo: Echo, phases: tuple[int | None, int | None]) -> str:
+    """Return why an echo has no delay that can be decoded; empty if it has one."""
+    end, what = echo.end, 'shaking' if echo.shaken else 'noise'
+    if None in phases:
+        return f'the {End.LEFT if phases[0] is None else End.RIGHT} end rests in neither phase'
+    if end is End.LEFT and phases[0] == 0:
+        return 'the left end is inactive and hears nothing: probe the right'
+    if end not in calibration.ends:
+        return f'the {end} end is not read from (read.end is right)'
+    if end is End.RIGHT and phases[1] == 1:
+        return LEFT
+    if echo.spoiled:
+        return f'the base began to shake while the {end} end listened'
+    if echo.delay is None and echo.raised > 1.0:
+        return (
+            f'no echo stands out of the {what} at the {end} end, which alone may make v_c '
+            f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times'
+        )
+    if echo.delay is None:
+        return 'no echo came back'
+    if echo.raised > MOST_RAISED:
+        return (
+            f'the {what} at the {end} end hides when the echo began: it raises the threshold '
+            f'{echo.raised:.2g} times, and a delay is reliable up to {MOST_RAISED:g} times'
+        )
+    return ''
+
+
+def combine(design: Design, settings: ReadSettings, left: Reading, right: Reading) -> Reading:
+    """Combine the readings from both ends.
+
+    From either end a single wall is at the same level, and its two distances add up to the
+    element. Of three walls, the left end hears the first and the right end the last.
 
     Args:
         design: The element.
@@ -204,8 +215,6 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
         ]
         walls = max(each.walls or 0 for each in (left, right)) or None
         return _refused(both, '; '.join(said), walls)
-    length = design.N - 1.0
-    seen = left.distance + right.distance
     if left.level < right.level:
         return _refused(
             both,
@@ -213,6 +222,7 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
             f'{right.level}: there are three walls, or more',
             walls=3,
         )
+    length, seen = design.N - 1.0, left.distance + right.distance
     fit = 1.0 - abs(seen - length) / (0.5 * design.J)
     if left.level > right.level or fit < settings.min_margin:
         return _refused(
@@ -225,48 +235,16 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
 
 
 def confirmed(reading: Reading, said: Sequence[int]) -> Reading:
-    """Return a reading of a shaken element if two pulses say the same, else an undecodable one.
+    """Return a reading of a shaken element if two pulses agree, otherwise an undecodable one.
 
     Args:
-        reading: What the last pulse says.
-        said: The levels that all pulses have said, this one the last.
+        reading: The reading of the last pulse.
+        said: The levels read by all pulses, this one last.
     """
     if reading.level == UNDECODABLE or reading.level in said[:-1]:
         return reading
     heard = ', '.join(map(describe_level, said))
-    return _refused(reading, f'while the base shakes two pulses must say the same: {heard}')
-
-
-def _active(echo: Echo, level: int, clear: bool) -> Reading:
-    """Return what is heard from the left of an element that is active at both ends."""
-    reason = 'the right end is active: the wall has left the element'
-    if not clear:
-        return _undecodable(echo, reason, walls=0)
-    return _undecodable(
-        echo,
-        f'the right end is active, but the left one hears a wall at level {level}: there are '
-        'two walls, or more',
-        walls=2,
-    )
-
-
-def _distance(design: Design, calibration: Calibration, end: End, delay: float) -> float:
-    distances = [end.distance(design, level) for level in range(design.levels)]
-    return calibration.table(end).distance(delay, distances)
-
-
-def _undecodable(echo: Echo, reason: str, walls: int | None = None) -> Reading:
-    return Reading(
-        UNDECODABLE,
-        '',
-        echo.end.value,
-        echo.delay,
-        0.0,
-        echo.threshold_margin,
-        math.inf,
-        reason,
-        walls,
-    )
+    return _refused(reading, f'while the base shakes two pulses must agree: {heard}')
 
 
 def _refused(reading: Reading, reason: str, walls: int | None = None) -> Reading:

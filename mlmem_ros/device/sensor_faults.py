@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What faulty transducers hear of the ends."""
+"""Faulty transducers: noise and drop-out."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .faults import Faults
 
 
 def sensed(ends: Array, last: Array, faults: Faults, tick: int) -> Array:
-    """Return what the transducers make of the displacements of both ends in a tick.
+    """Return the samples of both ends in a tick as faulty transducers measure them.
 
     Args:
         ends: The true displacements after every step, shape (2, steps).
-        last: What the transducers heard last before, shape (2,).
+        last: The last samples before, shape (2,).
         faults: Noise and drop-out.
         tick: The tick.
     """

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The driver of a simulated element: a chain that advances when it is asked to."""
+"""The driver of a simulated element."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .errors import SettingsError
 from .settings import TimeSettings
 
 MOST_WORK = 10**8
-"""Cell steps of a tick, those of at least a thousand cells: a quarter of a second or so."""
+"""Most cell steps of a tick, with at least a thousand cells: about a quarter of a second."""
 
 
 def steps_per_tick(design: Design, time: TimeSettings) -> int:
-    """Return the least number of steps of a tick that are accurate and stable.
+    """Return the least number of steps of a tick that is accurate and stable.
 
     Raises:
-        SettingsError: The tick would take so many that nothing could be done beside it.
+        SettingsError: The tick needs more than `MOST_WORK`.
     """
     dt = default_step(Specimen(design), INTEGRATORS[time.integrator])
     steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
@@ -34,7 +34,7 @@ def steps_per_tick(design: Design, time: TimeSettings) -> int:
 
 
 class Simulation(Driver):
-    """A chain in the place of an element; a step is a sample."""
+    """A chain in place of a real element; each step is a sample."""
 
     chain: Chain
 
@@ -49,7 +49,7 @@ class Simulation(Driver):
         """Return the driver of a blank element at rest.
 
         Raises:
-            SettingsError: A tick would have to take too many steps.
+            SettingsError: A tick needs too many steps.
             DesignError: The step is beyond the stability limit.
         """
         dt = time.tick / steps_per_tick(design, time)

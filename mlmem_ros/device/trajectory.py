@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The strain profile that a trajectory command asks for, or why there is none."""
+"""From a trajectory command to the strain profile that it asks for."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 
 from ..clipped import clipped
 from ..words import JOINT
-from .commands import FollowTrajectory
+from .commands import FollowTrajectory, is_number
 from .errors import Refused
 from .motion import Profile
 from .settings import ActuatorSettings
 
 MOST_POINTS = 10_000
-"""Points that a profile may have."""
+"""Most points of a profile."""
 
 LONGEST = 1e12
-"""Time units that a profile may take."""
+"""Longest profile, in time units."""
 
 ROUNDING = 1e-9
 """Relative excess over a limit that is rounding, not intent."""
@@ -29,9 +29,9 @@ ROUNDING = 1e-9
 def planned(
     command: FollowTrajectory, strain: float, settings: ActuatorSettings, time_unit: float
 ) -> Profile:
-    """Return the profile that a command asks for, from the present strain on.
+    """Return the profile that a command asks for, beginning at the present strain.
 
-    A first point later than 0 is reached from the present strain, at rest.
+    If the first point is later than 0, the profile starts from rest.
 
     Args:
         command: The points in seconds.
@@ -40,7 +40,7 @@ def planned(
         time_unit: Seconds per time unit.
 
     Raises:
-        Refused: The points make no profile, or one beyond a limit.
+        Refused: The points are not a profile, or it exceeds a limit.
     """
     if command.joint != JOINT:
         raise Refused(f'the joint must be {JOINT!r} alone; got {clipped(command.joint)}')
@@ -86,15 +86,10 @@ def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
             f'either every point or none must have a rate; got {len(rates)} for {len(times)}'
         )
     for name, column in zip(('times', 'strains', 'rates'), columns, strict=True):
-        if bad := [value for value in column if not _is_finite(value)]:
+        if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
             raise Refused(f'{name} must be finite numbers; got {clipped(bad[0])}')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
         raise Refused('the times of the points must increase from 0 s on')
     if times[-1] == 0.0:
         raise Refused('the last point must be later than 0 s')
     return columns
-
-
-def _is_finite(value: object) -> bool:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return number and abs(value) <= sys.float_info.max  # type: ignore[arg-type]

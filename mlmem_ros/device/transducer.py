@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The transducers at both ends: they hold or free a boundary cell, and sense its displacement."""
+"""The transducers at both ends: hold or free a boundary cell, and sense its displacement."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from .pulse import BoundaryMotion, Move, Pulse
 from .settings import Settings
 
 REST_PERIODS = 8.0
-"""Periods of the slowest carrier over which the rest of an end is taken."""
+"""Periods of the slowest carrier over which the rest displacement is averaged."""
 
 LEFT_OF_MOTION = 1e-3
-"""Share that is left of the fastest motion in a difference of samples that tells their noise."""
+"""Fraction of the fastest motion left in the difference of samples that measures noise."""
 
 MOST_SAMPLES = 1_000_000
-"""Bound of the samples of an end that are kept."""
+"""Most samples kept of an end."""
 
 HIGHEST_DIFFERENCE = 24
-"""Order beyond which samples are too far apart to tell motion from noise."""
+"""Highest order: beyond, samples are too far apart to distinguish motion from noise."""
 
 
 class Held(NamedTuple):
-    """A boundary cell that is held: what it is made to do, its site, the steps it has done."""
+    """A held boundary cell: its prescribed motion, its site, and the steps done."""
 
     motion: BoundaryMotion
     site: int
@@ -44,11 +44,11 @@ class Transducer:
     """Drives and senses the first and the last cell of a chain.
 
     Attributes:
-        recent: Last displacements of both ends, shape (2, w), newest last: what tells the rest
-            displacement and whether the element is quiet.
-        detector: Listens to the pulse fired last, or None.
-        held: The boundary cell that is held, or None.
-        interrupted: Whether the element was left alone for a while since the pulse.
+        recent: Last displacements of both ends, shape (2, w), newest last. They give the rest
+            displacement, and show whether the element is quiet.
+        detector: Detector for the last pulse, or None.
+        held: The held boundary cell, or None.
+        interrupted: Whether listening was interrupted since the pulse.
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver) -> None:
@@ -56,8 +56,8 @@ class Transducer:
 
         Args:
             design: The element.
-            settings: With pulse and detector of either end.
-            driver: What holds and hears its ends.
+            settings: With the pulse and detector of each end.
+            driver: Holds and senses the ends.
 
         Raises:
             SettingsError: A carrier is so slow that too many samples would have to be kept.
@@ -73,14 +73,14 @@ class Transducer:
         if samples > MOST_SAMPLES:
             raise SettingsError(
                 f'omega_c must be at least {slowest * samples / MOST_SAMPLES:.4g} with steps of '
-                f'{dt:.4g}, or a rest takes more than {MOST_SAMPLES} samples; '
+                f'{dt:.4g}, or the rest displacement needs more than {MOST_SAMPLES} samples; '
                 f'got {slowest:g}'
             )
         self.recent: Array = np.empty((2, samples))
         self.settle()
         self.detector: EchoDetector | None = None
         self.interrupted = False
-        self._late = 0  # ticks that are yet to be heard from before the pulse
+        self._late = 0  # ticks still to come of samples from before the pulse
         self._listening_end = End.LEFT
         self._rest = 0.0
         self.held: Held | None = None
@@ -92,20 +92,20 @@ class Transducer:
 
     @property
     def left(self) -> float:
-        """Time until the held cell is let go; 0 where none is held."""
+        """Time until the held cell is released; 0 if none is held."""
         if self.held is None:
             return 0.0
         return self.held.motion.duration - self.held.steps * self._driver.dt
 
     @property
     def busy(self) -> bool:
-        """Whether a cell is held, or somebody waits for an echo."""
+        """Whether a cell is held or a detector is listening."""
         return self.driving or self.detector is not None
 
     # --- sensing -------------------------------------------------------------------------
 
     def settle(self) -> None:
-        """Take the ends for having rested where they are."""
+        """Assume that both ends have rested where they are."""
         for end in End:
             self.recent[end.row] = self._driver.end(end.site(self._design))
 
@@ -121,9 +121,9 @@ class Transducer:
     def noise(self, end: End) -> float:
         """Return the sensor's share of `unrest`: mean size of the noise in the recent samples.
 
-        Of a motion as fast as the pass bands allow less than 0.1 % is left in a difference of
-        high enough order (for Case II the sixth of samples 0.25 time units apart, the thirteenth
-        0.5 apart), while white noise is all there.
+        A difference of high enough order contains less than 0.1 % of a motion as fast as the pass
+        bands allow, but all of a white noise. For Case II that is order 6 with samples 0.25 time
+        units apart, and order 13 with 0.5.
         """
         differences = np.diff(self.recent[end.row], self._difference)
         return float(np.abs(differences).mean()) / _noise_gain(self._difference)
@@ -138,28 +138,28 @@ class Transducer:
     # --- driving -------------------------------------------------------------------------
 
     def fire(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
-        """Fire the probe pulse of an end, about its rest, and listen to what comes back.
+        """Fire the probe pulse of an end, about its rest, and listen for the echo.
 
         Args:
-            end: Which.
-            floor: What noise alone may make of v_c, in cells.
-            shaken: Whether to listen to the carrier alone, for the base shakes.
+            end: The end.
+            floor: Contribution of noise alone to v_c, in cells.
+            shaken: Whether to filter the carrier, because the base shakes.
         """
         detector = self.listen(end, floor, shaken)
         self._hold(end, Pulse(self._rest, self.probes[end]))
         return detector
 
     def listen(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
-        """Listen as after a pulse (see `fire`), though none is fired."""
+        """Listen as after a pulse (see `fire`) without firing one."""
         self._rest = self.rest(end)
         self._listening_end = end
-        least = FAINTEST * max(1.0, abs(self._rest))  # rounding goes with what is rounded
+        least = FAINTEST * max(1.0, abs(self._rest))  # relative rounding
         self.interrupted, self._late = False, self._driver.lag
         self.detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, shaken)
         return self.detector
 
     def move(self, end: End, target: float, speed: float) -> None:
-        """Move a boundary cell from where it is to a displacement at constant speed, let go."""
+        """Move a boundary cell at constant speed to a displacement, then release it."""
         start = self._driver.end(end.site(self._design))
         self._hold(end, Move(start, target, speed))
 
@@ -167,7 +167,7 @@ class Transducer:
         self.held = Held(motion, end.site(self._design), 0)
 
     def release(self) -> None:
-        """Let a held cell go and stop listening."""
+        """Release a held cell, and stop listening."""
         self.held = None
         self.detector = None
 
@@ -189,8 +189,8 @@ class Transducer:
 
         Args:
             ends: The displacements.
-            ticks: How many they are.
-            interrupted: Whether the element was left alone meanwhile.
+            ticks: Number of ticks.
+            interrupted: Whether sampling was interrupted within them.
         """
         width = self.recent.shape[1]
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
@@ -204,18 +204,18 @@ class Transducer:
 
 
 def _noise_gain(order: int) -> float:
-    """Return what a difference makes of white noise: the root of its squared weights' sum."""
+    """Return the factor of a difference on white noise: the root sum square of its weights."""
     return math.sqrt(math.comb(2 * order, order))
 
 
 def upper_edge(design: Design) -> float:
-    """Return the upper edge of the pass bands, rounded up to a tenth: no cell moves faster."""
+    """Return the upper edge of the pass bands, rounded up to a tenth."""
     stiffest = max(design.k_s1, design.k_s2) * float(design.alpha.max())
     return math.ceil(10.0 * band(stiffest)[1]) / 10.0
 
 
 def _difference(omega: float, dt: float) -> int:
-    """Return the least order of a difference of samples in which noise is left and no motion.
+    """Return the least order of a difference of samples that removes motion but not noise.
 
     Args:
         omega: Angular frequency of the fastest motion.

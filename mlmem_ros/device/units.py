@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the units of an element are in SI: messages speak metres and newtons, a device cells."""
+"""The units of an element in SI, which messages use; a device computes in cells."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Units:
 
     Attributes:
         design: The element.
-        scale: What the dimensionless units are.
+        scale: The dimensionless units in SI.
     """
 
     design: Design = CASE_II

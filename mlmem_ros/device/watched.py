@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A driver that may hang, and nobody hangs with it."""
+"""A time-out around a driver that may hang."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .errors import DriverError
 T = TypeVar('T')
 
 PATIENCE = 10.0
-"""Seconds after which a driver that does not return is given up."""
+"""Seconds after which a call to a driver times out."""
 
 
 class Watched(Driver):
-    """Has a driver work in a thread of its own, which is left behind if it hangs."""
+    """Runs a driver in a thread of its own, which is abandoned if it hangs."""
 
     def __init__(
         self, name: str, make: Callable[[], Driver], seconds: float, patience: float = PATIENCE
@@ -29,13 +29,13 @@ class Watched(Driver):
         """Open a driver.
 
         Args:
-            name: As people know it.
-            make: Returns the driver, open.
-            seconds: What a time unit is by the element's clock.
-            patience: Seconds after which it is given up.
+            name: Its name in messages.
+            make: Opens and returns the driver.
+            seconds: Seconds per time unit of the element.
+            patience: Time-out of a call, in seconds.
 
         Raises:
-            DriverError: It does not return, or as `make`.
+            DriverError: It hangs, or as `make` raises.
         """
         self._name, self._seconds, self._patience = name, seconds, patience
         self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
@@ -52,37 +52,37 @@ class Watched(Driver):
 
     @property
     def V_N(self) -> float:  # type: ignore[override]
-        """What the driver says."""
+        """The driver's last set-point."""
         return self.driver.V_N
 
     @property
     def interrupted(self) -> bool:  # type: ignore[override]
-        """What the driver says."""
+        """Whether the driver was interrupted."""
         return self.driver.interrupted
 
     def advance(
         self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
     ) -> Array:
-        """Return what the driver does, or raise `DriverError` where it takes too long."""
+        """Return the samples of the driver; raises `DriverError` if it takes too long."""
         playing = len(V_N) / len(self.nodes) * self.dt * self._seconds
         return self._asked(
             'playing', lambda: self.driver.advance(V_N, drive, shake, looks), playing
         )
 
     def end(self, site: int) -> float:
-        """Return what the driver says."""
+        """Return the displacement of an end."""
         return self.driver.end(site)
 
     def force(self) -> float | None:
-        """Return what the driver says."""
+        """Return the force, if it is measured."""
         return self.driver.force()
 
     def health(self) -> dict[str, float | str]:
-        """Return what the driver says."""
+        """Return the driver's values for diagnostics."""
         return self.driver.health()
 
     def close(self) -> None:
-        """Close the driver; one that hangs is left behind."""
+        """Close the driver, unless it hangs."""
         if not (self._closed or self._hangs):
             self._closed = True
             self._asked('closing', self.driver.close)

@@ -142,7 +142,7 @@ def test_the_reading_is_not_believed_before_a_second_pulse_says_the_same():
     events = shaken(element, imu(G, 1), Read())
     first, second = [event.reading for event in events if isinstance(event, Heard)]
     assert first.level == UNDECODABLE
-    assert first.reason == 'while the base shakes two pulses must say the same: level 5'
+    assert first.reason == 'while the base shakes two pulses must agree: level 5'
     assert second.level == 5
 
 

@@ -100,7 +100,7 @@ BROKEN = {
     sooner: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
     not_played_yet: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
     not_a_number: r'the rig sends NaN or infinity among samples from \d+',
-    far_away: 'the driver must tell displacements of at most 1e.06 cells; got more, or NaN',
+    far_away: 'the driver must return displacements of at most 1e.06 cells; got more, or NaN',
     stopped: r'the rig has stopped: the grip is at its stop\\n\\x1b\[2J',
     of_another_kind: 'the rig sends PLAY where samples are due',
     begun_anew: 'the rig asks for what it has had: it has begun anew',
@@ -215,8 +215,8 @@ def unplugged(ends):
 @pytest.mark.parametrize(
     ('breaks', 'why'),
     [
-        (lambda ends: ends[:, :-1], r'must tell 80 samples of both ends; got shape \(2, 79\)'),
-        (lambda ends: ends[0], r'must tell 80 samples of both ends; got shape \(80,\)'),
+        (lambda ends: ends[:, :-1], r'must return 80 samples of both ends; got shape \(2, 79\)'),
+        (lambda ends: ends[0], r'must return 80 samples of both ends; got shape \(80,\)'),
         (lambda ends: ends * np.nan, 'displacements of at most 1e.06 cells; got more, or NaN'),
         (lambda ends: ends * np.inf, 'displacements of at most 1e.06 cells; got more, or NaN'),
         (unplugged, 'the driver failed: no such device'),

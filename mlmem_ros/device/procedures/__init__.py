@@ -3,9 +3,9 @@
 """The device's procedures, as sequences that the tick loop advances.
 
 A procedure is a generator: what it does before a `yield` takes effect in the following tick. It
-yields the number of ticks after which to resume it. It may be resumed earlier: then it does
-nothing yet, and yields how many are left. It never sleeps or looks at a clock, and it knows only
-what the device can measure: the displacements of the two ends, never the true wall position.
+yields the number of ticks after which to resume it. Resumed earlier, it does nothing but yield
+the remaining number. It never sleeps or reads a clock. It knows only what the device can measure,
+the displacements of the two ends, and never the true wall position.
 """
 
 from .aborting import abort

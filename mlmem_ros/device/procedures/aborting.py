@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Aborting: release whatever is held, gently."""
+"""Aborting: release cells and strain, gently."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .blocks import Procedure, Result, ramp, wait
 def abort(element: Memory) -> Procedure[Result]:
     """Release a held cell and bring the strain to zero, smoothly.
 
-    As slowly as an erase does: released at the greatest rate, one element in twenty was left with
-    cells in a third ground state, which no strain clears (see `bring_back`).
+    As slowly as an erase: at the highest rate, one element in twenty was left with cells in a
+    third ground state, which no strain clears (see `bring_back`).
     """
     times = element.settings.erase
     detector = element.transducer.detector
@@ -21,7 +21,7 @@ def abort(element: Memory) -> Procedure[Result]:
         element.forget()
         yield from ramp(element, 0.0, times.release)
     elif detector is not None:  # the next read must not mistake this pulse's echo for its own
-        element.transducer.detector = detector  # and an abort of this abort has to wait too
+        element.transducer.detector = detector  # an abort of this abort must wait too
         yield from wait(element, times.settle)
         element.transducer.release()
     return Result(None)

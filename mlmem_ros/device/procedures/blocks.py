@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Building blocks of procedures: waits, strains, and moves of the boundary cells."""
+"""Building blocks of procedures: waits, strains, and moves of boundary cells."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ from ..settings import EraseSettings, WriteSettings
 
 T = TypeVar('T')
 Procedure = Generator[int, None, T]
-"""Yields the number of ticks after which to resume it; resuming it earlier changes nothing."""
+"""Yields the number of ticks after which to resume it; an earlier resumption changes nothing."""
 
 BRING_BACK_SPEED = 0.2
-"""Speed for moving an end in a third ground state back; 0.1 to 0.4 was seen to work."""
-
+"""Speed for moving an end back from a third ground state; 0.1 to 0.4 was seen to work."""
 
 FOLLOWING_ERROR = 0.1
-"""Allowed error of the actuator, as a fraction of the greatest strain."""
+"""Allowed error of the actuator, as a fraction of its largest strain."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a procedure: last reading, attempts, checks and what it learnt."""
+    """The result of a procedure: last reading, attempts, checks and learnt delays."""
 
     reading: Reading | None
     attempts: int = 1
@@ -47,12 +46,12 @@ def run(
     """Advance an instrument until a procedure has ended, and return its result.
 
     Args:
-        instrument: What it plays on.
+        instrument: The instrument.
         procedure: The procedure.
         before: Called before every tick.
 
     Raises:
-        ProcedureFailed: As by the procedure.
+        ProcedureFailed: The procedure failed.
         StateError: The material cannot continue.
     """
     while True:
@@ -77,7 +76,7 @@ def wait(element: Instrument, duration: float) -> Procedure[None]:
 
 
 def catch_up(element: Instrument) -> Procedure[None]:
-    """Let ticks pass until this one's samples have arrived: a driver may lag."""
+    """Wait until the samples of this tick have arrived, because a driver may lag."""
     yield from wait(element, element.driver.lag * element.tick)
 
 
@@ -86,7 +85,8 @@ def ramp(
 ) -> Procedure[None]:
     """Move the strain smoothly and wait until it arrives.
 
-    Raises: ProcedureFailed: The actuator does not follow, even in twice the time.
+    Raises:
+        ProcedureFailed: The actuator does not follow, even in twice the time.
     """
     element.progress.phase = STRAINING
     element.actuator.ramp_to(strain, duration, delay)
@@ -119,7 +119,7 @@ def launch(
     """Under a strain, move v_1 to another ground state at constant speed, and release it."""
     rise, *rest = Cycle.planned(times, times.start_strain).motions
     yield from play(element, Cycle((rise,)))
-    yield from catch_up(element)  # to learn where the end is
+    yield from catch_up(element)  # where is the end?
     element.progress.phase = LAUNCHING
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
@@ -130,7 +130,7 @@ def launch(
 def bring_back(element: Memory, end: End) -> Procedure[None]:
     """Move an end that strayed into a third ground state back to the active phase.
 
-    A wall driven over a free end comes back as one between the active phase and the next. No
+    A wall driven over a free end returns as a wall between the active phase and the next. No
     strain moves it, but the wall launched here removes it within some 90 cells.
     """
     element.forget()
@@ -145,7 +145,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
 def slacken(element: Memory) -> Procedure[None]:
     """Bring a strain that was set by hand back to zero, and let the element settle.
 
-    With the times of an erase, which is slow: a write's way back may take only a tick.
+    With the slow times of an erase: a write may return within a tick.
     """
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrating: learn what every level sounds like, and which pulse takes the wall there."""
+"""Calibrating: learn the echo delay of every level, and which pulse takes the wall there."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from .writing import restore
 def calibrate(element: Memory) -> Procedure[Result]:
     """Learn the delay of every level from both ends, and restore the content in any case.
 
-    Every new delay has to be nearest to that of its own level in the present calibration: a
-    step that failed would give a table whose levels are all one off. Such a step is made again
-    with other pulses, and what takes the wall there is learnt as well, up to `write.pulses`.
+    Every new delay must be nearest to that of the same level in the present calibration, because a
+    failed step would shift all levels of the table by one. Such a step is repeated with up to
+    `write.pulses` other pulses, and the one that works is learnt too.
 
     Raises:
-        ProcedureFailed: The wall did not follow or the delays do not tell the levels apart
-            (the old calibration is kept), or the content could not be restored.
+        ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
+            old calibration is kept), or the content could not be restored.
     """
     foreseen.expect(element, foreseen.everything(element))
     yield from slacken(element)
@@ -48,7 +48,7 @@ def calibrate(element: Memory) -> Procedure[Result]:
 
 
 def _learn(element: Memory) -> Procedure[Calibration]:
-    """Erase, step through all levels, and return what they sound like."""
+    """Erase, step through all levels, and return the new calibration."""
     empty = (yield from erase(element)).reading
     blank = empty.delay if empty else None
     try:

@@ -19,31 +19,31 @@ from .erasing import erase
 from .listening import probe
 
 Heard = dict[End, Reading]
-"""What each end that is read from hears."""
+"""The reading at each end that is read from."""
 
 NOWHERE = -math.inf
 """Margin of a level that is not heard."""
 
 CLEAR = 0.7
-"""Level margin of a wall that has arrived; one that has stopped on its way has 0.6 at most."""
+"""Least level margin of a wall that has arrived; one stopped on its way has at most 0.6."""
 
 BESIDE = 0.1
-"""Level margins of walls in one place differ by less."""
+"""Level margins of a wall at the same place differ by less."""
 
 
 def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]]:
     """Take the wall up to a level, and learn which pulses do that.
 
-    A failed step is made with another pulse when the wall comes by again: it continues from where
-    it is, or from a blank element. What is learnt is kept in the calibration.
+    After a failed step the wall continues from where it is, or from a blank element; the step is
+    repeated with another pulse. What is learnt is kept in the calibration.
 
     Args:
         element: The device.
         place: Where the wall is: a level, `BLANK` or `UNDECODABLE`.
-        level: Where to.
+        level: The target level.
 
     Returns:
-        What the ends heard of the levels on the way.
+        The readings of the levels on the way, by end.
 
     Raises:
         ProcedureFailed: No pulse takes the wall up to some level.
@@ -77,8 +77,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
 class _Lesson:
     """Learning the pulse for one level.
 
-    An echo off that of the level means a wall that stopped on its way. If no pulse brings it
-    nearer, the one that brought it nearest is used.
+    A low margin means that the wall stopped on its way. If no pulse takes it to the level, the one
+    that takes it nearest is used.
 
     Attributes:
         trim: The current pulse.
@@ -92,11 +92,11 @@ class _Lesson:
         self._enough = CLEAR if self._menu else NOWHERE
 
     def passed(self, margin: float) -> bool:
-        """Return whether a level margin means that the wall has arrived."""
+        """Return whether the wall has arrived, according to a level margin."""
         return margin > NOWHERE and margin >= self._enough
 
     def another(self, margin: float) -> bool:
-        """Go on to another pulse, after the last one to the best; return whether there is one."""
+        """Select another pulse, after the last one the best; return whether there is one."""
         self._best = max(self._best, (margin, self.trim), key=lambda each: each[0])
         if self._menu:
             self.trim = self._menu.pop(0)
@@ -121,7 +121,7 @@ def _place(heard: Heard) -> int:
 
 
 def _margin(element: Memory, level: int, heard: Heard) -> tuple[float, str]:
-    """Return the least margin with which the ends hear a level, or why one of them does not."""
+    """Return the least margin with which the ends hear a level, or why one does not."""
     margins = []
     for end, reading in heard.items():
         if reading.delay is None:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Driving: take the wall to a level by the quickest moves, open loop."""
+"""Driving: take the wall to a level by the fastest moves, open loop."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def drive(
     plainly: bool = False,
     trims: Sequence[Trim] | None = None,
 ) -> Procedure[None]:
-    """Drive the wall from the level that was read to another the quickest way, open loop.
+    """Drive the wall from the level that was read to another by the fastest moves, open loop.
 
     Args:
         element: The device.
         present: The level that was read, `BLANK` or `UNDECODABLE`.
-        level: Where to.
+        level: The target level.
         force: Factor on the peak strains of steps up, within the actuator's limit.
         plainly: Use only steps up and a kink, as in the paper.
-        trims: By the level to which a move goes; by default what the element has learnt.
+        trims: Trims by the level to which a move goes; by default those learnt.
     """
     design, settings = element.design, element.settings
     trims = element.calibration.pulses(settings) if trims is None else trims

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Erasing: the wall is thrown out, or a kink is driven across until it meets the wall."""
+"""Erasing: throw the wall out, or drive a kink across until it meets the wall."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .blocks import Procedure, Result, bring_back, catch_up, launch, play, slack
 from .listening import probe
 
 LOOK_SPACING = 8
-"""An erase listens after every cycle at first, then at intervals an eighth longer each time:
-listening takes as long as one cycle or several."""
+"""An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
+takes as long as one cycle or several."""
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
@@ -25,11 +25,10 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
 
     Args:
         element: The device.
-        plainly: By a kink in any case.
+        plainly: Always use a kink.
 
     Raises:
-        ProcedureFailed: The element is not blank after all throws and then two cycles for every
-            level.
+        ProcedureFailed: The element is not blank after all throws and then two cycles per level.
     """
     yield from slacken(element)
     foreseen.expect(element, foreseen.writing(element, foreseen.known(element), BLANK))
@@ -43,7 +42,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
 def _throw(element: Memory) -> Procedure[Result | None]:
     """Throw the wall out at the left end; return None if it is still heard afterwards.
 
-    After every pulse it listens whether the wall is gone. A pulse leaves a blank element blank.
+    It listens after every pulse. A pulse leaves a blank element blank.
     """
     for pulse in range(element.settings.throw.pulses):
         element.progress.tried('erase', pulse + 1)
@@ -60,9 +59,9 @@ def _throw(element: Memory) -> Procedure[Result | None]:
 def _drive_kink(element: Memory) -> Procedure[Result]:
     """Launch a kink and drive it on until it meets the wall.
 
-    A kink answers to the opposite strain of a wall at the same site. Whether the wall is gone
-    is heard from the right end, where a blank element echoes from its far end. With
-    `erase.trust_reading` it does not listen before the kink is where the wall was read.
+    At the same site a kink needs the opposite strain of a wall. A probe from the right end shows
+    whether the wall is gone: then the echo comes from the far end. With `erase.trust_reading` it
+    first listens when the kink is where the wall was read.
     """
     settings = element.settings.erase
     design = element.design
@@ -76,7 +75,7 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
         if element.phase(End.LEFT) != 0:
             element.begin_cycle()
             yield from launch(element, settings, design.D_s1)
-            if kink:  # launched again: no longer as predicted
+            if kink:  # launched again: the prediction no longer holds
                 kink = meeting = 0
         late = kink - meeting
         if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
@@ -94,10 +93,10 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
 
 
 def _meeting(element: Memory) -> int:
-    """Return after how many cycles to start listening: when the kink meets the wall, if known.
+    """Return after how many cycles the kink meets the wall, if known, to listen from then on.
 
-    It begins at level 0 and moves on by one level each. A wall that compression frees has by then
-    also moved on; with short levels the two attract from one level apart.
+    The kink begins at level 0 and advances one level per cycle. A wall that compression frees
+    has also moved by then; with short levels the two attract from one level apart.
     """
     reading = element.reading
     if not element.settings.erase.trust_reading or reading is None or reading.level < 1:

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Expected durations of procedures, in time units: only for display.
+"""Expected durations of procedures in time units, for display only.
 
-Anything unforeseen (a failed attempt, an end that stays restless) is added when it occurs.
+Anything unexpected (a failed attempt, an end that does not come to rest) is added as it occurs.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ HASTY = (How.STROKE, How.THROW)
 
 
 def expect(element: Memory, duration: float) -> None:
-    """Expect the running procedure to end after this time, or later."""
+    """Expect the running procedure to end after at least this time."""
     element.progress.expect(element.ticks + duration / element.tick)
 
 
 def reading(element: Memory, pulses: int = 1) -> float:
-    """Return how long an element at rest is listened to."""
+    """Return how long probes of an element at rest take."""
     longest = max(element.calibration.longest(end) for end in element.calibration.ends)
     return pulses * (element.settings.read.rest + longest + TAIL)
 
 
 def driving(element: Memory, present: int, target: int) -> float:
-    """Return how long it takes from one place, or `BLANK` or `UNDECODABLE`, to another at rest."""
+    """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     start = element.design.levels - 1 if present == UNDECODABLE else present
     moves = route(element.design, element.settings, start, target)
     if present == UNDECODABLE and target != BLANK:
@@ -38,14 +38,14 @@ def driving(element: Memory, present: int, target: int) -> float:
 
 
 def writing(element: Memory, present: int, target: int) -> float:
-    """Return how long it takes to drive the wall somewhere, and to verify it."""
+    """Return the time to drive the wall to a level, and to verify it."""
     return driving(element, present, target) + reading(element)
 
 
 def everything(element: Memory) -> float:
-    """Return how long it takes to erase, write and hear every level, and restore the content.
+    """Return the time of a calibration or self-test.
 
-    As calibration and self-test do.
+    That is to erase, write and read every level, and restore the content.
     """
     top, pulses = element.design.levels - 1, len(element.calibration.ends)
     steps = sum(driving(element, level - 1, level) for level in range(top + 1))

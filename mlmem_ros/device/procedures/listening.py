@@ -25,26 +25,26 @@ NEGLIGIBLE = 0.01
 """Negligible noise, as a fraction of the threshold."""
 
 LIFE = 500.0
-"""Least time for measuring hum: of waves with lifetime 2 / eta a third remains then."""
+"""Least time for measuring hum: a third of waves with lifetime 2 / eta remains then."""
 
 FAINT = 0.3
-"""Hum that hardly matters, as a fraction of the threshold at the last echo: raises it by 4 %."""
+"""Negligible hum, as a fraction of the threshold at the last echo, which it raises by 4 %."""
 
 FALLING = 0.7
-"""Ratio of hum to the previous one up to which decaying waves explain it."""
+"""Largest ratio of hum to the previous one that decaying waves explain."""
 
 
 def quiet(element: Instrument) -> Procedure[None]:
     """Wait until the strain stands still and both ends are quiet enough for an echo detector.
 
-    Both, because a wave that still runs to and fro at one end is on its way to the other; if only
-    one is read from, both as quiet as its detector needs. Sensor noise never ends, so the wait
-    ignores it: it raises the threshold instead. So does the hum of a shaken element (see `hum`).
+    Both, because a wave at one end is on its way to the other. If only one is read from, both must
+    be as quiet as its detector needs. Sensor noise never ends, so it raises the threshold instead
+    of prolonging the wait, and so does the hum of a shaken element (see `hum`).
 
     Raises:
         ProcedureFailed: They did not become quiet within `read.patience`.
     """
-    while element.actuator.moving:  # a strain set by hand: the wall may be moving
+    while element.actuator.moving:  # set by hand: the wall may be moving
         yield element.next_look(element.actuator.left)
     yield from catch_up(element)
     element.progress.phase = QUIETING
@@ -54,14 +54,14 @@ def quiet(element: Instrument) -> Procedure[None]:
             end, limit = loud
             raise ProcedureFailed(
                 f'the {end} end does not come to rest: it moves by '
-                f'{element.transducer.unrest(end):.2g}; hearing an echo takes at most {limit:.2g}'
+                f'{element.transducer.unrest(end):.2g}; an echo can be heard up to {limit:.2g}'
             )
         patience -= 1
         yield 1
 
 
 def settle(element: Instrument, longest: float) -> Procedure[None]:
-    """Rest until both ends are quiet, or for at most a given time."""
+    """Wait until both ends are quiet, at most for a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
     while element.ticks < end and (_loud(element) or not element.base.still):
         yield 1
@@ -70,7 +70,7 @@ def settle(element: Instrument, longest: float) -> Procedure[None]:
 def noise_floor(element: Instrument, end: End) -> float:
     """Return the contribution of noise alone to v_c at a quiet end; 0 if negligible.
 
-    That is its mean size, with any residual motion, times a factor for its fluctuation.
+    That is its mean size, including residual motion, times a factor for its fluctuation.
     """
     transducer = element.transducer
     if transducer.noise(end) < NEGLIGIBLE * transducer.probes[end].v_th:
@@ -81,8 +81,8 @@ def noise_floor(element: Instrument, end: End) -> float:
 def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
     """Listen to a shaken element without a pulse, and return its contribution to v_c.
 
-    For as long as the longest echo takes, so that waves under way pass by; and longer while it
-    decays, as they fade.
+    It listens for as long as the longest echo takes, so that present waves pass by, and longer
+    while they decay.
     """
     element.progress.phase = LISTENING
     factor = element.settings.read.noise_factor
@@ -100,7 +100,7 @@ def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
 
 
 def _loud(element: Instrument) -> tuple[End, float] | None:
-    """Return an end that is not quiet, if there is one, and how much it may move."""
+    """Return an end that is not quiet, if any, and how much it may move."""
     heard, probes = read_from(element.settings), element.transducer.probes
     for end in probes:
         limit = element.settings.read.quiet * probes[end if end in heard else end.opposite].v_th
@@ -118,28 +118,28 @@ def _restless(element: Instrument, end: End, limit: float) -> bool:
 def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     """Fire a pulse and return the echo; repeat it if listening was interrupted.
 
-    A real element goes on while nobody listens: a delay cannot be measured across a break.
+    A real element does not wait: a delay cannot be measured across a break.
 
     Args:
         element: The instrument.
-        end: Where the pulse is fired.
-        longest: The delay of the farthest echo: the time for measuring hum.
+        end: The end where the pulse is fired.
+        longest: The delay of the farthest echo, for which hum is measured.
 
     Raises:
-        ProcedureFailed: The ends do not come to rest, or there was a break every time.
+        ProcedureFailed: The ends do not come to rest, or every attempt was interrupted.
     """
     for _ in range(element.settings.read.attempts):
         echo = yield from _answer(element, end, longest)
         if not element.transducer.interrupted:
             return echo
-    raise ProcedureFailed('listening to the element was interrupted every time')
+    raise ProcedureFailed('every attempt to listen was interrupted')
 
 
 def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     """Fire one pulse and return the echo.
 
-    While the base shakes it listens to the carrier alone, and measures hum beforehand; a base that
-    begins to shake afterwards spoils the echo.
+    While the base shakes, the carrier is filtered, and hum is measured first. A base that begins
+    to shake after the pulse spoils the echo.
     """
     yield from quiet(element)
     yield from wait(element, element.settings.read.rest)
@@ -149,10 +149,10 @@ def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
     detector = element.transducer.fire(end, floor, shaken)
     bound = listening_time(element.design, element.transducer.probes[end], end)
     last = bound
-    while detector.time < last:  # a delay comes after now; listening continues for TAIL
+    while detector.time < last:  # any delay is yet to come; TAIL follows it
         yield element.next_look(min(last - detector.time, TAIL))
         spoiled |= not (shaken or element.base.still)
-        if spoiled:  # or the true echo would come only after the next pulse
+        if spoiled:  # or the echo would arrive after the next pulse
             last = bound
         elif detector.delay is not None:
             last = min(last, detector.delay + TAIL)
@@ -165,7 +165,7 @@ def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[R
 
     Args:
         element: The device.
-        end: Where the pulse is fired.
+        end: The end where the pulse is fired.
         left: The left end's reading just before, to be combined with the right one's.
     """
     said: list[int] = []
@@ -188,7 +188,7 @@ def look(element: Memory) -> Procedure[Reading]:
 
 
 def probe_from(element: Memory, wanted: tuple[End, ...]) -> Procedure[Reading]:
-    """Probe from an end, or from the left and then the right, as far as they hear; see `look`."""
+    """Probe from an end, or from the left and then the right, if they can hear; see `look`."""
     yield from quiet(element)
     if element.phase(End.LEFT) == 0:
         wanted = (End.RIGHT,)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The self-test: actuator, transducers, erase and every level; it restores the content."""
+"""The self-test: actuator, transducers, erase and every level; then restore the content."""
 
 from __future__ import annotations
 
@@ -21,21 +21,25 @@ from .listening import look, noise_floor, probe_from, quiet
 from .writing import restore, write
 
 TEST_STRAIN = 0.01
-"""Test strain for the actuator: a third of what moves a wall."""
+"""Test strain for the actuator: a third of that which moves a wall."""
 
 STRAIN_TOLERANCE = 0.05
 """Largest error of the strain at the right end, as a fraction of the test strain."""
 
 
-def self_test(element: Memory) -> Procedure[Result]:
-    """Test everything testable, one check for each, and restore the content.
+Tested = tuple[bool, str, dict[str, float]]
+"""Whether a test passed, its result in words, and the measured values."""
 
-    Nothing is written that cannot be read back or strained: if a transducer or the actuator fails,
-    the content is left as it is. A failing level does not stop the test of others.
+
+def self_test(element: Memory) -> Procedure[Result]:
+    """Test everything, with one check each, and restore the content.
+
+    If a transducer or the actuator fails, nothing is written and the content stays. A failing
+    level does not stop the test of others.
 
     Raises:
-        ProcedureFailed: The content cannot be read, so that it could not be restored; nothing
-            is written then.
+        ProcedureFailed: The content cannot be read and so could not be restored; nothing is
+            written.
     """
     foreseen.expect(element, foreseen.everything(element))
     yield from slacken(element)
@@ -47,31 +51,36 @@ def self_test(element: Memory) -> Procedure[Result]:
         )
     checks = []
     for end in element.calibration.ends:
-        checks.append((yield from _hear(element, end)))
+        checks.append((yield from _tried(f'transducer {end}', _hear(element, end))))
     if _passed(checks):
-        checks.append((yield from _strain(element)))
+        checks.append((yield from _tried('actuator', _strain(element))))
     if _passed(checks):
-        checks.append((yield from _erase(element)))
+        checks.append((yield from _tried('erase', _erase(element))))
         for level in range(element.design.levels):
-            checks.append((yield from _level(element, level)))
-        checks.append((yield from _restore(element, content)))
+            checks.append((yield from _tried(f'level {level}', _level(element, level))))
+        checks.append((yield from _tried('restore', _restore(element, content))))
     return Result(element.reading, checks=tuple(checks))
+
+
+def _tried(name: str, test: Procedure[Tested]) -> Procedure[Check]:
+    """Return the check of a test, which fails if a procedure does."""
+    try:
+        passed, message, values = yield from test
+    except ProcedureFailed as failure:
+        return Check(name, False, str(failure))
+    return Check(name, passed, message, values)
 
 
 def _passed(checks: list[Check]) -> bool:
     return all(check.passed for check in checks)
 
 
-def _hear(element: Memory, end: End) -> Procedure[Check]:
+def _hear(element: Memory, end: End) -> Procedure[Tested]:
     """Measure the noise of an end's sensor: it must not raise the threshold at the last echo.
 
     The last echo is that of the level farthest from the end, or of the blank element.
     """
-    name = f'transducer {end}'
-    try:
-        yield from quiet(element)
-    except ProcedureFailed as failure:
-        return Check(name, False, str(failure))
+    yield from quiet(element)
     floor = noise_floor(element, end)
     table, probe = element.calibration.table(end), element.transducer.probes[end]
     last = np.array(table.longest)
@@ -79,36 +88,29 @@ def _hear(element: Memory, end: End) -> Procedure[Check]:
     raised = float(threshold(probe, last, floor)) / needed
     heard = f'noise raises the threshold {raised:.3g} times; at most {MOST_RAISED:g} is tolerated'
     values = {'floor': floor, 'threshold': needed, 'raised': raised}
-    return Check(name, raised <= MOST_RAISED, heard, values)
+    return raised <= MOST_RAISED, heard, values
 
 
-def _erase(element: Memory) -> Procedure[Check]:
-    try:
-        yield from erase(element)
-    except ProcedureFailed as failure:
-        return Check('erase', False, str(failure))
-    return Check('erase', True, 'blank')
+def _erase(element: Memory) -> Procedure[Tested]:
+    yield from erase(element)
+    return True, 'blank', {}
 
 
-def _strain(element: Memory) -> Procedure[Check]:
+def _strain(element: Memory) -> Procedure[Tested]:
     """Strain the element a little, from zero, and check that its right end follows.
 
-    As slowly as an erase does, so that the end is at rest when measured.
+    As slowly as an erase, so that the end is at rest when it is measured.
     """
     times = element.settings.erase
     asked = min(TEST_STRAIN, element.settings.actuator.max_strain)
     offset = yield from _felt(element)
-    try:
-        yield from ramp(element, asked, times.ramp)
-        yield from wait(element, times.settle)
-        felt = yield from _felt(element)
-        yield from ramp(element, 0.0, times.release)
-        yield from wait(element, times.settle)
-    except ProcedureFailed as failure:
-        return Check('actuator', False, str(failure))
+    yield from ramp(element, asked, times.ramp)
+    yield from wait(element, times.settle)
+    felt = yield from _felt(element)
+    yield from ramp(element, 0.0, times.release)
+    yield from wait(element, times.settle)
     error = max(abs(offset), abs(felt - asked))
-    return Check(
-        'actuator',
+    return (
         error <= STRAIN_TOLERANCE * asked,
         f'measured strain {offset:.4f} at a set-point of 0 and {felt:.4f} at {asked:g}',
         {'offset': offset, 'felt': felt, 'asked': asked},
@@ -116,20 +118,16 @@ def _strain(element: Memory) -> Procedure[Check]:
 
 
 def _felt(element: Memory) -> Procedure[float]:
-    """Return the strain as the right end shows it, which is inactive."""
+    """Return the strain measured at the right end, which is inactive."""
     yield from catch_up(element)
     stretched = element.transducer.rest(End.RIGHT) - element.design.D_s1
     return stretched / element.design.end_displacement(1.0)
 
 
-def _level(element: Memory, level: int) -> Procedure[Check]:
+def _level(element: Memory, level: int) -> Procedure[Tested]:
     """Write a level and read it from both ends."""
-    name = f'level {level}'
-    try:
-        written = yield from write(element, level)
-        reading = yield from probe_from(element, tuple(End))
-    except ProcedureFailed as failure:
-        return Check(name, False, str(failure))
+    written = yield from write(element, level)
+    reading = yield from probe_from(element, tuple(End))
     values = {
         'attempts': float(written.attempts),
         'left_delay': reading.delay if reading.delay is not None else math.nan,
@@ -140,14 +138,11 @@ def _level(element: Memory, level: int) -> Procedure[Check]:
     }
     if reading.level != level:
         found = reading.reason or describe_level(reading.level)
-        return Check(name, False, f'read from both ends: {found}', values)
+        return False, f'read from both ends: {found}', values
     tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
-    return Check(name, True, f'read from both ends{tries}', values)
+    return True, f'read from both ends{tries}', values
 
 
-def _restore(element: Memory, content: Reading) -> Procedure[Check]:
-    try:
-        yield from restore(element, content)
-    except ProcedureFailed as failure:
-        return Check('restore', False, str(failure))
-    return Check('restore', True, describe_level(content.level))
+def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
+    yield from restore(element, content)
+    return True, describe_level(content.level), {}

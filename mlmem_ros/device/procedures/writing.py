@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writing: drive the wall to a level the quickest way, verify, and try harder."""
+"""Writing: drive the wall to a level by the fastest moves, verify, and try again."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ from .listening import look
 def write(element: Memory, level: int) -> Procedure[Result]:
     """Write a level: step up to it, down to it, or erase and start again; verify by reading.
 
-    The next attempt continues from the level that was read, with peak strains `write.escalation`
-    times greater: a wall that did not follow was not pulled hard enough. A wall that stopped on
-    its way also reads as the nearest level, but later steps do not find it there: with a margin
+    A further attempt continues from the level that was read, with peak strains `write.escalation`
+    times greater, because a wall that did not follow was not pulled hard enough. A wall that
+    stopped on its way also reads as the nearest level, but later steps would fail: with a margin
     below `write.min_margin` it is written again. The last attempt uses only steps up and a kink.
-    An element that has learnt its pulses is not pulled harder, but taken up step by step, and goes
-    on learning.
+    An element that has learnt its pulses is taken up step by step instead, and goes on learning.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
