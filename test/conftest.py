@@ -1,25 +1,128 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of every package may ask for."""
+"""A ROS graph for this run alone, memory nodes in it, and the order of the tests."""
 
+from __future__ import annotations
+
+import contextlib
+import gc
+import importlib.util
 import os
+import signal
+import subprocess
 import sys
+from itertools import groupby
+from operator import itemgetter
+from pathlib import Path
 
 import pytest
 
-# Before numpy is loaded: our matrices are small, and threads of BLAS that wait for each other take
-# the cores from the other workers of the suite.
+# Before numpy is loaded: our matrices are small, and BLAS threads that wait for each other take
+# the cores from the other workers.
 os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
 
-# Nodes and commands are processes of their own, a hundred of them: without bytecode each would
-# compile all of us anew, and every worker the assertions of all tests.
+# Without bytecode every node and command that a test starts would compile the package again, and
+# every worker the assertions of all tests.
 os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
 sys.dont_write_bytecode = False
+
+pytest.register_assert_rewrite('mlmem_ros.testing')  # before anything imports it
+
+ROOT = Path(__file__).parent
+HAVE_ROS = importlib.util.find_spec('rclpy') is not None
+NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
+
+if HAVE_ROS:
+    from mlmem_ros.testing import isolate, memory_node
+
+    isolate()
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # started with & from a script:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # children would inherit it
+
+
+class NeedsRos(pytest.Module):
+    """A test module that is skipped without being imported."""
+
+    def collect(self):
+        pytest.skip('rclpy is not installed', allow_module_level=True)
+
+
+def pytest_pycollect_makemodule(module_path, parent):
+    if HAVE_ROS or module_path.relative_to(ROOT).parts[0] not in NEED_ROS:
+        return None
+    return NeedsRos.from_parent(parent, path=module_path)
+
+
+def pytest_collection_modifyitems(items):
+    """Spread the files that wait, for nodes or a browser, evenly among those that compute."""
+    files = [list(group) for _, group in groupby(items, key=lambda item: item.path)]
+    rooms = [[], []]
+    for file in files:
+        rooms[NEED_ROS.isdisjoint(file[0].path.parts)].append(file)
+    placed = [(place / len(room), file) for room in rooms for place, file in enumerate(room)]
+    items[:] = [item for _, file in sorted(placed, key=itemgetter(0)) for item in file]
+    gc.freeze()  # what the imports have made stays, and need not be looked through again
 
 
 @pytest.fixture(scope='module')
 def quick_disk():
-    """Let nobody wait for the disk: what a sync is worth is for `lives` to say."""
+    """Skip every fsync: what a sync is worth is tested in `lives`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
         yield
+
+
+@contextlib.contextmanager
+def emulated_rig(*options):
+    """Run an emulated rig in its own process; yield its address."""
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'rig', *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
+
+
+LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
+"""Of a rig that is up to 5 ms away: frames get lost, and its clock is not ours."""
+
+
+@contextlib.contextmanager
+def starting(driver='sim'):
+    """Yield a function that starts a node, with its own rig if need be; all end with the block."""
+    with contextlib.ExitStack() as nodes:
+
+        def start(parameters=None, **options):
+            given = dict(parameters or {})
+            if options.get('apart'):  # a new process remembers no design check
+                given.setdefault('design.check', 'skip')
+            if driver == 'rig':
+                scale = str(given.get('scale.time', 1e-4))
+                address = nodes.enter_context(emulated_rig('--scale-time', scale, *LINE))
+                given |= {
+                    'device.driver': 'rig',
+                    'device.address': f'{address}?lead=0.2&patience=10',
+                }
+            return nodes.enter_context(memory_node(given, **options))
+
+        yield start
+
+
+@pytest.fixture(scope='module')
+def driver():
+    """The driver of a module's nodes."""
+    return 'sim'
+
+
+@pytest.fixture
+def start(driver):
+    """Start a node for one test: start(parameters, ...), like `memory_node`."""
+    with starting(driver) as start:
+        yield start
+
+
+@pytest.fixture(scope='module')
+def start_shared(driver):
+    """Start a node for all tests of a module."""
+    with starting(driver) as start:
+        yield start

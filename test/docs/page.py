@@ -75,7 +75,8 @@ class Page:
         file.write_text('\n\n'.join(tests))
         tests.clear()
         options = ['-q', '-p', 'no:cacheprovider', '-c', os.devnull, '--rootdir', '.']
-        assert pytest.main([*options, '--import-mode=importlib', str(file)]) == 0
+        own = ['--import-mode=importlib', '--assert=plain']  # our modules are imported already
+        assert pytest.main([*options, *own, str(file)]) == 0
 
     def _command(self, command: str, expected: str) -> None:
         words = shlex.split(command)

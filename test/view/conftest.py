@@ -1,24 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page is looked at in the ROS graph of test/ros, with the browser of this machine."""
+"""The page server, and the browser of this machine."""
 
 import contextlib
-import importlib.util
-import sys
-from pathlib import Path
 
-import pytest
-
-sys.path.append(str(Path(__file__).parent))
 import page_browser
-
-_path = Path(__file__).parent.parent / 'ros' / 'conftest.py'
-_spec = importlib.util.spec_from_file_location('ros_conftest', _path)
-_ros = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(_ros)
-
-pytest_pycollect_makemodule = _ros.pytest_pycollect_makemodule
-driver, start_shared = _ros.driver, _ros.start_shared
+import pytest
 
 
 @pytest.fixture(scope='module')
