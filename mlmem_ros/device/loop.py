@@ -258,12 +258,12 @@ class Loop:
         return now
 
     def _advance(self, most: int, commands: list[Stamped]) -> None:
-        """Run a tick, or several without decisions; report what happened."""
+        """Run a tick, or several without decisions; publish what happened, then answer."""
         events = self.element.advance(most)
+        self._listener(commands, events)
         for event in events:
             if isinstance(event, Outcome):
                 self._answers.popleft().set_result(event)
-        self._listener(commands, events)
 
     @property
     def _until_published(self) -> int:

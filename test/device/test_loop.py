@@ -554,6 +554,21 @@ def test_a_procedure_is_answered_when_it_ends(start):
     assert rig.holds(loop.element, 2)
 
 
+def test_a_procedure_is_answered_after_its_outcome_was_published(start):
+    """Or a client would still find the old level on ~/level."""
+    answered = []
+
+    def publish(commands, events):
+        answered.extend(answer.done() for event in events if isinstance(event, Outcome))
+
+    loop = start(rig.device(), publish)
+    hold(loop)
+    answer = loop.submit(Read())
+    loop.pause(False)
+    assert result(answer).success
+    assert answered == [False]
+
+
 def test_refusals_reach_who_asked_and_are_counted(start):
     loop = start(rig.device())
     asked = [SetStrain(math.nan), Write(9), Read('top'), SetStrain('x'), 'nonsense']

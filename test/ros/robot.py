@@ -32,7 +32,10 @@ from std_msgs.msg import Empty, Float32MultiArray, Float64, Float64MultiArray, I
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-RELIABLE = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
+QUEUE = 10
+"""Messages of a topic that wait to be taken, at most."""
+
+RELIABLE = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
     depth=1,
     reliability=ReliabilityPolicy.RELIABLE,
@@ -72,6 +75,9 @@ SERVICES = {
     'record': SetBool,
     'step': Trigger,
 }
+PATIENCE = 90.0
+"""Seconds to wait for anything: on a busy machine a node takes long to start."""
+
 BLANK, UNDECODABLE = -1, -2
 ELONGATION = 2.25
 """Metres of the end for a strain of 1: 225 cells of 1 cm."""
@@ -123,46 +129,53 @@ class Robot:
 
     # Waiting
 
-    def wait(self, condition, what, within=15.0):
-        """Spin until the condition holds; return what it returned."""
-        deadline = time.monotonic() + within
+    def wait(self, condition, what):
+        """Spin until a condition holds; return what it returned."""
+        deadline = time.monotonic() + PATIENCE
         while not (value := condition()):
             left = deadline - time.monotonic()
-            assert left > 0.0, f'{what}: not within {within:g} s'
+            assert left > 0.0, f'{what}: not within {PATIENCE:g} s'
             self._executor.spin_once(timeout_sec=min(left, 0.1))
         return value
 
     # Topics
 
     def received(self, topic):
-        """Return the list of messages of a topic, which grows while the robot waits."""
+        """Return the list of messages of a topic, which grows while the robot waits.
+
+        It holds all that has arrived. The node publishes what it has heard before it answers, so
+        after an answer nothing older is still to come.
+        """
+        kind, qos = OUT[topic]
+        messages = self._received[topic]
         if topic not in self._subscriptions:
-            kind, qos = OUT[topic]
-            messages = self._received[topic]
             self._subscriptions[topic] = self.node.create_subscription(
                 kind, self.name(topic), messages.append, qos
             )
             self.wait(
                 lambda: self.node.count_publishers(self.name(topic)), f'a publisher of {topic}'
             )
-        return self._received[topic]
+        queue = self._subscriptions[topic].handle
+        with queue:
+            for _ in range(QUEUE):  # a stream may come as fast as it is taken
+                if (taken := queue.take_message(kind, False)) is None:
+                    break
+                messages.append(taken[0])
+        return messages
 
-    def next(self, topic, condition=lambda message: True, within=15.0):
+    def next(self, topic, condition=lambda message: True):
         """Return the first message from now on that meets the condition."""
         messages = self.received(topic)
         seen = len(messages)
         return self.wait(
             lambda: next((m for m in messages[seen:] if condition(m)), None),
             f'a message on {topic}',
-            within,
         )
 
-    def latest(self, topic, condition=lambda message: True, within=15.0):
+    def latest(self, topic, condition=lambda message: True):
         """Return the newest message as soon as it meets the condition."""
         messages = self.received(topic)
-        self.wait(
-            lambda: messages and condition(messages[-1]), f'the right message on {topic}', within
-        )
+        self.wait(lambda: messages and condition(messages[-1]), f'the right message on {topic}')
         return messages[-1]
 
     def send_message(self, topic, message):
@@ -204,15 +217,15 @@ class Robot:
         self.wait(client.service_is_ready, f'service {service}')
         return client.call_async(request or kind.Request())
 
-    def response(self, future, within=30.0):
-        self.wait(future.done, 'an answer', within)
+    def response(self, future):
+        self.wait(future.done, 'an answer')
         return future.result()
 
-    def answer(self, future, within=30.0):
-        return Answer(self.response(future, within))
+    def answer(self, future):
+        return Answer(self.response(future))
 
-    def trigger(self, service, within=30.0):
-        return self.answer(self.send(service), within)
+    def trigger(self, service):
+        return self.answer(self.send(service))
 
     def pause(self, hold):
         return self.answer(self.send('pause', SetBool.Request(data=hold)))
@@ -228,9 +241,9 @@ class Robot:
         ]
         return self.send('request', SetParametersAtomically.Request(parameters=parameters))
 
-    def write(self, level, within=60.0):
+    def write(self, level):
         self.set(target_level=level)
-        return self.trigger('write', within)
+        return self.trigger('write')
 
     # Parameters
 

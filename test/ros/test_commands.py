@@ -211,7 +211,7 @@ def test_ctrl_c_while_it_waits(start):
         command = subprocess.Popen(
             [*MLMEM, 'write', '1'], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
-        robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write', 30)
+        robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write')
         command.send_signal(signal.SIGINT)
         output, errors = command.communicate(timeout=20)
         assert (command.returncode, output) == (130, '')

@@ -133,7 +133,7 @@ def test_write_by_topic(robot):
     robot.wait(lambda: outcomes, 'the latched outcome')
     before = len(outcomes)
     robot.publish('write_level', 3)
-    robot.wait(lambda: len(outcomes) > before, 'an outcome', within=60)
+    robot.wait(lambda: len(outcomes) > before, 'an outcome')
     found = values(outcomes[-1])
     assert (found['level'], found['code']) == ('3', '011')
     robot.latest('level', lambda level: level.data == 3)
@@ -152,7 +152,7 @@ def test_outcome_of_a_write(robot):
 
 def test_calibrate_restores_the_content(robot):
     before = robot.write(1)
-    calibrated = robot.trigger('calibrate', within=90)
+    calibrated = robot.trigger('calibrate')
     assert calibrated.success, calibrated
     assert robot.trigger('read')['level'] == 1  # the content is what it was
     # The same wall echoes after the same time; levels lie some 100 apart.
@@ -164,7 +164,7 @@ def test_calibrate_restores_the_content(robot):
 
 def test_self_test_checks_every_level_and_restores_the_content(robot, driver):
     assert robot.write(2).success
-    response = robot.response(robot.send('self_test'), within=60)
+    response = robot.response(robot.send('self_test'))
     assert response.id == robot.element
     assert response.passed == b'\1'
     assert {status.level for status in response.status} == {b'\0'}
@@ -185,11 +185,12 @@ def test_level_reaches_a_late_joiner(robot):
 
 def test_one_echo_per_probe(robot):
     robot.write(3)
-    echoes = robot.received('echo')
-    before = len(echoes)
+    robot.latest('outcome')
+    outcomes, before = len(robot.received('outcome')), len(robot.received('echo'))
     robot.publish('probe')
-    robot.wait(lambda: len(echoes) > before, 'an echo')
-    echo = echoes[-1]
+    robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome of the probe')
+    assert len(robot.received('echo')) == before + 1
+    echo = robot.received('echo')[-1]
     channel, sample = echo.layout.dim
     assert (channel.label, channel.size) == ('channel', 3)
     assert sample.label == 'sample'
@@ -202,8 +203,7 @@ def test_one_echo_per_probe(robot):
     assert max(map(abs, v_m)) > 1e-4  # the pulse has an amplitude of 0.01, its echo a hundredth
     assert max(map(abs, v_c)) > 1e-5
     assert robot.trigger('read').success
-    robot.wait(lambda: len(echoes) > before + 1, 'the echo of the read')
-    assert len(echoes) == before + 2
+    assert len(robot.received('echo')) == before + 2
 
 
 def test_range_is_the_distance_to_the_wall(robot):

@@ -91,7 +91,7 @@ def node(ros2, tmp_path_factory):
     command = ('run', 'mlmem_ros', 'memory_node', '--ros-args', '-p', 'scale.time:=1e-5')
     folder = tmp_path_factory.mktemp('run')
     with running(folder, *command, whole_group=True), Robot() as robot:
-        robot.next('wall', within=60)
+        robot.next('wall')
         yield robot.element
 
 
@@ -131,7 +131,7 @@ def test_launch_arguments(ros2, tmp_path):
         ) as output,
         Robot('/arm/left') as robot,
     ):
-        robot.next('wall', within=60)
+        robot.next('wall')
         assert robot.get('design.preset') == 'case_1'
         assert robot.get('record.path') == str(bag)
     assert 'process has finished cleanly' in output.read_text()
@@ -153,7 +153,7 @@ def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
     arguments = (f'config:={file}', 'write.attempts:=7', argument)
     command = ('launch', 'mlmem_ros', f'{launch}.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot(name) as robot:
-        robot.next('wall', within=60)
+        robot.next('wall')
         present = robot.parameters()
     assert (present['design.preset'], present['read.end']) == ('bits_1', 'right')
     assert present['write.attempts'] == 7
@@ -162,7 +162,7 @@ def test_launch_takes_a_file_by_its_path(ros2, tmp_path, launch):
 def test_launch_takes_a_preset_as_a_parameter(ros2, tmp_path):
     command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=four', 'design.preset:=bits_4')
     with running(tmp_path, *command, whole_group=False), Robot('/four') as robot:
-        robot.next('wall', within=60)
+        robot.next('wall')
         assert robot.get('design.N') == 207
         assert robot.get('read.end') == 'right'
 
@@ -183,7 +183,7 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
     arguments = [f'{name}:={text}' for name, text in texts.items()]
     command = ('launch', 'mlmem_ros', 'memory.launch.py', 'name:=typed', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/typed') as robot:
-        robot.next('wall', within=60)
+        robot.next('wall')
         present = robot.parameters()
         assert {name: present[name] for name in given} == given
         assert present['write.tension'] == 0.048  # from the preset
@@ -207,7 +207,7 @@ def test_launch_manages_the_life_cycle(ros2, tmp_path):
     arguments = ('managed:=true', 'name:=managed', 'scale.time:=1e-5')
     command = ('launch', 'mlmem_ros', 'memory.launch.py', *arguments)
     with running(tmp_path, *command, whole_group=False), Robot('/managed') as robot:
-        robot.next('wall', within=60)  # which it publishes when it is active
+        robot.next('wall')  # which it publishes when it is active
         assert robot.get('autostart') is False
         assert robot.write(1)['level'] == 1
 
@@ -220,7 +220,7 @@ def test_launch_bank(ros2, tmp_path):
     with running(tmp_path, *command, whole_group=False) as output:
         for place in range(2):
             with Robot(f'/bank/element_{place}/mlmem', 'bank_robot') as robot:
-                robot.next('wall', within=60)
+                robot.next('wall')
                 assert robot.get('scale.time') == 1e-5
     assert output.read_text().count('process has finished cleanly') == 1
     for place in range(2):
@@ -235,7 +235,7 @@ def test_launch_demo(ros2, tmp_path):
     bag = tmp_path / 'session'
     command = ('launch', 'mlmem_ros', 'demo.launch.py', viewing, 'name:=shown', f'record:={bag}')
     with running(tmp_path, *command, whole_group=False) as output, Robot('/shown') as robot:
-        robot.next('wall', within=60)
+        robot.next('wall')
     assert ('rviz2 is not installed' in output.read_text()) == (viewing == 'rviz:=true')
     assert check_closed(bag)
 
@@ -250,8 +250,8 @@ def test_launch_in_a_larger_stack(ros2, tmp_path):
         running(tmp_path, *command, whole_group=False) as output,
         Robot('/walker/mlmem') as robot,
     ):
-        robot.next('wall', within=60)
-        robot.wait(lambda: 'gait 0' in output.read_text(), 'the gait of a blank memory', 30)
+        robot.next('wall')
+        robot.wait(lambda: 'gait 0' in output.read_text(), 'the gait of a blank memory')
         nodes = set(robot.node.get_node_names_and_namespaces())
         assert {('mlmem', '/walker'), ('gait', '/walker')} <= nodes
 
