@@ -64,7 +64,7 @@ def held_landscape(
     part = excerpt(design, low, high)
     X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
     V = strain * part.strain_shape
-    guess = np.array([_profile(part.design, x - part.before, kink) for x in X]) + V
+    guess = np.array([wall_profile(part.design, x - part.before, kink=kink) for x in X]) + V
     held = hold_walls(Specimen(part.design), X - part.before, V, guess=guess)
     return Landscape(X, held.energy - held.energy[0])
 
@@ -141,7 +141,7 @@ def depinning_strain(
 
     side = -0.3 if kink else 0.3
     made = Specimen(part.design)
-    v = _profile(part.design, site + side, kink)
+    v = wall_profile(part.design, site + side, kink=kink)
     v = relax(made, v, np.zeros_like(v))
     if not departure(v, np.zeros_like(v)) < DEPARTURE:
         raise StateError(f'the defect at j = {defect} pins no {"kink" if kink else "wall"}')
@@ -160,8 +160,3 @@ def depinning_strain(
         else:
             step /= 2.0
     return sign * strain
-
-
-def _profile(design: Design, position: float, kink: bool) -> Array:
-    profile = wall_profile(design, position)
-    return design.D_s1 + design.D_s2 - profile if kink else profile

@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
-from .cases import CASE_I, CASE_II
 from .chain import Chain, Drive, kernel_in_cache
-from .design import Design
+from .design import CASE_I, CASE_II, Design
 from .errors import DesignError, StateError
 from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator

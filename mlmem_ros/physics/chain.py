@@ -20,9 +20,6 @@ from .specimen import LARGEST_OFFSET, Specimen
 from .statics import metamaterial_force, substrate_force
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
 
-NO_MOTION = np.zeros((2, 1))
-"""What a cell that is not driven does."""
-
 
 @dataclass(frozen=True)
 class Drive:
@@ -39,17 +36,20 @@ class Drive:
     motion: Array
 
 
+FREE = Drive(1, np.empty((2, 0)))
+"""No cell is held."""
+
+
 class Chain:
     """The state of an element's material, and how it advances.
 
     Attributes:
         design: The element.
-        specimen: The element as it is now; set it with `become`.
+        specimen: The element in its present condition; changed by `become`.
         dt: Step size in time units.
         integrator: How it is stepped.
         steps_done: Steps since the chain was made: its clock.
         V_N: Current displacement of the substrate's end.
-        inputs: What the last run was driven by: the arguments of `advance`.
     """
 
     def __init__(
@@ -79,7 +79,6 @@ class Chain:
         self.integrator = integrator
         self.steps_done = 0
         self.V_N = 0.0
-        self.inputs: tuple[Array, Drive | None, Array | None] = (np.empty(0), None, None)
         self._metamaterial = integrator.arrays(design.N)
         elastic = design.substrate == 'elastic'
         self._substrate = integrator.arrays(design.N) if elastic else None
@@ -157,10 +156,10 @@ class Chain:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
             elastic substrate: shape (3, N) or (6, N). PEFRL has no accelerations: zeros.
         """
-        return self._rows()
+        return np.array([row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)])
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
-        """Set the state that `state` returned, to the bit; by either integrator.
+        """Set a state that `state` returned with either integrator, to the bit.
 
         Raises:
             StateError: A wrong shape or a value that is not finite; nothing is changed.
@@ -181,11 +180,8 @@ class Chain:
         """Return the arrays of the metamaterial, and of an elastic substrate."""
         return [each for each in (self._metamaterial, self._substrate) if each is not None]
 
-    def _rows(self) -> Array:
-        return np.array([row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)])
-
     def _set(self, state: Array) -> None:
-        """Set the rows that `_rows` returned; the loop renews the ghost cells."""
+        """Set the rows of a state; the loop renews the ghost cells."""
         by_chain = state.reshape(-1, 3, self.design.N)
         for (u, v, A, *_), rows in zip(self._chains(), by_chain, strict=True):
             u[1:-1], v[:], A[:] = rows
@@ -246,20 +242,18 @@ class Chain:
             drive: A cell held at a prescribed motion at the start of the run.
             shake: Acceleration of the base at the same times, shape (m steps,), finite; the
                 displacements are those relative to the base. None for a base at rest.
-            looks: Number of equal parts of the run at whose ends the range of all cells is
-                checked: an error in any part is raised for the whole run.
+            looks: Number of equal parts of the run; the range of all cells is checked at the end
+                of each, and an error in any of them undoes the whole run.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
 
         Raises:
-            StateError: The inputs have the wrong shape or are not finite (nothing is changed),
-                or drive a cell so far that the step becomes unstable; the chain is then as it was
-                before.
+            StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
+                that the step becomes unstable. The chain is as it was before.
         """
         self.check_inputs(V_N, drive, shake)
-        self.inputs = V_N, drive, shake
-        before = self._rows(), self.V_N, self.steps_done
+        before = self.state(), self.V_N, self.steps_done
         V_N = _plain(V_N)
         steps = len(V_N) // self.integrator.substeps
         ends = np.empty((2, steps))
@@ -281,18 +275,11 @@ class Chain:
     ) -> tuple[Any, ...]:
         """Return the arguments of the loop."""
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
-        motion = NO_MOTION if drive is None else _plain(drive.motion)
-        site, driven = (1, 0) if drive is None else (drive.site, motion.shape[1])
+        motion, site = _plain((drive or FREE).motion), (drive or FREE).site
         every = max(1, ends.shape[1] // looks)
-        course = Course(V_N, base, site, driven, motion, every, *self._range)
+        course = Course(V_N, base, site, motion.shape[1], motion, every, *self._range)
         chains = self._metamaterial, self._substrate
         return ends.shape[1], *chains, self._cells, course, self._constants, ends
-
-    @property
-    def compiled(self) -> bool:
-        """Whether the loop that advances the chain is already compiled, here or on disk."""
-        nothing = self._arguments(np.empty(0), None, None, np.empty((2, 0)))
-        return in_cache(self.integrator.advance, *nothing)
 
     def _loss(self, strayed: bool) -> str:
         """Return what is wrong with the state; empty if nothing."""
@@ -307,7 +294,7 @@ class Chain:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
-    def check_inputs(self, V_N: Array, drive: Drive | None, shake: Array | None = None) -> None:
+    def check_inputs(self, V_N: Array, drive: Drive | None, shake: Array | None) -> None:
         """Raise `StateError` for what `advance` would refuse."""
         substeps = self.integrator.substeps
         if V_N.ndim != 1 or len(V_N) % substeps:
@@ -331,8 +318,9 @@ class Chain:
 
 
 def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
-    """Return whether the loop for an element of a design is already compiled."""
-    return Chain(design, integrator=integrator).compiled
+    """Return whether the loop for an element of a design is already compiled, here or on disk."""
+    nothing = np.empty(0), None, None, np.empty((2, 0))
+    return in_cache(integrator.advance, *Chain(design, integrator=integrator)._arguments(*nothing))
 
 
 def _plain(array: Array) -> Array:

@@ -16,8 +16,11 @@ from .statics import metamaterial_force, stiffness
 from .tridiagonal import solve
 from .wall import walls
 
+TOLERANCE = 1e-12
+"""Largest residual force per cell, over the stiffness of the stiffest cell."""
 
-def wall_profile(design: Design, position: float, *, width: float | None = None) -> Array:
+
+def wall_profile(design: Design, position: float, *, kink: bool = False) -> Array:
     """Return the configuration of an anti-kink: s2 on the left of `position`, s1 on the right.
 
     The profile is that of a wall in a symmetric double well of the same barrier, a tanh: a
@@ -26,24 +29,17 @@ def wall_profile(design: Design, position: float, *, width: float | None = None)
     Args:
         design: The element.
         position: Where the wall is, in sites.
-        width: Length of the tanh in cells; by default from the mean on-site stiffness.
+        kink: Whether it is a kink, with s1 on the left.
 
     Returns:
         Delta_j, shape (N,).
     """
-    width = width or _width(design)
     mean, half = 0.5 * (design.D_s1 + design.D_s2), 0.5 * (design.D_s2 - design.D_s1)
-    return mean - half * np.tanh((design.sites - position) / width)
+    profile = mean - half * np.tanh((design.sites - position) / _width(design))
+    return design.D_s1 + design.D_s2 - profile if kink else profile
 
 
-def relax(
-    specimen: Specimen,
-    v: Array,
-    V: Array,
-    *,
-    tolerance: float = 1e-12,
-    iterations: int = 200,
-) -> Array:
+def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> Array:
     """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
     Newton's method with its matrix shifted until it is positive definite and its step capped
@@ -53,7 +49,6 @@ def relax(
         specimen: The element.
         v: Guess, shape (N,).
         V: Substrate displacements, shape (N,).
-        tolerance: Largest residual force per cell, over the stiffness of the stiffest cell.
         iterations: Bound on the Newton steps.
 
     Raises:
@@ -63,7 +58,7 @@ def relax(
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
         diagonal = stiffness(specimen, v, V)
-        if np.abs(force).max() < tolerance * diagonal.max():
+        if np.abs(force).max() < TOLERANCE * diagonal.max():
             if _solve(diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
             return v
@@ -71,7 +66,7 @@ def relax(
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
-        f'{np.abs(force).max():.3g}, above {tolerance:g}'
+        f'{np.abs(force).max():.3g}, above {TOLERANCE:g}'
     )
 
 
@@ -86,8 +81,7 @@ def resting_wall(specimen: Specimen, level: int) -> Array:
         v_j, shape (N,): with no strain it is also the configuration.
 
     Raises:
-        StateError: There is no such level, or the wall does not settle near its defect: the design
-            does not pin it.
+        StateError: There is no such level, or its defect does not pin the wall.
     """
     design = specimen.design
     if not 0 <= level < design.levels:
