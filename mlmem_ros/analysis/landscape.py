@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The energy landscape of a wall by the paper's method: two ansatzes and an integral, Eq. (3).
 
-The paper leaves three things open, settled here so that the pieces fit:
+The paper leaves three things open. We settle them so that the pieces fit:
 
 - V_0 is fitted but does not occur in Eq. (3). We use psi of the whole configuration, v(x; X) +
   v_0(x) - V_0(x); `landscape(..., as_printed=True)` uses psi(v) as printed.
-- The kink ansatz goes to 0 ahead of the wall, so v is counted from the inactive phase, and v_0
-  is the equilibrium of the element that is inactive throughout, which holds D_s1.
+- The kink ansatz goes to 0 ahead of the wall. So v is counted from the inactive phase, and v_0
+  is the equilibrium of the element that is inactive throughout, which contains D_s1.
 - The Fourier terms need a wavelength. A free end bends v_0 within a few cells, which is not
   periodic over the element, so we take twice its length.
 """
@@ -15,7 +15,7 @@ The paper leaves three things open, settled here so that the pieces fit:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,22 +51,21 @@ class KinkFit:
     C_1: float
     B_2: float
     C_2: float
-    e_rms: float
+    e_rms: float = math.nan
 
     def displacement(self, x: Array) -> Array:
         """Return v at distances x - X from the wall, counted from the inactive phase."""
-        return self._parts(x)[0]
+        return np.asarray(self.A * np.arctan(sum(self._exponentials(x))))
 
     def slope(self, x: Array) -> Array:
         """Return dv/dx at distances x - X from the wall."""
-        _, g, slope = self._parts(x)
-        return self.A * slope / (1.0 + g * g)
+        first, second = self._exponentials(x)
+        slope = self.C_1 * first + self.C_2 * second
+        return np.asarray(self.A * slope / (1.0 + (first + second) ** 2))
 
-    def _parts(self, x: Array) -> tuple[Array, Array, Array]:
-        first = self.B_1 * _exponential(self.C_1 * x)
-        second = self.B_2 * _exponential(self.C_2 * x)
-        g = first + second
-        return self.A * np.arctan(g), g, self.C_1 * first + self.C_2 * second
+    def _exponentials(self, x: Array) -> tuple[Array, Array]:
+        first, second = np.exp(np.clip(np.outer((self.C_1, self.C_2), x), -300.0, 300.0))
+        return self.B_1 * first, self.B_2 * second
 
 
 @dataclass(frozen=True)
@@ -94,18 +93,20 @@ class DisplacementFit:
 
     def displacement(self, x: Array) -> Array:
         """Return the displacement at positions x in sites."""
-        cosines, sines = self._terms(x)
+        cosines, sines = _fourier(x, self.length, self.q)
         return self.a_0 + self.c_0 * x + self.a @ cosines + self.b @ sines
 
     def slope(self, x: Array) -> Array:
         """Return its derivative at positions x."""
-        cosines, sines = self._terms(x)
+        cosines, sines = _fourier(x, self.length, self.q)
         k = 2.0 * math.pi / self.length * np.arange(1, self.q + 1)
         return self.c_0 + (self.b * k) @ cosines - (self.a * k) @ sines
 
-    def _terms(self, x: Array) -> tuple[Array, Array]:
-        angle = 2.0 * math.pi / self.length * np.outer(np.arange(1, self.q + 1), x)
-        return np.cos(angle), np.sin(angle)
+
+def _fourier(x: Array, length: float, q: int) -> tuple[Array, Array]:
+    """Return the first q cosines and sines at positions x, shape (q, m) each."""
+    angle = 2.0 * math.pi / length * np.outer(np.arange(1, q + 1), x)
+    return np.cos(angle), np.sin(angle)
 
 
 def fit_kink(design: Design) -> KinkFit:
@@ -135,42 +136,38 @@ def fit_kink(design: Design) -> KinkFit:
         2.0 / math.pi * (flat.D_s2 - flat.D_s1),
         0.5, -math.acosh(1.0 + flat.k_s1 / 2.0), 0.5, -math.acosh(1.0 + flat.k_s2 / 2.0),
     ])  # fmt: skip
-    fit = least_squares(
-        lambda constants: _kink(constants, x) - (v - flat.D_s1),
-        start,
-        method='lm',
-        xtol=1e-12,
-        ftol=1e-15,
-    )
+
+    def residual(constants: Array) -> Array:
+        return np.asarray(KinkFit(*constants).displacement(x) - (v - flat.D_s1))
+
+    fit = least_squares(residual, start, method='lm', xtol=1e-12, ftol=1e-15)
     if not fit.success:
         raise StateError(f'the kink ansatz must converge; it did not: {fit.message}')
-    A, B_1, C_1, B_2, C_2 = (float(value) for value in fit.x)
-    return KinkFit(A, B_1, C_1, B_2, C_2, e_rms=_rms(fit.fun))
+    return replace(KinkFit(*fit.x.tolist()), e_rms=_rms(fit.fun))
 
 
-def fit_displacement(design: Design, displacement: Array, bound: float = BOUND) -> DisplacementFit:
-    """Fit the linear-plus-Fourier ansatz of least order that meets a bound.
+def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
+    """Fit the linear-plus-Fourier ansatz of least order that meets the paper's bound.
 
     Args:
         design: The element.
         displacement: v_0 or V_0 at the sites, shape (N,).
-        bound: Largest root-mean-square error.
 
     Raises:
         StateError: No order up to `MAX_ORDER` meets the bound.
     """
     x, length = design.sites, 2.0 * design.N
     for q in range(1, MAX_ORDER + 1):
-        angle = 2.0 * math.pi / length * np.outer(x, np.arange(1, q + 1))
-        terms = np.column_stack((np.ones_like(x), x, np.cos(angle), np.sin(angle)))
-        solution = np.linalg.lstsq(terms, displacement, rcond=1e-13)[0]
+        cosines, sines = _fourier(x, length, q)
+        terms = np.column_stack((np.ones_like(x), x, cosines.T, sines.T))
+        solution = np.asarray(np.linalg.lstsq(terms, displacement, rcond=1e-13)[0], np.float64)
         e_rms = _rms(terms @ solution - displacement)
-        if e_rms < bound:
+        if e_rms < BOUND:
             a, b = solution[2 : 2 + q], solution[2 + q :]
             return DisplacementFit(float(solution[0]), float(solution[1]), a, b, length, e_rms)
     raise StateError(
         f'the bound must be met with an order of at most {MAX_ORDER}; got {e_rms:.3g}, above '
-        f'{bound:.3g}'
+        f'{BOUND:.3g}'
     )
 
 
@@ -216,16 +213,6 @@ def landscape(
         density = alpha * design.potential.energy(configuration) + 0.5 * stretch**2
         energy[i] = step * density.sum()
     return energy
-
-
-def _kink(constants: Array, x: Array) -> Array:
-    """Return the ansatz at distances x for the constants A, B_1, C_1, B_2, C_2."""
-    A, B_1, C_1, B_2, C_2 = (float(value) for value in constants)
-    return KinkFit(A, B_1, C_1, B_2, C_2, e_rms=math.nan).displacement(x)
-
-
-def _exponential(exponent: Array) -> Array:
-    return np.exp(np.clip(exponent, -300.0, 300.0))
 
 
 def _rms(residual: Array) -> float:
