@@ -1,12 +1,51 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a bag yields: messages, and records of those that were lost."""
+"""What a bag holds: topics, definitions of their types, messages; and what of it was lost."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A message type as a bag holds it.
+
+    Attributes:
+        type: Name of the type, such as ``std_msgs/msg/Float64``.
+        text: Definition of the type and of all it depends on.
+        encoding: Language of the text, such as ``ros2msg`` or ``ros2idl``.
+        hash: The type's RIHS01 hash; empty when unknown.
+    """
+
+    type: str
+    text: str = ''
+    encoding: str = ''
+    hash: str = ''
+
+
+@dataclass(frozen=True)
+class TopicInfo:
+    """One topic of a bag.
+
+    Attributes:
+        name: Its full name.
+        type: Name of the message type; empty when the bag does not say.
+        serialization_format: Encoding of the messages.
+        offered_qos: QoS of each of its publishers, as rosbag2's YAML text.
+        type_hash: The type's RIHS01 hash; empty when unknown.
+        message_count: How many messages it has.
+    """
+
+    name: str
+    type: str
+    serialization_format: str = 'cdr'
+    offered_qos: str = ''
+    type_hash: str = ''
+    message_count: int = 0
 
 
 class Message(NamedTuple):
@@ -45,3 +84,34 @@ class Loss:
 
     def __str__(self) -> str:
         return f'{self.file}, byte {self.offset}: {self.size} bytes lost, {self.reason}'
+
+
+class Part(Protocol):
+    """One storage file of a bag, or several that are read as one."""
+
+    @property
+    def losses(self) -> list[Loss]:
+        """What cannot be read."""
+
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """Earliest and latest log time in nanoseconds, or None without messages."""
+
+    @property
+    def metadata_text(self) -> str | None:
+        """The last metadata record in the file, or None without one."""
+
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """The topics by name, with the number of messages that can be read."""
+
+    @property
+    def definitions(self) -> Mapping[str, Definition]:
+        """The message definitions by the name of the type."""
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order of their log times, ties as written.
+
+        Raises:
+            BagError: The file has changed since it was opened.
+        """

@@ -4,24 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, cast
 
-from mcap.writer import LIBRARY_IDENTIFIER, CompressionType, IndexType, Writer
+from mcap.writer import LIBRARY_IDENTIFIER, IndexType, Writer
 
 from .. import durable
-from .definitions import Definition
+from .contents import Definition
 from .errors import BagError, storage_errors
 
 METADATA_NAME = 'rosbag2'
 """Name of the MCAP metadata record in which rosbag2 keeps its metadata."""
 
-COMPRESSIONS = {'zstd': CompressionType.ZSTD, 'none': CompressionType.NONE}
-"""Compressions that a chunk can have, by name."""
-
 _CHUNK_SIZE = 256 * 1024  # bytes; small, because damage loses a whole chunk
-_MESSAGE_HEAD = 31  # bytes of a message in addition to its data
 
 
 def check_library() -> None:
@@ -36,25 +32,22 @@ class McapFile:
     Every method raises `BagError` on a file system error; after that only `abandon` is of use.
     """
 
-    def __init__(self, path: Path, compression: str) -> None:
+    def __init__(self, path: Path) -> None:
         """Create the file.
 
         Args:
             path: Where; must not exist.
-            compression: One of `COMPRESSIONS`.
 
         Raises:
             BagError: The file cannot be created.
         """
         self.path = path
         self._schemas: dict[Definition, int] = {}
-        self._open_chunk = 0  # bytes
         with storage_errors(f'create {path}'):
             self._file = durable.create(path)
         self._writer = Writer(
             cast('IO[bytes]', self._file),
             chunk_size=_CHUNK_SIZE,
-            compression=COMPRESSIONS[compression],
             index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
             enable_data_crcs=True,
         )
@@ -67,8 +60,8 @@ class McapFile:
 
     @property
     def size(self) -> int:
-        """Bytes written, plus those of the open chunk before compression."""
-        return self._file.tell() + self._open_chunk
+        """Bytes written, without the open chunk."""
+        return self._file.tell()
 
     def add_channel(
         self,
@@ -93,11 +86,9 @@ class McapFile:
         """
         with storage_errors(f'write {self.path}'):
             if definition not in self._schemas:
-                text = definition.text.encode()
                 self._schemas[definition] = self._writer.register_schema(
-                    definition.type, definition.encoding, text
+                    definition.type, definition.encoding, definition.text.encode()
                 )
-                self._open_chunk += len(text)
             return self._writer.register_channel(
                 topic, serialization_format, self._schemas[definition], dict(metadata)
             )
@@ -114,12 +105,8 @@ class McapFile:
         Raises:
             BagError: The chunk was full and could not be written.
         """
-        before = self._file.tell()
         with storage_errors(f'write {self.path}'):
             self._writer.add_message(channel, log_time, data, publish_time)
-        self._open_chunk += _MESSAGE_HEAD + len(data)
-        if self._file.tell() > before:
-            self._open_chunk = 0
 
     def write_metadata(self, text: str) -> None:
         """Append rosbag2's metadata record.
@@ -139,10 +126,7 @@ class McapFile:
         Raises:
             BagError: The disk is full, failed, or the file was deleted meanwhile.
         """
-        with storage_errors(f'write {self.path}'):
-            self._writer.flush()
-        self._open_chunk = 0
-        self._sync()
+        self._settle(self._writer.flush)
 
     def close(self) -> None:
         """Finish the file with its summary and make it durable.
@@ -150,10 +134,7 @@ class McapFile:
         Raises:
             BagError: The disk is full, failed, or the file was deleted meanwhile.
         """
-        with storage_errors(f'write {self.path}'):
-            self._writer.finish()
-        self._open_chunk = 0
-        self._sync()
+        self._settle(self._writer.finish)
         with storage_errors(f'close {self.path}'):
             self._file.close()
 
@@ -161,9 +142,9 @@ class McapFile:
         """Close the file as it is, after an error."""
         durable.close_quietly(self._file)
 
-    def _sync(self) -> None:
+    def _settle(self, finish: Callable[[], object]) -> None:
         with storage_errors(f'write {self.path}'):
+            finish()
             self._file.sync()
-            deleted = self._file.deleted
-        if deleted:
-            raise BagError(f'Cannot write {self.path}: it was deleted while being written.')
+            if self._file.deleted:
+                raise BagError(f'Cannot write {self.path}: it was deleted while being written.')

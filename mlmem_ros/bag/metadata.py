@@ -1,38 +1,31 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""rosbag2's ``metadata.yaml``, version 9, as Jazzy writes it, by PyYAML."""
+"""rosbag2's metadata: written as Jazzy writes it (version 9), read from any version."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import lru_cache
+from pathlib import Path, PurePath
 from typing import Any
 
+import yaml  # type: ignore[import-untyped]
+
+try:  # ten times as fast
+    from yaml import CBaseLoader as BaseLoader
+    from yaml import CSafeDumper as SafeDumper
+except ImportError:  # PyYAML was built without libyaml
+    from yaml import BaseLoader, SafeDumper
+
 from ..clipped import clipped
-from ..durable import write_atomically
+from .contents import TopicInfo
 from .errors import BagError, storage_errors
-from .qos import QosProfile, parse_profiles, profiles_of
-from .yaml_text import Node, dump, load
 
 FILE_NAME = 'metadata.yaml'
-ROS_DISTRO = 'jazzy'
-NEVER = 2**63 - 1
-"""The starting time, in nanoseconds, of a bag or file that holds no message."""
-
 _ROOT = 'rosbag2_bagfile_information'
-
-
-@dataclass(frozen=True)
-class TopicInfo:
-    """One topic as ``metadata.yaml`` lists it."""
-
-    name: str
-    type: str
-    serialization_format: str = 'cdr'
-    offered_qos_profiles: tuple[QosProfile, ...] = ()
-    type_description_hash: str = ''
-    message_count: int = 0
+_NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
+_NO_WIDTH = 2**31 - 1
 
 
 @dataclass
@@ -40,7 +33,7 @@ class FileInfo:
     """One storage file of a bag. Times are in nanoseconds since the epoch, or of the ROS clock."""
 
     path: str
-    starting_time: int = NEVER
+    starting_time: int = _NEVER
     duration: int = 0
     message_count: int = 0
 
@@ -54,87 +47,56 @@ class FileInfo:
 
 @dataclass(frozen=True)
 class BagMetadata:
-    """What ``ros2 bag info`` shows. Times are in nanoseconds.
+    """What a reader needs of the metadata.
 
-    Raises:
-        BagError: Custom data holds something other than strings.
+    Attributes:
+        files: Names of the storage files, in the order they were written.
+        message_counts: Number of messages by topic.
+        custom_data: What the recording application stored.
+        compressed: Whether the files or messages are compressed as a whole.
     """
 
-    topics: tuple[TopicInfo, ...] = ()
-    files: tuple[FileInfo, ...] = ()
-    relative_file_paths: tuple[str, ...] = ()
-    starting_time: int = NEVER
-    duration: int = 0
-    message_count: int = 0
+    files: tuple[str, ...] = ()
+    message_counts: Mapping[str, int] = field(default_factory=dict)
     custom_data: Mapping[str, str] = field(default_factory=dict)
-    ros_distro: str = ROS_DISTRO
-    storage_identifier: str = 'mcap'
-    compression_format: str = ''
-    compression_mode: str = ''
-    version: int = 9
+    compressed: bool = False
 
-    def __post_init__(self) -> None:
-        for key, value in self.custom_data.items():
-            if not isinstance(key, str) or not isinstance(value, str):
-                raise BagError(
-                    f'custom_data must map strings to strings; got {key!r:.80}: {value!r:.80}.'
-                )
+    @property
+    def message_count(self) -> int:
+        """Number of messages in the bag."""
+        return sum(self.message_counts.values())
 
-    @classmethod
-    def of(
-        cls, topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
-    ) -> BagMetadata:
-        """Describe a bag by its topics and files; raises as the class does."""
-        filled = [file for file in files if file.message_count]
-        start = min((file.starting_time for file in filled), default=NEVER)
-        end = max((file.starting_time + file.duration for file in filled), default=start)
-        return cls(
-            topics=tuple(topics),
-            files=tuple(files),
-            relative_file_paths=tuple(file.path for file in files),
-            starting_time=start,
-            duration=end - start,
-            message_count=sum(file.message_count for file in files),
-            custom_data=dict(custom_data),
-        )
 
-    def text(self) -> str:
-        """Return the content of ``metadata.yaml``."""
-        return dump({_ROOT: self._node()})
+class _Dumper(SafeDumper):  # type: ignore[misc]
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
 
-    def record_text(self) -> str:
-        """Return the text of the MCAP metadata record ``rosbag2``: the same without the root."""
-        return dump(self._node())
 
-    def write(self, directory: Path) -> None:
-        """Write or renew ``metadata.yaml``, atomically and durably.
+def metadata_text(
+    topics: Iterable[TopicInfo],
+    files: Sequence[FileInfo],
+    custom_data: Mapping[str, str],
+    *,
+    root: bool = True,
+) -> str:
+    """Return the metadata of a bag as YAML.
 
-        Args:
-            directory: The bag.
-
-        Raises:
-            BagError: The directory is gone, full or not writable.
-        """
-        path = directory / FILE_NAME
-        with storage_errors(f'write {path}'):
-            write_atomically(path, self.text())
-
-    def _node(self) -> Node:
-        return {
-            'version': self.version,
-            'storage_identifier': self.storage_identifier,
-            'duration': {'nanoseconds': self.duration},
-            'starting_time': {'nanoseconds_since_epoch': self.starting_time},
-            'message_count': self.message_count,
-            'topics_with_message_count': [_topic_node(topic) for topic in self.topics],
-            'compression_format': self.compression_format,
-            'compression_mode': self.compression_mode,
-            'relative_file_paths': self.relative_file_paths,
-            'files': [_file_node(file) for file in self.files],
-            # rosbag2 leaves an empty map undefined, which yaml-cpp writes as null.
-            'custom_data': self.custom_data or None,
-            'ros_distro': self.ros_distro,
-        }
+    Args:
+        topics: Its topics.
+        files: Its files, in the order they were written.
+        custom_data: What the application stores.
+        root: Whether to put all below the root key, as in ``metadata.yaml``; the MCAP record
+            ``rosbag2`` has none.
+    """
+    node = _node(topics, files, custom_data)
+    text: str = yaml.dump(
+        {_ROOT: node} if root else node,
+        Dumper=_Dumper,
+        sort_keys=False,
+        allow_unicode=True,
+        width=_NO_WIDTH,
+    )
+    return text.rstrip('\n')
 
 
 def parse_metadata(text: str) -> BagMetadata:
@@ -143,16 +105,30 @@ def parse_metadata(text: str) -> BagMetadata:
     Args:
         text: YAML text with or without the root key.
 
-    Returns:
-        The metadata; fields its version did not have yet get their defaults.
-
     Raises:
         BagError: The text is not rosbag2 metadata.
     """
     try:
-        document: Any = load(text)
-        return _metadata(document.get(_ROOT, document))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
+        document: Any = yaml.load(text, BaseLoader)
+        node = document.get(_ROOT, document)
+        custom_data = node.get('custom_data')
+        return BagMetadata(
+            # rosbag2 before version 4 wrote the directory's name too.
+            files=tuple(PurePath(_text(path)).name for path in node['relative_file_paths'] or ()),
+            message_counts={
+                _text(topic['topic_metadata']['name']): int(topic['message_count'])
+                for topic in node['topics_with_message_count'] or ()
+            },
+            custom_data={_text(key): _text(value) for key, value in custom_data.items()}
+            if isinstance(custom_data, dict)
+            else {},
+            compressed=_text(node.get('compression_mode', '')).lower() not in {'', 'none'},
+        )
+    except (
+        *(yaml.YAMLError, AttributeError, KeyError, TypeError),
+        *(ValueError, OverflowError, RecursionError),
+    ) as error:
         raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
 
 
@@ -176,69 +152,52 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     return parse_metadata(text)
 
 
-def _topic_node(topic: TopicInfo) -> Node:
+def _node(
+    topics: Iterable[TopicInfo], files: Sequence[FileInfo], custom_data: Mapping[str, str]
+) -> dict[str, Any]:
+    filled = [file for file in files if file.message_count]
+    start = min((file.starting_time for file in filled), default=_NEVER)
+    end = max((file.starting_time + file.duration for file in filled), default=start)
     return {
-        'topic_metadata': {
-            'name': topic.name,
-            'type': topic.type,
-            'serialization_format': topic.serialization_format,
-            'offered_qos_profiles': [profile.node() for profile in topic.offered_qos_profiles],
-            'type_description_hash': topic.type_description_hash,
-        },
-        'message_count': topic.message_count,
+        'version': 9,
+        'storage_identifier': 'mcap',
+        'duration': {'nanoseconds': end - start},
+        'starting_time': {'nanoseconds_since_epoch': start},
+        'message_count': sum(file.message_count for file in files),
+        'topics_with_message_count': [
+            {
+                'topic_metadata': {
+                    'name': topic.name,
+                    'type': topic.type,
+                    'serialization_format': topic.serialization_format,
+                    'offered_qos_profiles': _profiles(topic.offered_qos),
+                    'type_description_hash': topic.type_hash,
+                },
+                'message_count': topic.message_count,
+            }
+            for topic in topics
+        ],
+        'compression_format': '',
+        'compression_mode': '',
+        'relative_file_paths': [file.path for file in files],
+        'files': [
+            {
+                'path': file.path,
+                'starting_time': {'nanoseconds_since_epoch': file.starting_time},
+                'duration': {'nanoseconds': file.duration},
+                'message_count': file.message_count,
+            }
+            for file in files
+        ],
+        # rosbag2 leaves an empty map undefined, which yaml-cpp writes as null.
+        'custom_data': dict(custom_data) or None,
+        'ros_distro': 'jazzy',
     }
 
 
-def _file_node(file: FileInfo) -> Node:
-    return {
-        'path': file.path,
-        'starting_time': {'nanoseconds_since_epoch': file.starting_time},
-        'duration': {'nanoseconds': file.duration},
-        'message_count': file.message_count,
-    }
-
-
-def _metadata(node: dict[str, Any]) -> BagMetadata:
-    custom_data = node.get('custom_data')
-    return BagMetadata(
-        topics=tuple(_topic(item) for item in node['topics_with_message_count'] or ()),
-        files=tuple(_file(item) for item in node.get('files') or ()),
-        relative_file_paths=tuple(_text(path) for path in node['relative_file_paths'] or ()),
-        starting_time=int(node['starting_time']['nanoseconds_since_epoch']),
-        duration=int(node['duration']['nanoseconds']),
-        message_count=int(node['message_count']),
-        custom_data=_texts(custom_data) if isinstance(custom_data, dict) else {},
-        ros_distro=_text(node.get('ros_distro', '')),
-        storage_identifier=_text(node['storage_identifier']),
-        compression_format=_text(node.get('compression_format', '')),
-        compression_mode=_text(node.get('compression_mode', '')),
-        version=int(node['version']),
-    )
-
-
-def _topic(item: dict[str, Any]) -> TopicInfo:
-    topic = item['topic_metadata']
-    profiles = topic.get('offered_qos_profiles', '')
-    return TopicInfo(
-        name=_text(topic['name']),
-        type=_text(topic['type']),
-        serialization_format=_text(topic['serialization_format']),
-        # Before version 9 the profiles are YAML inside YAML.
-        offered_qos_profiles=(
-            parse_profiles(profiles) if isinstance(profiles, str) else profiles_of(profiles)
-        ),
-        type_description_hash=_text(topic.get('type_description_hash', '')),
-        message_count=int(item['message_count']),
-    )
-
-
-def _file(item: dict[str, Any]) -> FileInfo:
-    return FileInfo(
-        path=_text(item['path']),
-        starting_time=int(item['starting_time']['nanoseconds_since_epoch']),
-        duration=int(item['duration']['nanoseconds']),
-        message_count=int(item['message_count']),
-    )
+@lru_cache  # most topics offer the same
+def _profiles(text: str) -> Any:
+    return yaml.safe_load(text) or []
 
 
 def _text(value: object) -> str:
@@ -246,7 +205,3 @@ def _text(value: object) -> str:
     if not isinstance(value, str):
         raise ValueError(f'got {clipped(value)} for a text')
     return value
-
-
-def _texts(values: dict[object, object]) -> dict[str, str]:
-    return {_text(key): _text(value) for key, value in values.items()}

@@ -4,20 +4,21 @@
 
 from __future__ import annotations
 
+import heapq
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
+from operator import attrgetter
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .contents import Loss, Message
-from .definitions import Codec, Definition, codec_of
+from ..clipped import clipped
+from . import jazzy
+from .contents import Definition, Loss, Message, Part, TopicInfo
 from .errors import BagError, storage_errors
-from .mcap_source import McapSource
-from .metadata import FILE_NAME, BagMetadata, TopicInfo, parse_metadata, read_metadata
-
-if TYPE_CHECKING:
-    from .rosbags_source import RosbagsSource
+from .mcap_part import McapPart
+from .metadata import FILE_NAME, BagMetadata, parse_metadata, read_metadata
 
 
 class BagReader:
@@ -42,28 +43,26 @@ class BagReader:
                 raise BagError(f'{self.path} must be a bag directory or file; it does not exist.')
             directory = self.path.is_dir()
         self._losses: list[Loss] = []
-        self._codecs: dict[str, Codec] = {}
         metadata = self._read_metadata() if directory else None
         with storage_errors(f'read {self.path}'):
-            files = self._listed(metadata) or self._found() if directory else [self.path]
-        self._source = self._open(files, metadata)
-        if metadata is None:
-            metadata = _parsed(self._source.metadata_text)
-        self.metadata = metadata
+            self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
+        self.metadata = metadata or self._recorded_metadata()
         """The last metadata the recorder wrote; None when it wrote none."""
+        self.topics: dict[str, TopicInfo] = {}
+        """The topics by name, with the number of messages that can be read."""
+        for part in self._parts:
+            for name, info in part.topics.items():
+                known = self.topics.setdefault(name, replace(info, message_count=0))
+                count = known.message_count + info.message_count
+                self.topics[name] = replace(known, message_count=count)
 
     def __iter__(self) -> Iterator[Message]:
         return self.messages()
 
     @property
-    def topics(self) -> Mapping[str, TopicInfo]:
-        """The topics by name, with the number of messages that can be read."""
-        return self._source.topics
-
-    @property
     def losses(self) -> tuple[Loss, ...]:
         """What cannot be read; empty for an intact bag."""
-        return (*self._losses, *self._source.losses)
+        return (*self._losses, *(loss for part in self._parts for loss in part.losses))
 
     @property
     def message_count(self) -> int:
@@ -73,7 +72,10 @@ class BagReader:
     @property
     def span(self) -> tuple[int, int] | None:
         """Earliest and latest log time in nanoseconds, or None without messages."""
-        return self._source.span
+        spans = [part.span for part in self._parts if part.span]
+        if not spans:
+            return None
+        return min(start for start, _ in spans), max(end for _, end in spans)
 
     @property
     def custom_data(self) -> Mapping[str, str]:
@@ -92,28 +94,19 @@ class BagReader:
         Raises:
             BagError: The bag has changed since it was opened.
         """
-        return self._source.messages(self.topics if topics is None else set(topics))
+        wanted = self.topics.keys() if topics is None else set(topics)
+        parts = (part.messages(wanted) for part in self._parts)
+        return heapq.merge(*parts, key=attrgetter('log_time'))
 
-    def definition(self, type_name: str) -> Definition:
-        """Return the definition of a type as the bag holds it.
-
-        Args:
-            type_name: Name of the type.
-
-        Returns:
-            The definition; without text and encoding if the bag holds none.
-        """
-        found = (item for item in self._source.definitions if item.type == type_name)
-        definition = next(found, Definition(type_name, '', ''))
-        hashes = (item for item in self.topics.values() if item.type == type_name)
-        digest = next((item.type_description_hash for item in hashes), '')
-        return Definition(type_name, definition.text, definition.encoding, digest)
+    def definition(self, topic: str) -> Definition:
+        """Return the definition of a topic's type as the bag holds it, perhaps without a text."""
+        info = self.topics[topic]
+        found = (part.definitions.get(info.type) for part in self._parts)
+        definition = next(filter(None, found), Definition(info.type))
+        return replace(definition, hash=info.type_hash)
 
     def deserialize(self, message: Message) -> Any:
-        """Decode a message, by Jazzy's definition where it has one, else by that in the bag.
-
-        A definition is parsed with the first message of its type; see `codec_of` for which are
-        accepted.
+        """Decode a message.
 
         Args:
             message: A message of this bag.
@@ -122,12 +115,16 @@ class BagReader:
             An object with the fields as attributes; arrays of numbers are numpy arrays.
 
         Raises:
-            BagError: The type is unknown or rejected, or the bytes are not a message of it.
+            BagError: Its type does not ship with ROS 2 Jazzy, or is another one in this bag, or
+                the bytes are not a message of it.
         """
-        codec = self._codecs.get(message.type)
-        if codec is None:
-            codec = self._codecs[message.type] = codec_of([self.definition(message.type)])
-        return codec.deserialize(message.cdr, message.type)
+        told = self.topics[message.topic].type_hash
+        if told and told != jazzy.definition(message.type).hash:
+            raise BagError(
+                f'{message.topic} must have the {message.type} of ROS 2 Jazzy; '
+                f'got another one, {clipped(told)}.'
+            )
+        return jazzy.deserialize(message.cdr, message.type)
 
     def _read_metadata(self) -> BagMetadata | None:
         try:
@@ -138,32 +135,44 @@ class BagReader:
             self._losses.append(Loss(file, 0, size, str(error)))
             return None
 
-    def _listed(self, metadata: BagMetadata | None) -> list[Path]:
-        # rosbag2 before version 4 wrote the directory's name too.
-        names = metadata.relative_file_paths if metadata else ()
-        return [self.path / Path(name).name for name in names]
-
-    def _found(self) -> list[Path]:
+    def _files(self, metadata: BagMetadata | None) -> list[Path]:
+        listed = [self.path / name for name in metadata.files] if metadata else []
+        if any(file.is_file() for file in listed):
+            return listed
         for suffix in ('.mcap', '.db3'):
             files = [file for file in self.path.iterdir() if file.suffix == suffix]
             if files:
                 return sorted(files, key=_natural_order)
         raise BagError(f'{self.path} must be a bag; it has no {FILE_NAME}, .mcap or .db3 file.')
 
-    def _open(self, files: list[Path], metadata: BagMetadata | None) -> McapSource | RosbagsSource:
-        compressed = metadata is not None and metadata.compression_mode.lower() not in {'', 'none'}
+    def _open(self, files: list[Path], metadata: BagMetadata | None) -> list[Part]:
+        compressed = metadata is not None and metadata.compressed
         if not compressed and files[0].suffix != '.db3':
-            return McapSource(files)
-        from .rosbags_source import RosbagsSource
+            return self._read(McapPart, files)
+        from .rosbags_part import RosbagsPart
 
-        return RosbagsSource([self.path] if compressed else files)
+        return self._read(RosbagsPart, [self.path] if compressed else files)
 
+    def _read(self, kind: Callable[[Path], Part], files: list[Path]) -> list[Part]:
+        """Open the files; raise the first error if none can be read."""
+        parts, errors = [], []
+        for file in files:
+            try:
+                parts.append(kind(file))
+            except BagError as error:
+                errors.append(error)
+                size = file.stat().st_size if file.is_file() else 0
+                self._losses.append(Loss(file, 0, size, str(error)))
+        if not parts:
+            raise errors[0]
+        return parts
 
-def _parsed(text: str | None) -> BagMetadata | None:
-    try:
-        return None if text is None else parse_metadata(text)
-    except BagError:
-        return None  # a copy for readers without metadata.yaml; the messages do not need it
+    def _recorded_metadata(self) -> BagMetadata | None:
+        texts = [part.metadata_text for part in self._parts if part.metadata_text is not None]
+        try:
+            return parse_metadata(texts[-1]) if texts else None
+        except BagError:
+            return None  # a copy for readers without metadata.yaml; the messages do not need it
 
 
 def _natural_order(path: Path) -> list[str | int]:

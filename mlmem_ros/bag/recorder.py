@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from .. import threads
-from .definitions import jazzy
+from . import jazzy
 from .errors import BagError
 from .writer import BagWriter
 
@@ -62,8 +62,8 @@ class RecorderStatus:
 class Recorder:
     """Puts a bounded queue and a thread between a producer and a `BagWriter`.
 
-    A sync begins once the oldest message that is not safe yet has waited for half of the
-    writer's sync interval. Whether it ends in time depends on the disk and on the processor's
+    A sync begins once the oldest message that is not safe yet has waited for half of the sync
+    interval. Whether it ends in time depends on the disk and on the processor's
     load, so the actual wait is measured.
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
@@ -76,6 +76,7 @@ class Recorder:
         writer: BagWriter,
         *,
         dropped_topic: str,
+        sync_interval: float = 1.0,
         max_queued: int = 10_000,
         max_queued_bytes: int = 64 * 2**20,
         on_error: Callable[[BagError], None] | None = None,
@@ -86,6 +87,7 @@ class Recorder:
             writer: An open bag with its topics added. It belongs to the recorder from now on.
             dropped_topic: Name of the topic (std_msgs/msg/UInt64) of the count of dropped
                 messages.
+            sync_interval: Time in seconds within which a message shall be safe on the disk.
             max_queued: Most messages that may wait.
             max_queued_bytes: Most bytes that may wait; a larger message still fits alone.
             on_error: Called once, from the recorder's thread, if the recording fails.
@@ -95,6 +97,8 @@ class Recorder:
         """
         self._writer = writer
         self._dropped_topic = dropped_topic
+        self._sync_after = _SYNC_SHARE * sync_interval
+        self._last_sync = threads.monotonic()
         self._max_queued = max_queued
         self._max_queued_bytes = max_queued_bytes
         self._on_error = on_error
@@ -220,10 +224,11 @@ class Recorder:
         if self._writer.unsynced:
             # Write half an interval's worth between two syncs: otherwise a disk that was slow once
             # would be synced after every message of the backlog.
-            due = _SYNC_SHARE * self._writer.sync_interval
-            if self._waited() < due or self._writer.since_sync < due:
+            since_sync = threads.monotonic() - self._last_sync
+            if min(self._waited(), since_sync) < self._sync_after:
                 return
             self._writer.sync()
+            self._last_sync = threads.monotonic()
         self._safe()
 
     def _safe(self) -> None:
@@ -240,8 +245,8 @@ class Recorder:
             return
         self._recorded_dropped = dropped
         self._writer.custom_data[DROPPED_KEY] = str(dropped)
-        count = jazzy().message(_COUNT_TYPE, data=dropped)
-        self._writer.write(self._dropped_topic, jazzy().serialize(count), log_time)
+        count = jazzy.message(_COUNT_TYPE, data=dropped)
+        self._writer.write(self._dropped_topic, jazzy.serialize(count), log_time)
 
     def _observe(self) -> None:
         self._messages = self._writer.message_count

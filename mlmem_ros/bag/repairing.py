@@ -10,6 +10,7 @@ from pathlib import Path
 
 from .contents import Loss
 from .errors import BagError
+from .qos import renewed
 from .reader import BagReader
 from .writer import BagWriter
 
@@ -62,8 +63,8 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
             writer.add_topic(
                 info.name,
                 info.type,
-                info.offered_qos_profiles,
-                definition=reader.definition(info.type),
+                renewed(info.offered_qos),
+                definition=reader.definition(info.name),
                 serialization_format=info.serialization_format,
             )
         for message in reader:

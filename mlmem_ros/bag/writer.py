@@ -4,23 +4,21 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from operator import index
 from os import PathLike
 from pathlib import Path
 
-from .. import threads
-from ..durable import make_directory
-from .definitions import Definition, jazzy
+from ..durable import make_directory, write_atomically
+from . import jazzy
+from .contents import Definition, TopicInfo
 from .errors import BagError, storage_errors
-from .mcap_file import COMPRESSIONS, McapFile, check_library
-from .metadata import BagMetadata, FileInfo, TopicInfo
-from .qos import RELIABLE, QosProfile, dump_profiles
+from .mcap_file import McapFile, check_library
+from .metadata import FILE_NAME, FileInfo, metadata_text
+from .qos import RELIABLE
 
-_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires
 _LATEST_TIME = 2**63 - 1
 
 
@@ -48,55 +46,36 @@ class BagWriter:
         *,
         max_bytes: int = 0,
         max_duration: float = 0.0,
-        sync_interval: float = 1.0,
-        compression: str = 'zstd',
         custom_data: Mapping[str, str] | None = None,
     ) -> None:
         """Create the bag.
 
         Args:
             path: Directory of the bag; must not exist. Missing parents are made.
-            max_bytes: Begin a new file once the current one reaches this size; 0 never does. A
-                file exceeds it by less than one message and its summary.
+            max_bytes: Begin a new file once the current one has this size; 0 never does. A file
+                exceeds it by at most a chunk (256 KiB) and its summary.
             max_duration: Begin a new file once the current one spans this many seconds of
                 log time; 0 never does.
-            sync_interval: Time in seconds after which the next message triggers a sync;
-                ``math.inf`` leaves it to `sync` and `close`.
-            compression: Compression of the chunks, ``'zstd'`` or ``'none'``.
             custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
-            BagError: An argument is out of range, the path exists or cannot be created, or `mcap`
-                is too old.
+            BagError: The path exists or cannot be created, or `mcap` is too old.
         """
         check_library()
-        if max_bytes and max_bytes < _SMALLEST_SPLIT:
-            raise BagError(f'max_bytes must be 0 or at least {_SMALLEST_SPLIT}; got {max_bytes}.')
-        if not 0 <= max_duration < math.inf:
-            raise BagError(f'max_duration must be 0 or positive seconds; got {max_duration}.')
-        if not sync_interval >= 0:
-            raise BagError(f'sync_interval must be 0 or positive seconds; got {sync_interval}.')
-        if compression not in COMPRESSIONS:
-            names = ', '.join(COMPRESSIONS)
-            raise BagError(f'compression must be one of {names}; got {compression!r}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
         self._max_bytes = max_bytes
         self._max_duration = round(max_duration * 1e9)
-        self.sync_interval = sync_interval
-        self._compression = compression
         self._channels: dict[str, _Channel] = {}
         self._files: list[FileInfo] = []
         self._closed_bytes = 0
         self._error: BagError | None = None
         self._closed = False
-        self._metadata()  # refuses bad custom data before anything is created
-        self._create_directory()
-        self._open_file()
-        self._last_sync = threads.monotonic()
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
+        self._create_directory()
+        self._open_file()
 
     def __enter__(self) -> BagWriter:
         return self
@@ -111,7 +90,7 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """Bytes written so far."""
+        """Bytes written so far, without the open chunk."""
         return self._closed_bytes + self._file.size
 
     @property
@@ -123,7 +102,7 @@ class BagWriter:
         self,
         name: str,
         type_name: str,
-        qos: Sequence[QosProfile] = (RELIABLE,),
+        qos: str = RELIABLE,
         *,
         latch: bool = False,
         definition: Definition | None = None,
@@ -139,7 +118,7 @@ class BagWriter:
         Args:
             name: Full name of the topic.
             type_name: Name of its type, such as ``std_msgs/msg/Float64``.
-            qos: The offered QoS of each of its publishers.
+            qos: The QoS that its publishers offer, as rosbag2's YAML text.
             latch: Repeat the last message in every new file.
             definition: The type's definition; Jazzy's by default.
             serialization_format: Encoding of the messages.
@@ -151,8 +130,8 @@ class BagWriter:
         self._require_open()
         if name in self._channels:
             raise BagError(f'Topic {name} must be added only once; {self.path} already has it.')
-        definition = definition or jazzy().definition(type_name)
-        info = TopicInfo(name, type_name, serialization_format, tuple(qos), definition.hash)
+        definition = definition or jazzy.definition(type_name)
+        info = TopicInfo(name, type_name, serialization_format, qos, definition.hash)
         channel = _Channel(info, definition, latch)
         with self._storage():
             self._declare(channel)
@@ -177,7 +156,7 @@ class BagWriter:
         channel = self._channels.get(topic)
         if channel is None:
             raise BagError(f'Topic {topic!r} must be added to {self.path} before its messages.')
-        if not isinstance(cdr, (bytes, bytearray, memoryview)):
+        if not isinstance(cdr, bytes):
             raise BagError(f'A message on {topic} must be bytes; got {type(cdr).__name__}.')
         log_time = _nanoseconds(log_time)
         publish_time = log_time if publish_time is None else _nanoseconds(publish_time)
@@ -185,7 +164,6 @@ class BagWriter:
             if self._split_is_due(log_time):
                 self._split(log_time)
             self._put(channel, cdr, log_time, publish_time)
-        self.sync_if_due()
 
     def sync(self) -> None:
         """Make all messages so far safe on the disk and update ``metadata.yaml``.
@@ -197,23 +175,8 @@ class BagWriter:
         if self.unsynced:
             with self._storage():
                 self._file.sync()
-                self._metadata().write(self.path)
-        self._last_sync = threads.monotonic()
+                self._write_metadata()
         self.unsynced = False
-
-    @property
-    def since_sync(self) -> float:
-        """Seconds since the last sync ended."""
-        return threads.monotonic() - self._last_sync
-
-    def sync_if_due(self) -> None:
-        """Sync if the sync interval has passed; `write` does this itself.
-
-        Raises:
-            BagError: As for `sync`.
-        """
-        if self.since_sync >= self.sync_interval:
-            self.sync()
 
     def close(self) -> None:
         """Finish the bag. Closing again, or after an error of the storage, does nothing.
@@ -227,7 +190,7 @@ class BagWriter:
             if self._error is None:
                 with self._storage():
                     self._close_file()
-                    self._metadata().write(self.path)
+                    self._write_metadata()
         finally:
             self._closed = True
 
@@ -257,16 +220,15 @@ class BagWriter:
 
     def _open_file(self) -> None:
         self._files.append(FileInfo(f'{self.path.name}_{len(self._files)}.mcap'))
-        self._file = McapFile(self.path / self._files[-1].path, self._compression)
-        metadata = self._metadata()
+        self._file = McapFile(self.path / self._files[-1].path)
         with self._storage():
-            self._file.write_metadata(metadata.record_text())
+            self._file.write_metadata(self._metadata(root=False))
             for channel in self._channels.values():
                 self._declare(channel)
-            metadata.write(self.path)
+            self._write_metadata()
 
     def _close_file(self) -> None:
-        self._file.write_metadata(self._metadata().record_text())
+        self._file.write_metadata(self._metadata(root=False))
         self._file.close()
 
     def _declare(self, channel: _Channel) -> None:
@@ -276,8 +238,8 @@ class BagWriter:
             channel.definition,
             info.serialization_format,
             {
-                'offered_qos_profiles': dump_profiles(info.offered_qos_profiles),
-                'topic_type_hash': info.type_description_hash,
+                'offered_qos_profiles': info.offered_qos,
+                'topic_type_hash': info.type_hash,
             },
         )
 
@@ -304,12 +266,17 @@ class BagWriter:
                 cdr, publish_time = channel.last
                 self._put(channel, cdr, log_time, publish_time)
 
-    def _metadata(self) -> BagMetadata:
+    def _metadata(self, root: bool) -> str:
         topics = (
             replace(channel.info, message_count=channel.message_count)
             for channel in self._channels.values()
         )
-        return BagMetadata.of(topics, self._files, self.custom_data)
+        return metadata_text(topics, self._files, self.custom_data, root=root)
+
+    def _write_metadata(self) -> None:
+        path = self.path / FILE_NAME
+        with storage_errors(f'write {path}'):
+            write_atomically(path, self._metadata(root=True))
 
 
 def _nanoseconds(time: int) -> int:

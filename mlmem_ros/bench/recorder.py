@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recording: our writer and recorder compared with rosbags' writer and the plain one of `mcap`.
 
-All write the same messages into MCAP with zstd chunks. Only ours also syncs to the disk once a
-second, keeps CRCs of every chunk and a `metadata.yaml` that agrees with the last sync.
+All write the same messages into MCAP with zstd chunks. Only ours keep a CRC of every chunk, and
+only our recorder also syncs to the disk, with a `metadata.yaml` that agrees with the last sync.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 
-from ..bag.definitions import jazzy
+from ..bag import jazzy
 from ..bag.recorder import Recorder
 from ..bag.writer import BagWriter
 from .comparison import Comparison
@@ -158,9 +158,7 @@ def _mcap(path: Path) -> Iterator[Put]:
         writer.start('ros2')
         channels = {}
         for topic, kind in TYPES.items():
-            schema = writer.register_schema(
-                kind, 'ros2msg', jazzy().definition(kind).text.encode()
-            )
+            schema = writer.register_schema(kind, 'ros2msg', jazzy.definition(kind).text.encode())
             channels[topic] = writer.register_channel(topic, 'cdr', schema)
         yield lambda message: writer.add_message(
             channels[message.topic], message.time, message.cdr, message.time

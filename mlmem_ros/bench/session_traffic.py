@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..bag.definitions import jazzy
+from ..bag import jazzy
 from ..physics import CASE_II, Chain, Specimen, substep_times
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
@@ -79,24 +79,22 @@ def _message(topic: str, fields: dict[str, Any], time: int) -> Message:
     if 'data' in fields and isinstance(fields['data'], np.ndarray):
         kind = np.float64 if 'Float64' in TYPES[topic] else np.float32
         fields['data'] = fields['data'].astype(kind).ravel()
-    codec = jazzy()
-    return Message(topic, codec.serialize(codec.message(TYPES[topic], **fields)), time)
+    return Message(topic, jazzy.serialize(jazzy.message(TYPES[topic], **fields)), time)
 
 
 def _array(values: Array) -> dict[str, Any]:
-    codec, size = jazzy(), values.size
-    dimension = codec.message(
+    size = values.size
+    dimension = jazzy.message(
         'std_msgs/msg/MultiArrayDimension', label='cell', size=size, stride=size
     )
-    layout = codec.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
+    layout = jazzy.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
     return {'layout': layout, 'data': values}
 
 
 def _joint_states(chain: Chain, time: int) -> dict[str, Any]:
-    codec = jazzy()
-    stamp = codec.message('builtin_interfaces/msg/Time', sec=time // 10**9, nanosec=time % 10**9)
+    stamp = jazzy.message('builtin_interfaces/msg/Time', sec=time // 10**9, nanosec=time % 10**9)
     return {
-        'header': codec.message('std_msgs/msg/Header', stamp=stamp, frame_id='mlmem'),
+        'header': jazzy.message('std_msgs/msg/Header', stamp=stamp, frame_id='mlmem'),
         'name': ['substrate', 'transducer'],
         'position': np.array([chain.V_N, chain.v[0]]),
         'velocity': np.array([0.0, chain.velocity[0]]),

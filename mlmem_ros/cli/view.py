@@ -68,7 +68,7 @@ class _NoSession(Exception):
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
-    from ..bag import BagError
+    from ..bag.errors import BagError
     from ..ros.node_process import node_arguments, node_process
     from ..view.guard import LOOPBACK, Guard
     from ..view.server import Server, serve

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..bag.errors import BagError
-from ..bag.qos import LATCHED, RELIABLE, QosProfile
+from ..bag.qos import LATCHED, offered
 from ..bag.recorder import Recorder, RecorderStatus
 from ..bag.writer import BagWriter
 from ..device import MemoryElement
@@ -49,22 +49,20 @@ class Recording(Transcript):
         super().__init__(plan, journal, now)
         self.full = False
         settings = plan.settings
-        writer = BagWriter(
-            path,
-            sync_interval=settings.sync_interval,
-            max_bytes=settings.max_bytes,
-            max_duration=settings.max_duration,
-        )
+        writer = BagWriter(path, max_bytes=settings.max_bytes, max_duration=settings.max_duration)
         for topic in plan.topics:
-            qos = QosProfile(reliability=topic.qos.reliability, durability=topic.qos.durability)
-            writer.add_topic(topic.name, topic.type, (qos,))
-        writer.add_topic(self.names.header, messages.STRING, (LATCHED,), latch=True)
+            qos = offered(topic.qos.reliability, topic.qos.durability)
+            writer.add_topic(topic.name, topic.type, qos)
+        writer.add_topic(self.names.header, messages.STRING, LATCHED, latch=True)
         for name in (self.names.command, self.names.state_hash):
-            writer.add_topic(name, messages.STRING, (RELIABLE,))
+            writer.add_topic(name, messages.STRING)
         for message in before:
             writer.write(*message)
         self._recorder = Recorder(
-            writer, dropped_topic=f'{plan.node}/{messages.DROPPED}', on_error=self._tell
+            writer,
+            dropped_topic=f'{plan.node}/{messages.DROPPED}',
+            sync_interval=settings.sync_interval,
+            on_error=self._tell,
         )
         since = f', with the previous {len(before)} messages' if before else ''
         journal.info(f'recording a session into {writer.path}{since}')

@@ -7,7 +7,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
-from ..bag.definitions import jazzy
+from ..bag import jazzy
 from ..bag.errors import BagError
 from ..device import MemoryElement
 from ..device.loop import Stamped
@@ -48,7 +48,7 @@ class Transcript(ABC):
         """
         if self.takes(topic):
             try:
-                trimmed = jazzy().trim(cdr, self._types[topic])
+                trimmed = jazzy.trim(cdr, self._types[topic])
             except BagError as error:
                 self._journal.refused(f'recording {topic}', error)
             else:

@@ -263,11 +263,11 @@ def _lost(reader: BagReader, node: str) -> Iterator[str]:
     yield from map(str, reader.losses)
     yield from filter(None, reader.custom_data.get(LOST, '').splitlines())
     missing = []
-    for topic in reader.metadata.topics if reader.metadata else ():
-        read = reader.topics[topic.name].message_count if topic.name in reader.topics else 0
-        if topic.name.startswith(f'{node}/') and read < topic.message_count:
-            name = topic.name.removeprefix(node)
-            missing.append(f'~{name} {topic.message_count - read} of {topic.message_count}')
+    counts = reader.metadata.message_counts if reader.metadata else {}
+    for topic, count in counts.items():
+        read = reader.topics[topic].message_count if topic in reader.topics else 0
+        if topic.startswith(f'{node}/') and read < count:
+            missing.append(f'~{topic.removeprefix(node)} {count - read} of {count}')
     if missing:
         yield f'messages that metadata.yaml counts: {", ".join(missing)}'
 

@@ -18,7 +18,7 @@ from importlib import metadata
 from typing import Any
 
 from .. import __version__
-from ..bag.definitions import jazzy
+from ..bag import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..device import commands as device_commands
 from ..physics import ARITHMETIC
@@ -122,4 +122,4 @@ def _version(package: str) -> str:
 
 
 def _string(values: dict[str, Any]) -> bytes:
-    return jazzy().serialize(jazzy().message(STRING, data=json.dumps(values)))
+    return jazzy.serialize(jazzy.message(STRING, data=json.dumps(values)))

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bag import BagError, BagReader
+from ..bag.errors import BagError
+from ..bag.reader import BagReader
 from ..clipped import clipped
 from ..contract import told, topics
 from ..physics import DesignError

@@ -16,7 +16,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from .. import __version__
-from ..bag import BagError
+from ..bag.errors import BagError
 from .differences import differences
 from .frames import finite, packed
 from .guard import Guard, Rate

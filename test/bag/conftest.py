@@ -4,7 +4,10 @@
 
 import pytest
 
-from mlmem_ros.bag import LATCHED, SENSOR_DATA, BagWriter, Message, jazzy
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.contents import Message
+from mlmem_ros.bag.qos import LATCHED, offered
+from mlmem_ros.bag.writer import BagWriter
 
 LEVEL = '/mlmem/level', 'std_msgs/msg/Int16'
 RANGE = '/mlmem/range', 'std_msgs/msg/Float64'
@@ -12,7 +15,7 @@ PROBE = '/mlmem/probe', 'std_msgs/msg/Empty'
 
 
 def cdr(type_name, **values):
-    return jazzy().serialize(jazzy().message(type_name, **values))
+    return jazzy.serialize(jazzy.message(type_name, **values))
 
 
 @pytest.fixture
@@ -32,14 +35,15 @@ def messages():
 def record(tmp_path, messages):
     """Record the thirty messages into `tmp_path / 'bag'`; options go to the writer."""
 
-    def record(name='bag', latch=False, **options):
-        options.setdefault('sync_interval', float('inf'))
+    def record(name='bag', latch=False, sync_each=False, **options):
         with BagWriter(tmp_path / name, **options) as writer:
-            writer.add_topic(*LEVEL, (LATCHED,), latch=latch)
-            writer.add_topic(*RANGE, (SENSOR_DATA,))
+            writer.add_topic(*LEVEL, LATCHED, latch=latch)
+            writer.add_topic(*RANGE, offered('best_effort'))
             writer.add_topic(*PROBE)
             for message in messages:
                 writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
+                if sync_each:
+                    writer.sync()
         return tmp_path / name
 
     return record

@@ -5,15 +5,16 @@
 import subprocess
 import sys
 
-from mlmem_ros.bag import BagReader, repair
 from mlmem_ros.bag.metadata import read_metadata
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.bag.repairing import repair
 
 # Records without end, syncs after every tenth message and then says how many are safe.
 RECORDER = """
 import itertools, sys
-from mlmem_ros.bag import BagWriter
+from mlmem_ros.bag.writer import BagWriter
 
-writer = BagWriter(sys.argv[1], sync_interval=float('inf'), custom_data={'seed': '42'})
+writer = BagWriter(sys.argv[1], custom_data={'seed': '42'})
 writer.add_topic('/n', 'std_msgs/msg/UInt64')
 for i in itertools.count(1):
     writer.write('/n', b'\\0\\1\\0\\0' + i.to_bytes(8, 'little'), i)

@@ -9,7 +9,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.bag import DROPPED_KEY, BagError, BagReader, BagWriter, Recorder, jazzy
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.bag.recorder import DROPPED_KEY, Recorder
+from mlmem_ros.bag.writer import BagWriter
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -17,7 +21,7 @@ DROPPED = '/mlmem/dropped'
 
 
 def level(i):
-    return jazzy().serialize(jazzy().message('std_msgs/msg/Int16', data=i % 1000))
+    return jazzy.serialize(jazzy.message('std_msgs/msg/Int16', data=i % 1000))
 
 
 @pytest.fixture
@@ -26,9 +30,11 @@ def make(tmp_path):
     recorders = []
 
     def make(sync_interval=0.0, **options):
-        writer = BagWriter(tmp_path / 'bag', sync_interval=sync_interval)
+        writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
-        recorders.append(Recorder(writer, dropped_topic=DROPPED, **options))
+        recorders.append(
+            Recorder(writer, dropped_topic=DROPPED, sync_interval=sync_interval, **options)
+        )
         return recorders[-1]
 
     yield make
@@ -107,7 +113,7 @@ def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypat
     assert BagReader(recorder.status.path).message_count == 0
     clock.now = 5.1
     wait_for(lambda: BagReader(recorder.status.path).message_count == 2)
-    wait_for(lambda: recorder._oldest is None)
+    assert recorder.close(60).longest_wait == 5.1
     clock.now = 100.0
     assert recorder.status.longest_wait == 5.1
 
@@ -126,7 +132,8 @@ def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, mo
     released.set()
     wait_for(lambda: recorder.status.messages >= 200)
     clock.now = 101.0
-    wait_for(lambda: recorder._oldest is None)
+    wait_for(lambda: len(syncs) == 2)
+    recorder.close(60)
     assert syncs == [100.0, 101.0]
 
 

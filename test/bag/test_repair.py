@@ -5,9 +5,10 @@
 import pytest
 from rosbags.highlevel import AnyReader
 
-from mlmem_ros.bag import BagError, BagReader, repair
-from mlmem_ros.bag.mcap_scan import McapScan
-from mlmem_ros.bag.repairing import LOST
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.mcap_part import McapPart
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.bag.repairing import LOST, repair
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -15,10 +16,10 @@ pytestmark = pytest.mark.usefixtures('quick_disk')
 @pytest.fixture
 def damaged(record):
     """A bag cut off in its sixteenth chunk, without metadata, as a killed recorder leaves it."""
-    path = record(sync_interval=0, custom_data={'seed': '42'})
+    path = record(sync_each=True, custom_data={'seed': '42'})
     (path / 'metadata.yaml').unlink()
     file = path / 'bag_0.mcap'
-    file.write_bytes(file.read_bytes()[: McapScan(file).blocks[15].offset + 10])
+    file.write_bytes(file.read_bytes()[: McapPart(file).blocks[15].offset + 10])
     return path
 
 

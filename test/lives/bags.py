@@ -3,28 +3,17 @@
 """What a recording on a simulated disk must be to real readers: recovered, and exact."""
 
 import shutil
-from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from unittest.mock import patch
 
-from mlmem_ros.bag import BagError, BagReader
-from mlmem_ros.bag import reader as bag_reader
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.metadata import read_metadata
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 FOLDER = '/disk'
-
-_codec_of = cache(bag_reader.codec_of)
-
-
-@contextmanager
-def _in_haste():
-    """Read thousands of bags of the same types: what reads them is made once."""
-    with patch.object(bag_reader, 'codec_of', lambda types: _codec_of(tuple(types))):
-        yield
 
 
 @cache
@@ -52,8 +41,7 @@ def findings(disk, closed):
     disk.materialise(folder.parent)
     for name in names:
         try:
-            with _in_haste():
-                found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
+            found = list(_findings(folder / name, whole=Path(FOLDER) / name in closed))
         except BagError as error:
             found = [f'{name}: {error}']
         yield from found

@@ -5,7 +5,7 @@
 from dataclasses import replace
 
 from mlmem_ros import threads
-from mlmem_ros.bag.definitions import jazzy
+from mlmem_ros.bag import jazzy
 from mlmem_ros.contract import topics
 from mlmem_ros.host import Host, SessionPlan
 from mlmem_ros.physics import StateError
@@ -147,5 +147,5 @@ class Process:
         self.oracles.truth.ticked(element, events)
         if (transcript := host.transcript) is not None and element.ticks % 4 == 0:
             level = element.reading.level if element.reading else -2
-            message = jazzy().message(LEVEL[1], data=level)
-            transcript.put(LEVEL[0], jazzy().serialize(message))
+            message = jazzy.message(LEVEL[1], data=level)
+            transcript.put(LEVEL[0], jazzy.serialize(message))

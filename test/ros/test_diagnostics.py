@@ -11,7 +11,8 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import Robot, values
 
-from mlmem_ros.bag import BagError, RecorderStatus
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.recorder import RecorderStatus
 from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrain, Settings
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.end import End

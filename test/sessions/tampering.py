@@ -15,7 +15,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.bag import BagError, BagReader, BagWriter, Definition, Message, TopicInfo, jazzy
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.contents import Definition, Message, TopicInfo
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.bag.writer import BagWriter
 
 STRING = 'std_msgs/msg/String'
 TOLD = ('/mlmem/session', '/mlmem/session/command', '/mlmem/session/state_hash')
@@ -28,25 +32,13 @@ TEXTS = (
     '', '{', '[]', 'null', '5', '"x"', '[' * 100_000, '{"a":' * 50_000, '{"tick": NaN}',
     '{"tick": ' + '9' * 5000 + '}', '{"tick": 1e999}', '\x00', '{"tick": 1, "tick": null}', '{}',
 )  # fmt: skip
-RULE = '=' * 80
-IDL = f'{RULE}\nIDL: demo/msg/A\nmodule demo {{ module msg {{ %s }}; }};\n'
 SCHEMAS = (
     ('ros2msg', 'string[100000000] x\n'),
-    ('ros2msg', 'string data\n' + ''.join(f'int8 a{n}\n' for n in range(20_000))),
     ('ros2msg', ' ' * 2_000_000),
-    ('ros2msg', 'string data\n' + '\n' * 1_000_000),
     ('ros2msg', 'int32 data\n'),
-    ('ros2msg', 'float64 data\nfloat64[] position\nint8 values\n'),
-    ('ros2msg', f'demo/B[] a\n{RULE}\nMSG: demo/B\nuint8[0] b\n'),
-    ('ros2msg', f'demo/B[500] a\n{RULE}\nMSG: demo/B\ndemo/A[500] b\n'),
-    ('ros2msg', 'string data=' + '(' * 10_000),
     ('ros2msg', '<<<'),
     ('ros2msg', ''),
-    ('ros2idl', IDL % 'const long X = 1 << 30000000000; struct A { long x; };'),
-    ('ros2idl', IDL % f'const long X = {"(" * 20}1{")" * 20}; struct A {{ long x; }};'),
-    ('ros2idl', IDL % 'struct A { string x[100000000]; };'),
-    ('ros2idl', IDL % f'struct A {{ {"sequence<" * 200}long{">" * 200} x; }};'),
-    ('ros2idl', ' ' * 2_000_000),
+    ('ros2idl', 'module demo { module msg { struct A { string x[100000000]; }; }; };\n'),
     ('jsonschema', '{}'),
 )
 NAMES = ('[/red]', '[bold', '/mlmem/[/]', '\x1b]0;x\x07', 'a\nb', 'x' * 100_000, '', ':smile:')
@@ -67,7 +59,7 @@ class Tampered:
         """Return a session as it is, less the topics on which nothing was said."""
         reader = BagReader(path)
         topics = {name: info for name, info in reader.topics.items() if info.message_count}
-        definitions = {name: reader.definition(info.type) for name, info in topics.items()}
+        definitions = {name: reader.definition(name) for name, info in topics.items()}
         return cls(topics, definitions, list(reader))
 
     def copy(self) -> Tampered:
@@ -76,10 +68,10 @@ class Tampered:
 
     def write(self, path: Path) -> None:
         """Write it, whatever it holds, as a whole bag."""
-        with BagWriter(path, sync_interval=1e9, custom_data=self.custom) as writer:
+        with BagWriter(path, custom_data=self.custom) as writer:
             for name, info in self.topics.items():
                 definition = self.definitions[name]
-                writer.add_topic(name, info.type, info.offered_qos_profiles, definition=definition)
+                writer.add_topic(name, info.type, info.offered_qos, definition=definition)
             for message in self.messages:
                 writer.write(message.topic, message.cdr, message.log_time)
 
@@ -112,7 +104,7 @@ def _value(made: Tampered, chance: random.Random) -> str:
     """Change a value somewhere in the JSON of header, command or hash, or leave it out."""
     index = _pick(made, chance, told=True)
     message = made.messages[index]
-    values = json.loads(jazzy().deserialize(message.cdr, STRING).data)
+    values = json.loads(jazzy.deserialize(message.cdr, STRING).data)
     node, path = values, []
     while True:
         key = chance.choice(sorted(node) if isinstance(node, dict) else range(len(node)))
@@ -186,7 +178,7 @@ def _type(made: Tampered, chance: random.Random) -> str:
     )  # fmt: skip
     made.topics[topic] = replace(made.topics[topic], type=kind)
     try:
-        made.definitions[topic] = jazzy().definition(kind)
+        made.definitions[topic] = jazzy.definition(kind)
     except BagError:
         made.definitions[topic] = Definition(kind, '', '')
     return f'{topic} {kind}'

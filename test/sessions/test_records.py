@@ -8,7 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_ros.bag import BagError, jazzy
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.device import Calibration, DelayTable, MemoryElement, SetStrain, Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.session import messages
@@ -19,7 +20,7 @@ from mlmem_ros.session.replay import element_of, replay, replay_commands
 
 
 def text(cdr):
-    return jazzy().deserialize(cdr, messages.STRING).data
+    return jazzy.deserialize(cdr, messages.STRING).data
 
 
 @pytest.fixture(scope='module')

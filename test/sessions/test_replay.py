@@ -12,7 +12,7 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mlmem_ros.bag import BagError
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import BLANK, UNDECODABLE, new_element
 from mlmem_ros.device.echo import pulse_duration

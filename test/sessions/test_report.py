@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem_ros.bag.definitions import jazzy
+from mlmem_ros.bag import jazzy
 from mlmem_ros.cli.main import main
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import ReplayReport
@@ -37,7 +37,7 @@ def with_header(session, path, **values):
     made = session.copy()
     for index, message in enumerate(made.messages):
         if message.topic == '/mlmem/session':
-            header = json.loads(jazzy().deserialize(message.cdr, message.type).data)
+            header = json.loads(jazzy.deserialize(message.cdr, message.type).data)
             for names, value in values.items():
                 *groups, name = names.split('__')
                 group = header
@@ -105,10 +105,10 @@ def test_messages_that_found_no_room_are_missing(session, tmp_path, capsys):
     made = Tampered.read(SESSION)
     kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
     last = made.messages[-1]
-    cdr = jazzy().serialize(jazzy().message(kind, data=7))
+    cdr = jazzy.serialize(jazzy.message(kind, data=7))
     made.messages.append(last._replace(topic=topic, type=kind, cdr=cdr))
     made.topics[topic] = type(next(iter(made.topics.values())))(topic, kind)
-    made.definitions[topic] = jazzy().definition(kind)
+    made.definitions[topic] = jazzy.definition(kind)
     made.write(tmp_path / 'bag')
     status, told = replayed(capsys, tmp_path / 'bag')
     assert status == 1

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mlmem_ros.bag import BagError
+from mlmem_ros.bag.errors import BagError
 from mlmem_ros.view import recorded
 from mlmem_ros.view.differences import differences
 from mlmem_ros.view.frames import COUNTS, counts, packed

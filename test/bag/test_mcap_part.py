@@ -2,19 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damage to an MCAP file costs what is damaged and no more."""
 
-import re
 from contextlib import nullcontext
 from io import BytesIO
 from itertools import pairwise
 
 import pytest
-import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
-from mlmem_ros.bag import BagError, BagWriter, jazzy
-from mlmem_ros.bag.mcap_scan import McapScan
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.mcap_part import McapPart
+from mlmem_ros.bag.writer import BagWriter
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -22,20 +22,21 @@ pytestmark = pytest.mark.usefixtures('quick_disk')
 @pytest.fixture
 def whole(tmp_path):
     """A file of five chunks of one message each, and where the chunks lie."""
-    with BagWriter(tmp_path / 'bag', sync_interval=0, compression='none') as writer:
+    with BagWriter(tmp_path / 'bag') as writer:
         writer.add_topic('/n', 'std_msgs/msg/UInt8')
         for i in range(5):
             writer.write('/n', count(i), i)
+            writer.sync()
     path = tmp_path / 'bag/bag_0.mcap'
-    return path, McapScan(path).blocks
+    return path, McapPart(path).blocks
 
 
 def count(i):
-    return jazzy().serialize(jazzy().message('std_msgs/msg/UInt8', data=i))
+    return jazzy.serialize(jazzy.message('std_msgs/msg/UInt8', data=i))
 
 
-def found(scan):
-    return [m.data[4] for block in scan.blocks for m in scan.messages(block, set(scan.channels))]
+def found(part):
+    return [message.cdr[4] for message in part.messages(part.topics)]
 
 
 class InMemory:
@@ -58,8 +59,8 @@ def encode(*records):
 
 def test_a_whole_file_has_no_losses(whole):
     path, _ = whole
-    assert found(McapScan(path)) == [0, 1, 2, 3, 4]
-    assert McapScan(path).losses == []
+    assert found(McapPart(path)) == [0, 1, 2, 3, 4]
+    assert McapPart(path).losses == []
 
 
 def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole):
@@ -67,10 +68,10 @@ def test_truncation_at_any_byte_keeps_every_chunk_before_it(whole):
     content = path.read_bytes()
     ends = [block.end for block in blocks]
     for size in range(len(content)):
-        scan = McapScan(InMemory(content[:size]))
-        assert found(scan) == [i for i, end in enumerate(ends) if end <= size]
-        assert scan.losses, 'a file that was not closed must not pass as whole'
-        assert all(loss.offset + loss.size <= size for loss in scan.losses)
+        part = McapPart(InMemory(content[:size]))
+        assert found(part) == [i for i, end in enumerate(ends) if end <= size]
+        assert part.losses, 'a file that was not closed must not pass as whole'
+        assert all(loss.offset + loss.size <= size for loss in part.losses)
 
 
 def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole):
@@ -81,7 +82,7 @@ def test_a_wrong_byte_anywhere_never_makes_a_wrong_message(whole):
         bad = InMemory(content[:offset] + wrong + content[offset + 1 :])
         # Only the magic, the first eight bytes, decides whether it is an MCAP file at all.
         with pytest.raises(BagError) if offset < 8 else nullcontext():
-            assert set(found(McapScan(bad))) <= {0, 1, 2, 3, 4}
+            assert set(found(McapPart(bad))) <= {0, 1, 2, 3, 4}
 
 
 def test_a_damaged_chunk_costs_its_own_messages(whole):
@@ -89,11 +90,11 @@ def test_a_damaged_chunk_costs_its_own_messages(whole):
     content = bytearray(path.read_bytes())
     content[blocks[2].end - 1] ^= 0xFF
     path.write_bytes(content)
-    scan = McapScan(path)
-    assert found(scan) == [0, 1, 3, 4]
-    (loss,) = scan.losses
+    part = McapPart(path)
+    assert found(part) == [0, 1, 3, 4]
+    (loss,) = part.losses
     assert (loss.offset, loss.offset + loss.size) == (blocks[2].offset, blocks[2].end)
-    assert 'crc validation failed' in loss.reason
+    assert 'the record is damaged' in loss.reason
 
 
 def test_what_lies_behind_a_wrong_length_is_lost_and_told(whole):
@@ -101,9 +102,9 @@ def test_what_lies_behind_a_wrong_length_is_lost_and_told(whole):
     content = bytearray(path.read_bytes())
     content[blocks[1].offset + 1 : blocks[1].offset + 9] = b'\xff' * 8
     path.write_bytes(content)
-    scan = McapScan(path)
-    assert found(scan) == [0]
-    (loss,) = scan.losses
+    part = McapPart(path)
+    assert found(part) == [0]
+    (loss,) = part.losses
     assert (loss.offset, loss.offset + loss.size) == (blocks[1].offset, len(content))
 
 
@@ -113,9 +114,9 @@ def test_a_closed_file_whose_first_chunk_is_damaged_has_its_definitions(whole):
     content = bytearray(path.read_bytes())
     content[blocks[0].end - 1] ^= 0xFF
     path.write_bytes(content)
-    scan = McapScan(path)
-    assert found(scan) == [1, 2, 3, 4]
-    assert [channel.topic for channel in scan.channels.values()] == ['/n']
+    part = McapPart(path)
+    assert found(part) == [1, 2, 3, 4]
+    assert [channel.topic for channel in part.channels.values()] == ['/n']
 
 
 def test_zeros_at_the_end_are_told(whole):
@@ -123,17 +124,17 @@ def test_zeros_at_the_end_are_told(whole):
     path, blocks = whole
     content = path.read_bytes()
     path.write_bytes(content[: blocks[3].offset] + bytes(4096))
-    scan = McapScan(path)
-    assert found(scan) == [0, 1, 2]
-    assert scan.losses[0].size == 4096
+    part = McapPart(path)
+    assert found(part) == [0, 1, 2]
+    assert part.losses[0].size == 4096
 
 
 def test_a_cut_summary_costs_no_message(whole):
     path, _ = whole
     path.write_bytes(path.read_bytes()[:-20])
-    scan = McapScan(path)
-    assert found(scan) == [0, 1, 2, 3, 4]
-    assert scan.losses[0].reason.endswith('all messages precede it')
+    part = McapPart(path)
+    assert found(part) == [0, 1, 2, 3, 4]
+    assert part.losses[0].reason.endswith('all messages precede it')
 
 
 @pytest.mark.parametrize('compression', list(CompressionType))
@@ -154,10 +155,10 @@ def test_files_of_other_writers_are_read(tmp_path, compression, chunked):
     for i in range(10):
         writer.add_message(channel, i, count(i), i)
     writer.finish()
-    scan = McapScan(path)
-    assert found(scan) == list(range(10))
-    assert scan.losses == []
-    assert all(a.end <= b.offset for a, b in pairwise(scan.blocks))
+    part = McapPart(path)
+    assert found(part) == list(range(10))
+    assert part.losses == []
+    assert all(a.end <= b.offset for a, b in pairwise(part.blocks))
 
 
 def test_messages_whose_channel_is_lost_are_told(tmp_path):
@@ -170,27 +171,27 @@ def test_messages_whose_channel_is_lost_are_told(tmp_path):
         for i in range(4):
             writer.add_message(channel, i, bytes(100), i)
     content = bytearray(path.read_bytes())
-    content[McapScan(path).blocks[0].offset + 60] ^= 0xFF
+    content[McapPart(path).blocks[0].offset + 60] ^= 0xFF
     path.write_bytes(content)
-    scan = McapScan(path)
-    reasons = [loss.reason for loss in scan.losses]
+    part = McapPart(path)
+    reasons = [loss.reason for loss in part.losses]
     assert reasons.count('1 messages belong to channels whose definition is lost') == 3
 
 
 def test_what_is_no_mcap_file_is_refused(tmp_path):
     (tmp_path / 'a.mcap').write_bytes(b'SQLite format 3\0')
     with pytest.raises(BagError, match=r'a\.mcap must be an MCAP file; it begins with'):
-        McapScan(tmp_path / 'a.mcap')
+        McapPart(tmp_path / 'a.mcap')
 
 
 def test_a_file_that_changes_while_it_is_read_is_told(whole):
     path, blocks = whole
-    scan = McapScan(path)
+    part = McapPart(path)
     content = bytearray(path.read_bytes())
     content[blocks[1].end - 1] ^= 0xFF
     path.write_bytes(content)
-    with pytest.raises(BagError, match=r'bag_0\.mcap must not change while it is read: crc'):
-        found(scan)
+    with pytest.raises(BagError, match=r'bag_0\.mcap must not change while it is read: '):
+        found(part)
 
 
 def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
@@ -202,11 +203,11 @@ def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
     path = tmp_path / 'other.mcap'
     message = Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b'')
     path.write_bytes(MCAP0_MAGIC + encode(chunk, message, Footer(0, 0, 0)) + MCAP0_MAGIC)
-    scan = McapScan(path)
-    assert scan.losses == []
-    assert scan.schemas == {1: schema}
-    assert scan.channels == {7: channel}
-    assert [(block.chunked, block.counts) for block in scan.blocks] == [(False, {7: 1})]
+    part = McapPart(path)
+    assert part.losses == []
+    assert part.schemas == {1: schema}
+    assert part.channels == {7: channel}
+    assert [(block.chunked, block.counts) for block in part.blocks] == [(False, {7: 1})]
 
 
 def file_of(**changes):
@@ -222,22 +223,17 @@ def file_of(**changes):
 
 
 @pytest.mark.parametrize(
-    ('changes', 'told'),
+    'changes',
     [
-        ({'compression': 'lzma'}, "its compression must be lz4 or zstd; got 'lzma'"),
-        ({'uncompressed_size': 2**27 + 1}, 'it claims to hold 134217729 bytes; at most 134217728'),
-        (
-            {'compression': 'zstd', 'data': zstandard.compress(bytes(2**28))},
-            'it claims to hold 268435456 bytes',
-        ),
-        ({'uncompressed_crc': 1}, 'crc'),
-        ({'compression': 'zstd'}, 'zstd|frame|header'),
-        ({'data': b'\x05'}, 'damaged'),
+        {'compression': 'zstd'},
+        {'compression': 'lz4'},
+        {'uncompressed_crc': 1},
+        {'data': b'\x05'},
     ],
 )
-def test_a_chunk_that_lies_is_damaged(changes, told):
-    assert not McapScan(file_of()).losses
-    scan = McapScan(file_of(**changes))
-    (loss,) = scan.losses
-    assert re.search(told, loss.reason, re.IGNORECASE)
-    assert scan.blocks == []
+def test_a_chunk_that_lies_is_damaged(changes):
+    assert not McapPart(file_of()).losses
+    part = McapPart(file_of(**changes))
+    (loss,) = part.losses
+    assert 'damaged' in loss.reason
+    assert part.blocks == []

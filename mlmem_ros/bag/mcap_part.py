@@ -3,37 +3,36 @@
 """Read one MCAP file as far as possible, whether whole, truncated or damaged.
 
 The records are read from the front, in the order they were written, and parsed by `mcap`; each
-chunk is checked by its CRC. Indexes and summaries are neither needed nor trusted: a killed
-recorder leaves none. A chunk is read whole or not at all: the start of a damaged one may look
-right and be wrong. Nothing after a damaged length field is recovered.
+chunk is checked by its CRC. No index or summary is needed: a killed recorder leaves none. A chunk
+is read whole or not at all: the start of a damaged one may look right and be wrong. Nothing after
+a damaged length field is recovered.
 """
 
 from __future__ import annotations
 
+import heapq
 import struct
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
+from operator import attrgetter
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
-import zstandard
+from mcap import records
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from ..clipped import printable
-from .contents import Loss
+from .contents import Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME
 
 _HEAD = struct.Struct('<BQ')  # opcode and length of a record
 _READ = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA}
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
-_LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
-_COMPRESSIONS = {'', 'lz4', 'zstd'}
 
 
 class DamageError(Exception):
@@ -61,15 +60,21 @@ class Block:
     counts: Counter[int] = field(default_factory=Counter)
 
 
-class McapScan:
-    """What one MCAP file holds.
+class _Start(NamedTuple):
+    """Stands before the messages of a block that is not read yet."""
+
+    log_time: int
+
+
+class McapPart:
+    """What one MCAP file holds; see `contents.Part`. A few chunks of it are in memory at a time.
 
     Attributes:
         path: The file.
         schemas: Message types by id.
         channels: Channels by id.
         blocks: Where the messages are, in file order.
-        metadata: The last metadata record that rosbag2 wrote, as text; None without one.
+        metadata_text: The last metadata record that rosbag2 wrote; None without one.
         losses: What could not be read.
     """
 
@@ -83,10 +88,10 @@ class McapScan:
             BagError: The file cannot be opened or is not an MCAP file.
         """
         self.path = path
-        self.schemas: dict[int, Schema] = {}
-        self.channels: dict[int, Channel] = {}
+        self.schemas: dict[int, records.Schema] = {}
+        self.channels: dict[int, records.Channel] = {}
         self.blocks: list[Block] = []
-        self.metadata: str | None = None
+        self.metadata_text: str | None = None
         self.losses: list[Loss] = []
         with storage_errors(f'read {path}'), path.open('rb') as stream:
             magic = stream.read(len(MCAP0_MAGIC))
@@ -95,34 +100,90 @@ class McapScan:
             self._walk(stream)
         self._tell_unknown_channels()
 
-    def messages(self, block: Block, channels: Collection[int]) -> Iterator[Message]:
-        """Read the messages of a block.
+    @property
+    def span(self) -> tuple[int, int] | None:
+        """Earliest and latest log time in nanoseconds, or None without messages."""
+        if not self.blocks:
+            return None
+        return (
+            min(block.earliest for block in self.blocks),
+            max(block.latest for block in self.blocks),
+        )
 
-        Args:
-            block: One of `blocks`.
-            channels: Ids of the wanted channels.
+    @property
+    def topics(self) -> Mapping[str, TopicInfo]:
+        """The topics by name, with the number of messages that can be read."""
+        counts = sum((block.counts for block in self.blocks), Counter[int]())
+        topics: dict[str, TopicInfo] = {}
+        for channel in self.channels.values():
+            known = topics.get(channel.topic)
+            topics[channel.topic] = TopicInfo(
+                name=channel.topic,
+                type=self._type(channel),
+                serialization_format=channel.message_encoding,
+                offered_qos=channel.metadata.get('offered_qos_profiles', ''),
+                type_hash=channel.metadata.get('topic_type_hash', ''),
+                message_count=counts[channel.id] + (known.message_count if known else 0),
+            )
+        return topics
 
-        Yields:
-            The messages in block order.
+    @property
+    def definitions(self) -> Mapping[str, Definition]:
+        """The message definitions by the name of the type."""
+        return {
+            schema.name: Definition(
+                schema.name, schema.data.decode(errors='replace'), schema.encoding
+            )
+            for schema in self.schemas.values()
+        }
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order of their log times, ties as written.
 
         Raises:
-            BagError: The file has changed since it was scanned.
+            BagError: The file has changed since it was opened.
         """
+        wanted = {
+            number: (channel.topic, self._type(channel))
+            for number, channel in self.channels.items()
+            if channel.topic in topics
+        }
+        blocks = [self._block(each, wanted) for each in self.blocks if wanted.keys() & each.counts]
+        for message in heapq.merge(*blocks, key=attrgetter('log_time')):
+            if isinstance(message, Message):
+                yield message
+
+    def _block(
+        self, block: Block, wanted: Mapping[int, tuple[str, str]]
+    ) -> Iterator[Message | _Start]:
+        # A block is read when a merge reaches its start.
+        yield _Start(block.earliest)
         with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
             stream.seek(block.offset)
             content = BytesIO(stream.read(block.end - block.offset))
-        count = 0
         try:
-            for _, offset, end in _spans(content, 0):
-                for record in _parsed(content, offset, end):
-                    if isinstance(record, Message):
-                        count += 1
-                        if record.channel_id in channels:
-                            yield record
-            if count != block.counts.total():
-                raise DamageError(f'{count} of {block.counts.total()} messages remain')
+            found = [
+                record
+                for _, offset, end in _spans(content, 0)
+                for record in _parsed(content, offset, end)
+                if isinstance(record, records.Message)
+            ]
+            if len(found) != block.counts.total():
+                raise DamageError(f'{len(found)} of {block.counts.total()} messages remain')
         except DamageError as damage:
             raise BagError(f'{self.path} must not change while it is read: {damage}.') from damage
+        yield from sorted(
+            (
+                Message(*wanted[each.channel_id], each.log_time, each.publish_time, each.data)
+                for each in found
+                if each.channel_id in wanted
+            ),
+            key=attrgetter('log_time'),
+        )
+
+    def _type(self, channel: records.Channel) -> str:
+        schema = self.schemas.get(channel.schema_id)
+        return schema.name if schema else ''
 
     def _walk(self, stream: BinaryIO) -> None:
         start = end = len(MCAP0_MAGIC)
@@ -132,12 +193,12 @@ class McapScan:
                 told = '; all messages precede it'
             elif opcode in _READ:
                 try:
-                    records = _parsed(stream, offset, end)
+                    found = _parsed(stream, offset, end)
                 except DamageError as damage:
                     reason = f'the record is damaged: {damage}{told}'
                     self.losses.append(Loss(self.path, offset, end - offset, reason))
                 else:
-                    self._take(records, offset, end, chunked=opcode == Opcode.CHUNK)
+                    self._take(found, offset, end, chunked=opcode == Opcode.CHUNK)
         size = stream.seek(0, 2)
         stream.seek(end)
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
@@ -145,26 +206,26 @@ class McapScan:
             reason = 'it was truncated or damaged' if end < size else 'the file was not closed'
             self.losses.append(Loss(self.path, end, size - end, reason + told))
 
-    def _take(self, records: list[McapRecord], offset: int, end: int, chunked: bool) -> None:
-        for record in records:
+    def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:
+        for record in found:
             # The first definition stands: the summary, which repeats it, is not checked.
-            if isinstance(record, Schema):
+            if isinstance(record, records.Schema):
                 self.schemas.setdefault(record.id, record)
-            elif isinstance(record, Channel):
+            elif isinstance(record, records.Channel):
                 self.channels.setdefault(record.id, record)
-            elif isinstance(record, Metadata) and record.name == METADATA_NAME:
-                self.metadata = record.metadata.get('serialized_metadata', self.metadata)
-        found = [(m.channel_id, m.log_time) for m in records if isinstance(m, Message)]
-        if not found:
+            elif isinstance(record, records.Metadata) and record.name == METADATA_NAME:
+                self.metadata_text = record.metadata.get('serialized_metadata', self.metadata_text)
+        messages = [each for each in found if isinstance(each, records.Message)]
+        if not messages:
             return
         run = self.blocks[-1] if self.blocks and not chunked else None
         if run is None or run.chunked or run.end != offset or end - run.offset > _RUN_SIZE:
             run = Block(offset, end, chunked)
             self.blocks.append(run)
         run.end = end
-        run.counts.update(channel for channel, _ in found)
-        run.earliest = min(run.earliest, *(time for _, time in found))
-        run.latest = max(run.latest, *(time for _, time in found))
+        run.counts.update(each.channel_id for each in messages)
+        run.earliest = min(run.earliest, *(each.log_time for each in messages))
+        run.latest = max(run.latest, *(each.log_time for each in messages))
 
     def _tell_unknown_channels(self) -> None:
         for block in self.blocks:
@@ -191,31 +252,14 @@ def _spans(stream: BinaryIO, offset: int) -> Iterator[tuple[int, int, int]]:
         offset = end
 
 
-def _parsed(stream: BinaryIO, offset: int, end: int) -> list[McapRecord]:
+def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]:
     """Return the record there, or those of a chunk; raise `DamageError`."""
     stream.seek(offset)
     content = BytesIO(stream.read(end - offset))
     try:
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
-        if not isinstance(record, Chunk):
-            return [record]
-        _check_claims(record)
-        return breakup_chunk(record, validate_crc=True)
-    except DamageError:
-        raise
+        if isinstance(record, records.Chunk):
+            return breakup_chunk(record, validate_crc=True)
+        return [record]
     except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
-
-
-def _check_claims(chunk: Chunk) -> None:
-    """Refuse a chunk that would exhaust memory: its claimed size would be allocated."""
-    if chunk.compression not in _COMPRESSIONS:
-        raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
-    claimed = chunk.uncompressed_size
-    if chunk.compression == 'zstd':
-        size = zstandard.get_frame_parameters(chunk.data).content_size
-        claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
-    if claimed > _LARGEST_CHUNK:
-        raise DamageError(
-            f'it claims to hold {claimed} bytes; at most {_LARGEST_CHUNK} are accepted'
-        )

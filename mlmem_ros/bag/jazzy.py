@@ -1,0 +1,154 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The message types of ROS 2 Jazzy: definitions, hashes, CDR to and from Python objects.
+
+All of it comes from `rosbags`, so bags can be written and read without a ROS installation.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys.store import Typestore
+
+from ..clipped import clipped, printable
+from .contents import Definition
+from .errors import BagError
+
+_HEADER_SIZE = 4  # bytes of CDR encapsulation
+_WIDE = {'float64', 'int64', 'uint64'}
+
+
+@lru_cache(maxsize=1)
+def _store() -> Typestore:
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+@lru_cache
+def definition(type_name: str) -> Definition:
+    """Return a type's definition and hash.
+
+    The text lacks the comments of the ``.msg`` files, so it is the same with or without a ROS
+    installation.
+
+    Args:
+        type_name: Name of the type, such as ``std_msgs/msg/Float64``.
+
+    Raises:
+        BagError: Jazzy has no such type.
+    """
+    _require(type_name)
+    text, _ = _store().generate_msgdef(type_name, ros_version=2)
+    return Definition(type_name, text, 'ros2msg', _store().hash_rihs01(type_name))
+
+
+def message(type_name: str, **values: Any) -> Any:
+    """Make a message.
+
+    Args:
+        type_name: Name of the type.
+        **values: Every field of the type; arrays of numbers as numpy arrays.
+
+    Returns:
+        An object with the fields as attributes.
+
+    Raises:
+        BagError: Jazzy has no such type, or the fields are not its fields.
+    """
+    _require(type_name)
+    try:
+        return _store().types[type_name](**values)
+    except TypeError as error:
+        raise BagError(f'The fields must be those of {type_name}: {error}.') from error
+
+
+def serialize(message: Any) -> bytes:
+    """Encode a message made by `message` as little-endian CDR with its encapsulation header.
+
+    Raises:
+        BagError: A field has a wrong value.
+    """
+    name = message.__msgtype__
+    try:
+        return bytes(_store().serialize_cdr(message, name, little_endian=True))
+    except Exception as error:  # whatever the generated code raises
+        raise BagError(f'The message must be a valid {name}: {error}.') from error
+
+
+def deserialize(cdr: bytes, type_name: str) -> Any:
+    """Decode CDR.
+
+    Args:
+        cdr: The encoded message, with its encapsulation header. Bytes after the message are
+            ignored, as ROS does.
+        type_name: Name of its type.
+
+    Returns:
+        An object with the fields as attributes; arrays of numbers are numpy arrays.
+
+    Raises:
+        BagError: Jazzy has no such type, or the bytes are not a message of it.
+    """
+    return _decode(cdr, type_name)[0]
+
+
+def trim(cdr: bytes, type_name: str) -> bytes:
+    """Cut off the unwritten memory that ``rclpy.serialization.serialize_message`` appends.
+
+    Fast DDS reserves padding for every sequence of 8-byte numbers, which an empty one does not
+    use: a JointState without effort ends in 4 stray bytes, a JointTrajectory in dozens. ROS does
+    not mind, but `rosbags` refuses such a message. (Padding between fields is unwritten memory
+    too, so messages are to be compared decoded, never as bytes.)
+
+    Args:
+        cdr: The encoded message, with its encapsulation header.
+        type_name: Name of its type.
+
+    Returns:
+        The message alone; the very same bytes if its type has no such sequence.
+
+    Raises:
+        BagError: Jazzy has no such type, or the bytes are not a message of it.
+    """
+    _require(type_name)
+    return cdr[: _decode(cdr, type_name)[1]] if _has_wide_sequence(type_name) else cdr
+
+
+def _decode(cdr: bytes, type_name: str) -> tuple[Any, int]:
+    # Typestore.deserialize_cdr does the same but refuses what ROS tolerates at the end.
+    _require(type_name)
+    if len(cdr) < _HEADER_SIZE or cdr[0] != 0 or cdr[1] not in (0, 1):
+        raise BagError(f'A {type_name} must begin with a CDR header; got {cdr[:4]!r}.')
+    body = memoryview(cdr)[_HEADER_SIZE:]
+    try:
+        coder = _store().get_msgdef(type_name)
+        decode = coder.deserialize_cdr_le if cdr[1] else coder.deserialize_cdr_be
+        message, size = decode(body, 0, coder.cls, _store())
+    except Exception as error:  # whatever the generated code raises
+        raise BagError(
+            f'The {len(cdr)} bytes must be CDR of a {type_name}: {printable(str(error), 200)}.'
+        ) from error
+    if size > len(body):
+        raise BagError(f'A {type_name} of {size} bytes must be complete; got {len(body)}.')
+    return message, _HEADER_SIZE + size
+
+
+def _require(type_name: str) -> None:
+    if type_name not in _store().fielddefs:
+        raise BagError(f'The type must be one of ROS 2 Jazzy; got {clipped(type_name)}.')
+
+
+@lru_cache
+def _has_wide_sequence(type_name: str) -> bool:
+    for _, (kind, detail) in _store().fielddefs[type_name][1]:
+        # A nested type appears by name, alone or as the item of an array.
+        item = detail[0][1] if isinstance(detail[0], tuple) else detail
+        if isinstance(item, str):
+            if _has_wide_sequence(item):
+                return True
+        elif kind == Nodetype.SEQUENCE and item[0] in _WIDE:
+            return True
+    return False

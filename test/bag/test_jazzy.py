@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Definitions equal those of ROS; messages survive CDR."""
+
+import json
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
+
+NODE_TYPES = [
+    'diagnostic_msgs/msg/DiagnosticArray',
+    'diagnostic_msgs/msg/DiagnosticStatus',
+    'sensor_msgs/msg/Image',
+    'sensor_msgs/msg/Imu',
+    'sensor_msgs/msg/JointState',
+    'sensor_msgs/msg/Range',
+    'std_msgs/msg/Empty',
+    'std_msgs/msg/Float32MultiArray',
+    'std_msgs/msg/Float64',
+    'std_msgs/msg/Float64MultiArray',
+    'std_msgs/msg/Int16',
+    'std_msgs/msg/String',
+    'std_msgs/msg/UInt64',
+    'std_msgs/msg/UInt8',
+    'trajectory_msgs/msg/JointTrajectory',
+    'visualization_msgs/msg/MarkerArray',
+]
+
+
+def test_a_definition_holds_all_that_it_depends_on():
+    rule = '=' * 80
+    assert jazzy.definition('sensor_msgs/msg/JointState').text == (
+        'std_msgs/Header header\n'
+        'string[] name\n'
+        'float64[] position\n'
+        'float64[] velocity\n'
+        'float64[] effort\n'
+        f'{rule}\nMSG: std_msgs/Header\n'
+        'builtin_interfaces/Time stamp\n'
+        'string frame_id\n'
+        f'{rule}\nMSG: builtin_interfaces/Time\n'
+        'int32 sec\n'
+        'uint32 nanosec\n'
+    )
+
+
+@pytest.mark.parametrize('type_name', NODE_TYPES)
+def test_hashes_are_those_of_the_installed_interfaces(type_name):
+    package, _, name = type_name.split('/')
+    file = Path(sys.prefix, 'share', package, 'msg', f'{name}.json')
+    if not file.exists():
+        pytest.skip(f'{package} is not installed')
+    hashes = {
+        item['type_name']: item['hash_string']
+        for item in json.loads(file.read_text())['type_hashes']
+    }
+    assert jazzy.definition(type_name).hash == hashes[type_name]
+
+
+def test_an_unknown_type_is_refused():
+    for use in (jazzy.definition, jazzy.message, lambda name: jazzy.trim(b'', name)):
+        with pytest.raises(BagError, match="must be one of ROS 2 Jazzy; got 'demo_msgs/msg/No'"):
+            use('demo_msgs/msg/No')
+
+
+def test_a_message_survives_cdr():
+    dimension = jazzy.message('std_msgs/msg/MultiArrayDimension', label='sample', size=3, stride=3)
+    layout = jazzy.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
+    data = np.array([0.1, -0.2, np.inf], dtype=np.float32)
+    message = jazzy.message('std_msgs/msg/Float32MultiArray', layout=layout, data=data)
+    back = jazzy.deserialize(jazzy.serialize(message), 'std_msgs/msg/Float32MultiArray')
+    assert back.layout == layout
+    np.testing.assert_array_equal(back.data, data)
+
+
+def test_cdr_is_that_of_ros():
+    # Encapsulation (little endian), then a double.
+    message = jazzy.message('std_msgs/msg/Float64', data=1.0)
+    assert jazzy.serialize(message) == bytes.fromhex('00010000 000000000000f03f')
+
+
+def test_bytes_after_the_message_are_ignored_and_cut_off():
+    # A Float64MultiArray without data: header, two empty sequences and an offset, 16 bytes.
+    cdr = bytes([0, 1, 0, 0]) + bytes(12)
+    stray = b'\xde\xad\xbe\xef'
+    assert jazzy.deserialize(cdr + stray, 'std_msgs/msg/Float64MultiArray').data.size == 0
+    assert jazzy.trim(cdr + stray, 'std_msgs/msg/Float64MultiArray') == cdr
+    # A type without a sequence of 8-byte numbers has no stray bytes to look for.
+    image = bytes(10_000)
+    assert jazzy.trim(image, 'sensor_msgs/msg/Image') is image
+
+
+@pytest.mark.parametrize('cdr', [b'', b'\0\1\0', b'\1\1\0\0' + bytes(8), b'\0\2\0\0' + bytes(8)])
+def test_bytes_without_a_cdr_header_are_refused(cdr):
+    with pytest.raises(BagError, match=r'Float64 must begin with a CDR header; got'):
+        jazzy.deserialize(cdr, 'std_msgs/msg/Float64')
+
+
+def test_wrong_fields_are_refused():
+    with pytest.raises(BagError, match='fields must be those of std_msgs/msg/Int16'):
+        jazzy.message('std_msgs/msg/Int16', value=1)
+
+
+def test_a_value_out_of_range_is_refused():
+    message = jazzy.message('std_msgs/msg/UInt8', data=300)
+    with pytest.raises(BagError, match='must be a valid std_msgs/msg/UInt8'):
+        jazzy.serialize(message)
+
+
+@settings(deadline=None)
+@given(st.sampled_from(NODE_TYPES), st.binary(max_size=200))
+def test_any_bytes_are_a_message_or_an_error_of_ours(type_name, noise):
+    with suppress(BagError):
+        jazzy.deserialize(b'\x00\x01\x00\x00' + noise, type_name)
