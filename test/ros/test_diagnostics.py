@@ -167,6 +167,8 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     assert skipped == [2, 4, 8]  # a line in the log each time it has doubled
     loop.paused = True
     assert component.health(loop).text == 'paused'
+    statistics.overruns = 9
+    assert component.health(loop).values['paused'], 'though the text is a warning'
     loop.failure = RuntimeError('the chain stopped being finite')
     assert component.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
 

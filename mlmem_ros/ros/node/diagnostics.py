@@ -204,6 +204,7 @@ class Pace:
             'lateness_deviation': statistics.lateness_deviation,
             'busy': statistics.busy,
             'procedure': loop.element.procedure,
+            'paused': loop.paused,
             'refused': self._host.refused,
             'defects': self._host.journal.caught,
         }

@@ -66,10 +66,10 @@ export class Controls {
     this.showFaults();
   }
 
-  /** Take what the health says of pausing and recording. */
+  /** Take from the health whether time is paused and a session recorded; a text may be a warning. */
   health(parts) {
-    this.hold(parts.loop?.text === 'paused');
-    this.recording(Boolean(parts.recorder?.text) && /^recording/.test(parts.recorder.text));
+    this.hold(parts.loop?.values.paused === 'True');
+    this.recording(parts.recorder?.values.path != null);
   }
 
   hold(held) {
