@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actions, if their types are built: goals handled like any request, with feedback.
+"""The actions, if their types are built: goals are handled like requests, with feedback.
 
 An action is three services and two topics (design.ros2.org/articles/actions.html). They are
-created here like the node's own: rclpy's action server is a single waitable, in which a message
-that cannot be decoded blocks all that follow, and its goals are tasks of an executor.
+created here like the node's other services. rclpy's own action server is a single waitable, in
+which a message that cannot be decoded blocks all that follow, and its goals are executor tasks.
 """
 
 from __future__ import annotations
@@ -75,14 +75,7 @@ class Action:
     """One action: its goals, from acceptance until nobody asks for their results any more."""
 
     def __init__(self, node: Node, host: Host, name: str, kind: Any) -> None:
-        """Serve it.
-
-        Args:
-            node: The node.
-            host: It does the work.
-            name: Of the request behind a goal, and of the action.
-            kind: Its type.
-        """
+        """Serve an action, named like the request behind its goals."""
         self._node = node
         self._host = host
         self._name = name
@@ -165,7 +158,7 @@ class Action:
         """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
             result, status = self._judged(done)
-        except Exception as defect:  # it is answered anyway
+        except Exception as defect:  # answer the client anyway
             self._host.journal.exception(self._name, defect)
             result, status = self._failed(FAILED, defect)
         with self._lock:
@@ -221,7 +214,7 @@ class Action:
     # --- topics --------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Publish feedback of the running goal, if there is one and it is time."""
+        """Publish feedback of the running goal, if due; called in the loop's thread."""
         if not self._goals or threads.monotonic() - self._reported < FEEDBACK_EVERY:
             return
         with self._lock:
@@ -236,8 +229,7 @@ class Action:
             self._feedback.publish(message)
 
     def _tell(self) -> None:
-        """Publish the status of the goals, with the lock held, so that the latest comes last."""
-        known = [
-            GoalStatus(goal_info=goal.info, status=goal.status) for goal in self._goals.values()
-        ]
+        """Publish the status of all goals; the caller holds the lock, to keep them in order."""
+        goals = self._goals.values()
+        known = [GoalStatus(goal_info=goal.info, status=goal.status) for goal in goals]
         self._status.publish(GoalStatusArray(status_list=known))

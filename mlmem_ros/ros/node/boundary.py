@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one way in from ROS: no exception ever leaves a callback, and every request is answered.
+"""The one way in from ROS: no exception leaves a callback, and every request is answered.
 
-Services may be coroutines, which await futures of the loop's thread. They are not rclpy tasks: how
-those are resumed depends on the executor and its version. They resume in the thread that settles
+Services may be coroutines that await futures of the loop's thread. They are not rclpy tasks, since
+how those resume depends on the executor and its version. Ours resume in the thread that settles
 the future, and send the response from there.
 """
 
@@ -66,16 +66,10 @@ class Boundary:
     """Guards the callbacks of a node.
 
     Attributes:
-        waiting: The requests not answered yet.
+        waiting: Ids of the requests not answered yet.
     """
 
     def __init__(self, node: Node, journal: Journal) -> None:
-        """Guard nothing yet.
-
-        Args:
-            node: The node of the callbacks.
-            journal: The log, for what was caught.
-        """
         self.waiting: set[int] = set()
         self._node = node
         self._journal = journal
@@ -91,16 +85,16 @@ class Boundary:
         return call
 
     def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
-        """Call back periodically by the machine's clock, even if simulated time stands still."""
+        """Call back periodically by the machine's clock, even while simulated time stands."""
         guarded = self.guarded(where, callback)
 
-        def call() -> None:  # from Kilted on, a callback with arguments gets the timer's times
+        def call() -> None:  # since Kilted, a callback with arguments gets the timer's times
             guarded()
 
         return self._node.create_timer(seconds, call, clock=self._steady)
 
     def guard_services(self) -> None:
-        """Let no exception out of any service of the node, rclpy's own included; answer it."""
+        """Guard every service of the node, rclpy's own included; answer with the error."""
         for service in self._node.services:
             service.callback = self._answering(service.srv_name, service.callback)
             service.send_response = self._sending(service.srv_name, service.send_response)
@@ -135,7 +129,7 @@ class Boundary:
 
 
 def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
-    """Return a response with the reason for a failure, as far as its type allows.
+    """Return a response that reports a failure, as far as its type allows.
 
     Args:
         request: The request.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reporting that the kernels are being compiled, while nothing else can be reported."""
+"""Reports that the kernels are being compiled, while the node can report nothing else."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REMINDER = 1.0
 def telling_compilation(
     node: Node, design: Design, integrator: str, report: Callable[[str], None]
 ) -> Iterator[None]:
-    """Log and `report` it if the body has to compile the kernels first.
+    """Log and `report` it if the body must compile the kernels first.
 
     Args:
         node: Whose log.

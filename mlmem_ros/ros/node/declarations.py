@@ -27,27 +27,28 @@ LIVE = {
         Description('multiple of real time; 0: as fast as possible', low=0.0, high=1e6),
     ),
 }
-"""Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`; all others only
-while the node is unconfigured."""
+"""Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 
-AUTOSTART = (True, Description('configure and activate at start'))
-
-VIEW = (False, Description('serve the page of this element while the node runs: `mlmem view`'))
-
-PRESET = (
-    DEFAULT,
-    Description(
-        'shipped element: the defaults of design, actuator, write, erase, probe, probe_right, '
-        'read and time',
-        choices=tuple(PRESETS),
+OF_THE_NODE = {
+    'autostart': (True, Description('configure and activate at start')),
+    'view': (
+        False,
+        Description('serve the page of this element while the node runs: `mlmem view`'),
     ),
-)
-
-CHECK = (
-    'refuse',
-    Description('what configure does with a design that fails its check', choices=CHOICES),
-)
-
+    'design.preset': (
+        DEFAULT,
+        Description(
+            'shipped element: the defaults of design, actuator, write, erase, probe, '
+            'probe_right, read and time',
+            choices=tuple(PRESETS),
+        ),
+    ),
+    'design.check': (
+        'refuse',
+        Description('what configure does with a design that fails its check', choices=CHOICES),
+    ),
+}
+"""Parameters that are not fields of settings, and may be set only while unconfigured."""
 
 OF_A_PRESET = (
     'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
@@ -75,16 +76,14 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
     }
 
 
-def declarations() -> Iterator[tuple[str, Any, Description]]:
-    """Yield every parameter: name, default and description."""
-    for name, (default, description) in {
-        **LIVE,
-        'autostart': AUTOSTART,
-        'view': VIEW,
-        'design.preset': PRESET,
-        'design.check': CHECK,
-    }.items():
+def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
+    """Yield every parameter: name, default and description.
+
+    Args:
+        chosen: The preset of the defaults; by default that of a new node.
+    """
+    for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():
         yield name, default, description
-    for prefix, defaults in groups().items():
+    for prefix, defaults in groups(chosen).items():
         for field, description in descriptions(defaults):
             yield f'{prefix}.{field.name}', getattr(defaults, field.name), description

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The node's health on /diagnostics: a function for every component, and lasting warnings.
+"""The node's health on /diagnostics: a function for each component, and warnings that last.
 
-`ELEMENT` are functions of the device, called in the loop's thread, where its state is consistent;
-to add one, write it and list it there; `tools/reference.py` takes its docstring and values.
+The functions in `ELEMENT` are called in the loop's thread, where the device's state is consistent.
+To add one, write it and list it there; `tools/reference.py` takes its docstring and values.
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ HOLD = 5
 """Reports for which a warning stays after its cause is gone."""
 
 WEAK = 1.5
-"""Threshold margin below which an echo may soon be missed; those of the paper's element are above
-2."""
+"""Threshold margin below which an echo may soon be missed; the paper's element has above 2."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ class Hysteresis:
 def material(element: MemoryElement) -> Health:
     """Report energies, in k_r (lattice constant)^2; warn of more than one wall at rest.
 
-    For a real element, report the state of its driver.
+    For a real element, report the state of its driver; warn of missed samples.
     """
     if (chain := element.driver.chain) is None:
         return Health(OK, 'a real element', dict(element.driver.health()))
@@ -164,6 +163,14 @@ def faults(element: MemoryElement) -> Health:
     return Health(OK, 'healthy')
 
 
+def compared(now: Health, before: Health) -> Health:
+    """Return the health of the material, with a warning if its driver has missed more samples."""
+    missed = now.values.get('missed_samples', 0)
+    if missed <= before.values.get('missed_samples', 0):
+        return now
+    return dataclasses.replace(now, level=WARN, text=f'{missed} samples were missed')
+
+
 ELEMENT: dict[str, Callable[[MemoryElement], Health]] = {
     'material': material,
     'actuator': actuator,
@@ -173,7 +180,7 @@ ELEMENT: dict[str, Callable[[MemoryElement], Health]] = {
 }
 
 
-# --- loop and recorder, in the executor's --------------------------------------------------
+# --- loop and recorder, in the executor's thread -------------------------------------------
 
 
 class Pace:
@@ -186,11 +193,12 @@ class Pace:
 
     def health(self, loop: Loop | None) -> Health:
         """Return how the loop has kept time since the last report; all times in seconds."""
-        if loop is None:  # and keeps counting: an inactive node refuses every request
+        if loop is None:
             self._told = 0
+            refused = {'refused': self._host.refused}
             if self._host.stopped:
-                return Health(ERROR, self._host.stopped, {'refused': self._host.refused})
-            return Health(OK, 'inactive', {'refused': self._host.refused})
+                return Health(ERROR, self._host.stopped, refused)
+            return dataclasses.replace(INACTIVE, values=refused)
         statistics, last = loop.statistics, self._last
         self._last = (time.monotonic(), statistics.ticks, statistics.overruns)
         seconds, ticks, lost = (a - b for a, b in zip(self._last, last, strict=True))
@@ -212,7 +220,7 @@ class Pace:
             return Health(ERROR, str(loop.failure), values)
         if lost > 0:
             text = f'{statistics.overruns} ticks of time were skipped'
-            if statistics.overruns >= 2 * self._told:  # each time it has doubled, not every second
+            if statistics.overruns >= 2 * self._told:  # log it each time it has doubled
                 self._told = statistics.overruns
                 self._host.journal.warning(f'{text}: the machine is too slow for this pace')
             return Health(WARN, text, values)
@@ -220,7 +228,7 @@ class Pace:
 
 
 def recorder(host: Host) -> Health:
-    """Warn of a session with gaps or at its greatest size; one that failed is an error."""
+    """Warn of dropped messages and of a session at its maximum size; report a failed one."""
     recording = host.sessions.current
     if recording is None:
         last = host.sessions.last
@@ -263,7 +271,7 @@ class Diagnostics:
         boundary.every(PERIOD, DIAGNOSTICS.name, self._report)
 
     def announce(self, text: str) -> None:
-        """Report why the node cannot report by itself; from any thread."""
+        """Report what keeps the node from reporting by itself; from any thread."""
         self._publish({'loop': Health(OK, text)})
 
     def _report(self) -> None:
@@ -275,7 +283,9 @@ class Diagnostics:
         guarded = self._boundary.guarded
 
         def look() -> None:
+            before = self._seen.get('material', INACTIVE)
             self._seen = {name: health(loop.element) for name, health in ELEMENT.items()}
+            self._seen['material'] = compared(self._seen['material'], before)
 
         def looked(_: object) -> None:
             self._tell(loop)

@@ -22,7 +22,7 @@ MOST = 1000
 
 
 class GuardedExecutor:
-    """Spins nodes and survives any message; their callbacks let no exception out."""
+    """Spins nodes, whose callbacks let no exception out; what raises is a message."""
 
     def __init__(self, context: Context | None = None) -> None:
         self._events = events_executor(context)
@@ -38,7 +38,7 @@ class GuardedExecutor:
         """Run callbacks for a time, or until interrupted."""
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
-        except Exception as error:  # requests that came with it are left behind uncounted
+        except Exception as error:  # the executor forgets requests that came with it
             for node, journal in self._journals.items():
                 _refuse(journal, error)
                 _catch_up(node, journal)
@@ -46,7 +46,7 @@ class GuardedExecutor:
             self._interrupted = Future()
 
     def interrupt(self) -> None:
-        """End this spin, or the next one; from any thread."""
+        """End this turn, or the next one; from any thread."""
         self._interrupted.set_result(None)
 
     @contextmanager
@@ -85,7 +85,7 @@ def _refuse(journal: Journal, error: Exception) -> None:
 
 
 def _catch_up(node: Node, journal: Journal) -> None:
-    """Serve the requests that wait: of messages the newest will do, and none is ever decoded."""
+    """Serve the requests that wait. Topics need no catching up: we take their bytes."""
     for service in node.services:
         for _ in range(MOST):
             try:

@@ -22,7 +22,7 @@ IN_METRES = (topics.STRAIN_TRAJECTORY, topics.JOINT_COMMANDS)
 
 
 class Inlets:
-    """Turns command messages into commands; a refusal is logged, and no message does harm."""
+    """Turns messages into commands, and logs refusals; no message does harm."""
 
     def __init__(self, node: Node, host: Host) -> None:
         self._host = host

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Notices another node of the same name: both would answer every request."""
+"""Warns of another node of the same name: both would answer every request."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOOKS = 10
 
 
 class Namesakes:
-    """Warns once, shortly after the start, if the node shares its name."""
+    """Checks the graph for some seconds after the start, and warns once."""
 
     def __init__(self, node: Node, journal: Journal, boundary: Boundary) -> None:
         self._node = node

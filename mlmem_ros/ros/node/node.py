@@ -25,7 +25,7 @@ from .services import Services
 from .sim_time import SimTimePacer
 
 TEND = 1.0
-"""Seconds between two checks of disks and intervals by the host."""
+"""Seconds between two checks of the disk, the intervals and the clock."""
 
 
 class MemoryNode(LifecycleNode):
@@ -106,7 +106,7 @@ class MemoryNode(LifecycleNode):
         self._release()
 
     def destroy_node(self) -> None:
-        """Leave the graph now; rclpy would stay until the node's states are garbage-collected."""
+        """Leave the graph now; rclpy would wait until the node's states are garbage-collected."""
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rclpy.node import Node
@@ -39,11 +39,29 @@ class Outlets:
             if element.simulated or topic not in topics.OF_A_SIMULATION
         }
         self._contour = Contour(element, settings) if element.simulated else None
-        self._markers = ChainMarkers(element, settings)
-        if (
-            element.reading is not None or not element.simulated
-        ):  # restored, or for an echo to determine
+        self._periodic = self._streams()
+        if element.reading is not None or not element.simulated:  # a real one's is not known yet
             self.publish(topics.LEVEL, messages.level(element.reading))
+
+    def _streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
+        """Return what is published periodically: the topic, the ticks between two, the message."""
+        element, settings, stamp = self._element, self._settings, self._stamp
+        streams: list[tuple[Topic, int, Callable[[], Any]]] = [
+            (
+                topics.JOINT_STATES,
+                settings.joint_states_every,
+                lambda: messages.joint_states(element, stamp(), settings.frame_id),
+            )
+        ]
+        if (contour := self._contour) is not None:
+            markers = ChainMarkers(element, settings)
+            streams += [
+                (topics.FIELD, settings.field_every, lambda: messages.field(element)),
+                (topics.WALL, settings.wall_every, lambda: messages.wall_positions(element)),
+                (topics.IMAGE, settings.image_every, lambda: contour.message(stamp())),
+                (topics.MARKERS, settings.markers_every, lambda: markers.message(stamp())),
+            ]
+        return [stream for stream in streams if stream[1]]
 
     def close(self) -> None:
         """Stop publishing."""
@@ -62,22 +80,11 @@ class Outlets:
 
     def tick(self, events: Sequence[Event]) -> None:
         """Publish the streams due after a tick, and its events."""
-        element, settings, ticks = self._element, self._settings, self._element.ticks
-        if _due(ticks, settings.field_every) and self._watched(topics.FIELD):
-            self.publish(topics.FIELD, messages.field(element))
-        if _due(ticks, settings.wall_every) and self._watched(topics.WALL):
-            self.publish(topics.WALL, messages.wall_positions(element))
-        if _due(ticks, settings.joint_states_every) and self._watched(topics.JOINT_STATES):
-            self.publish(
-                topics.JOINT_STATES,
-                messages.joint_states(element, self._stamp(), settings.frame_id),
-            )
         if self._contour is not None:
             self._contour.take()
-            if _due(ticks, settings.image_every) and self._watched(topics.IMAGE):
-                self.publish(topics.IMAGE, self._contour.message(self._stamp()))
-        if _due(ticks, settings.markers_every) and self._watched(topics.MARKERS):
-            self.publish(topics.MARKERS, self._markers.message(self._stamp()))
+        for topic, every, message in self._periodic:
+            if self._element.ticks % every == 0 and self._watched(topic):
+                self.publish(topic, message())
         for event in events:
             if isinstance(event, Heard):
                 self._publish_heard(event)
@@ -86,16 +93,15 @@ class Outlets:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody takes a periodic stream."""
+        """Whether anybody subscribes to a periodic stream, views apart: they may be late."""
         return any(
             self._publishers[topic].get_subscription_count()
-            for topic in (topics.FIELD, topics.WALL, topics.JOINT_STATES)
+            for topic, _, _ in self._periodic
+            if topic not in topics.VIEWS
         )
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""
-        if topic not in self._publishers:
-            return False
         recorded = self._transcript(topic) is not None
         return recorded or self._publishers[topic].get_subscription_count() > 0
 
@@ -121,7 +127,3 @@ class Outlets:
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()
-
-
-def _due(ticks: int, every: int) -> bool:
-    return every > 0 and ticks % every == 0

@@ -28,7 +28,7 @@ from ...host import Host
 from ...host.files import confined
 from ...host.settings import Parameters
 from ...physics import DesignError
-from .declarations import AUTOSTART, CHECK, LIVE, OF_A_PRESET, PRESET, VIEW, groups
+from .declarations import LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -65,17 +65,12 @@ class ParameterSet:
         self._choices: dict[str, tuple[str, ...]] = {}
         self.locked = False
         """Whether the node is configured, so that only live parameters may be set."""
-        self._defaults = groups(preset(self._declare('design.preset', *PRESET)))
-        self._defaults['publish'] = dataclasses.replace(
-            self._defaults['publish'], frame_id=node.get_fully_qualified_name()[1:]
-        )
-        for prefix, defaults in self._defaults.items():
-            for field, description in descriptions(defaults):
-                default = getattr(defaults, field.name)
-                self._declare(f'{prefix}.{field.name}', default, description)
-        others = {'design.check': CHECK, 'autostart': AUTOSTART, 'view': VIEW, **LIVE}
-        for name, (default, description) in others.items():
-            self._declare(name, default, description)
+        chosen = preset(self._declare('design.preset', *OF_THE_NODE['design.preset']))
+        self._defaults = groups(chosen)
+        own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
+        for name, default, description in declarations(chosen):
+            if name != 'design.preset':
+                self._declare(name, own.get(name, default), description)
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
@@ -186,7 +181,8 @@ class ParameterSet:
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
         if why := self._not_a_choice(name, value):
-            raise SettingsError(why)
+            hint = '; a class may be named only at the start' if name == 'device.driver' else ''
+            raise SettingsError(why + hint)
 
     def _not_a_choice(self, name: str, value: Any) -> str:
         choices = self._choices.get(name)
@@ -212,15 +208,14 @@ class ParameterSet:
         given = {parameter.name: parameter.value for parameter in changed}
         if (name := given.get('design.preset')) not in tuple(PRESETS):
             return changed
-        chosen = groups(preset(name))
-        brought = {
-            f'{prefix}.{field.name}': getattr(chosen[prefix], field.name)
-            for prefix in OF_A_PRESET
-            for field, _ in descriptions(chosen[prefix])
-        }
+        others = {*given, *OF_THE_NODE, *LIVE}
         return [
             *changed,
-            *(Parameter(key, value=value) for key, value in brought.items() if key not in given),
+            *(
+                Parameter(key, value=value)
+                for key, value, _ in declarations(preset(name))
+                if key.split('.')[0] in OF_A_PRESET and key not in others
+            ),
         ]
 
     def _double(self, parameter: Parameter) -> Parameter:

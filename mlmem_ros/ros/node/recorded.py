@@ -22,7 +22,9 @@ def session_plan(
     Args:
         node: A memory node.
         settings: Where and how; by default its current parameters.
-        path: Where to instead; if empty, as they say. Raises:
+        path: The bag; if empty, that of the settings.
+
+    Raises:
         SettingsError: The parameters contradict each other.
     """
     if settings is None:
@@ -30,16 +32,16 @@ def session_plan(
         settings = RecordSettings(**{name: item.value for name, item in values.items()})
     if path:
         settings = replace(settings, path=path)
-    told = topics.STREAMS + (topics.VIEWS if settings.views else ())
+    published = topics.STREAMS + (topics.VIEWS if settings.views else ())
     if node.get_parameter('device.driver').value != drivers.SIMULATION:
-        told = tuple(topic for topic in told if topic not in topics.OF_A_SIMULATION)
+        published = tuple(topic for topic in published if topic not in topics.OF_A_SIMULATION)
     given = node.get_parameters_by_prefix('')
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
         [
             topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
-            for topic in (*topics.COMMANDS, *told)
+            for topic in (*topics.COMMANDS, *published)
         ],
         {name: parameter.value for name, parameter in given.items()},
     )

@@ -24,18 +24,17 @@ from .node import MemoryNode
 from .page import page
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
-"""Exit status: ended on request; could not start; ended on request, but content or recording could
-not be saved. (2 is a wrong command line.)"""
+"""Exit status: ended on request; could not start; ended on request, but the content or recording
+could not be saved. (2 is a wrong command line.)"""
 
 POLL = 10.0
-"""Seconds per spin: waiting without a time-out is not safe."""
+"""Seconds per turn of the executor, which must not wait without a time-out."""
 
 LAST_ANSWERS = 1.0
 """Longest time in seconds for answering pending requests when the nodes end."""
 
 DELIVERY = 0.2
 """Seconds for the middleware to deliver these answers before it is shut down."""
-
 
 Element = Mapping[str, str]
 """What distinguishes a node from others in its process: its `namespace`, and parameters."""
@@ -87,8 +86,7 @@ def begin(
 ) -> tuple[list[MemoryNode], GuardedExecutor]:
     """Return nodes with their executor, active if they autostart.
 
-    Of several nodes those that can start do; one that cannot says why, and stays unconfigured if
-    it exists at all.
+    If one of several cannot start, it logs why and the others run.
 
     Args:
         arguments: Command line with ROS arguments.
@@ -97,7 +95,7 @@ def begin(
         elements: What distinguishes them.
 
     Raises:
-        Whatever keeps the first from starting, if none can start.
+        What keeps the first from starting, if none can start.
     """
     rclpy.init(
         args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO
