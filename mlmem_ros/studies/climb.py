@@ -5,17 +5,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..device import (
-    MemoryElement,
-    Outcome,
-    Settings,
-    Write,
-    factory_calibration,
-)
+from ..device import MemoryElement, Outcome, Settings, Write, factory_calibration
 from ..device.settings import WriteSettings
 from ..physics import Design, level_of
 from .trace import wall_position
@@ -78,22 +73,14 @@ class Climb:
         """Why the last write failed, '' where all passed (see `WrittenLevel.failure`)."""
         return self.writes[-1].failure
 
-    @property
-    def least_margins(self) -> tuple[float, float]:
-        """Least level margin and least threshold margin of the readings; NaN without one."""
-        readings = [each.outcome.reading for each in self.writes if each.outcome.reading]
-        margins = [(reading.level_margin, reading.threshold_margin) for reading in readings]
-        level, threshold = np.min(margins, axis=0) if margins else (math.nan, math.nan)
-        return float(level), float(threshold)
-
 
 class Heat:
     """A heat bath around the metamaterial, applied between ticks.
 
     Random kicks to the velocities return what the damping eta takes (fluctuation and dissipation):
-    normally distributed with variance 2 eta T t / m^2 after every tick t, white noise up to the
-    chain's highest frequency and far beyond the tick's, which keeps the energy of small waves at T
-    per mode in the mean over time, whatever the tick.
+    normally distributed with variance 2 eta T t / m^2 after every tick t. They are white noise far
+    beyond the chain's highest frequency, and keep the mean energy of small waves at T per mode,
+    whatever the tick.
     """
 
     def __init__(self, element: MemoryElement, temperature: float, seed: int) -> None:
@@ -125,21 +112,24 @@ def write_upward(element: MemoryElement, heat: Heat | None = None) -> Climb:
         heat: A bath around it.
     """
     assert element.settings.write.attempts == 1
-    writes = []
-    for level in range(element.design.levels):
+    design, writes = element.design, []
+    for level in range(design.levels):
         outcome = element.perform(Write(level), heat.kick if heat else None)
-        configuration = element.chain.configuration
-        writes.append(
-            WrittenLevel(
-                level,
-                outcome,
-                level_of(element.design, configuration),
-                wall_position(element.design, configuration),
-            )
-        )
+        found = element.chain.configuration
+        where = level_of(design, found), wall_position(design, found)
+        writes.append(WrittenLevel(level, outcome, *where))
         if writes[-1].failure:
             break
-    return Climb(tuple(writes), element.design.levels)
+    return Climb(tuple(writes), design.levels)
+
+
+def least_margins(outcomes: Iterable[Outcome]) -> dict[str, float | None]:
+    """Return the least margins of all readings, by name; None without a finite one."""
+    readings = [outcome.reading for outcome in outcomes if outcome.reading]
+    return {
+        name: min(filter(math.isfinite, (getattr(each, name) for each in readings)), default=None)
+        for name in ('level_margin', 'threshold_margin')
+    }
 
 
 def blank_element(design: Design, settings: Settings) -> MemoryElement:

@@ -19,23 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from ..device import (
-    Calibration,
-    Erase,
-    MemoryElement,
-    Settings,
-    Write,
-    factory_calibration,
-)
+from ..device import Calibration, Erase, MemoryElement, Settings, Write, factory_calibration
 from ..physics import Design, Specimen, level_of
 from ..physics.equilibrium import resting_wall
 from .campaign import Campaign, Row
 from .campaign.campaign import Values
-from .climb import write_upward
+from .climb import least_margins, write_upward
 
 EVERY = 16
-"""Number of levels up to which every downward write is made; above that a sample, by default as
-many as levels."""
+"""Number of levels up to which every downward write is made; above that a sample."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +37,8 @@ class Proof:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        sample: How many downward writes to make if there are more; None: see `EVERY`. Every level
-            is erased.
+        sample: Most downward writes to make; by default all, or above `EVERY` levels as many as
+            levels. Every level is erased.
         seed: Of the sample.
     """
 
@@ -74,10 +66,9 @@ class Proof:
     def points(self) -> list[dict[str, Any]]:
         """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
         p = self.design.levels
-        pairs = [(start, goal) for start in range(p) for goal in range(start)]
-        downs = pairs
+        downs = [(start, goal) for start in range(p) for goal in range(start)]
         if p > EVERY or self.sample is not None:
-            downs = self._some(pairs, p if self.sample is None else self.sample)
+            downs = self._some(downs, p if self.sample is None else self.sample)
         return [
             {'kind': 'upward', 'start': -1, 'goal': p - 1},
             *({'kind': 'erase', 'start': level, 'goal': -1} for level in range(p)),
@@ -97,10 +88,9 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     """Return how one run went.
 
     Returns:
-        done: Levels written and read back upward; for other runs 1 on success, else 0. passed:
-        Whether all succeeded at the first attempt.
-        error: What the device said, or the truth if
-        that differs.
+        done: Levels written and read back upward; for other runs 1 on success, else 0.
+        passed: Whether all succeeded at the first attempt.
+        error: What the device said, or the truth if that differs.
         level_margin, threshold_margin: The least of the readings, None without one.
         time: Duration in time units.
     """
@@ -108,37 +98,22 @@ def evaluate(common: Values, values: Values, seed: int) -> Row:
     element = MemoryElement(design, settings, Calibration.from_dict(common['calibration']))
     if values['kind'] == 'upward':
         climb = write_upward(element)
-        last = climb.writes[-1]
-        level_margin, threshold_margin = climb.least_margins
-        error = '' if climb.passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
-        return _row(element, climb.reached, climb.passed, error, level_margin, threshold_margin)
-    element.chain.place(resting_wall(Specimen(design), values['start']))
-    element.transducer.settle()
-    command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
-    outcome = element.perform(command)
-    true = level_of(design, element.chain.configuration)
-    passed = outcome.success and true == values['goal']
-    error = outcome.error or ('' if passed else f'the wall is at level {true}')
-    reading = outcome.reading
-    margins = (
-        (math.nan, math.nan)
-        if reading is None
-        else (reading.level_margin, reading.threshold_margin)
-    )
-    return _row(element, int(passed), passed, error, *margins)
-
-
-def _row(
-    element: MemoryElement, done: int, passed: bool, error: str, level: float, threshold: float
-) -> Row:
+        last, outcomes = climb.writes[-1], [each.outcome for each in climb.writes]
+        done, passed = climb.reached, climb.passed
+        error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
+    else:
+        element.chain.place(resting_wall(Specimen(design), values['start']))
+        element.transducer.settle()
+        command = Erase() if values['kind'] == 'erase' else Write(values['goal'])
+        outcome = element.perform(command)
+        true, outcomes = level_of(design, element.chain.configuration), [outcome]
+        passed = outcome.success and true == values['goal']
+        done = int(passed)
+        error = outcome.error or ('' if passed else f'the wall is at level {true}')
     return {
-        'done': done,
-        'passed': passed,
-        'error': error,
-        'level_margin': level if math.isfinite(level) else None,
-        'threshold_margin': threshold if math.isfinite(threshold) else None,
+        'done': done, 'passed': passed, 'error': error, **least_margins(outcomes),
         'time': element.ticks * element.tick,
-    }
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -155,7 +130,7 @@ class Tally:
         level_margin: Least level margin of all readings, NaN without one.
         threshold_margin: Least threshold margin.
         erase_time: Longest erase in time units.
-        errors: What failed, in words.
+        errors: What failed and why, a line each.
     """
 
     levels: int

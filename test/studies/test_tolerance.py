@@ -21,7 +21,7 @@ from mlmem_ros.studies.tolerance.compare import load_counted
 from mlmem_ros.studies.tolerance.draw import dress
 from mlmem_ros.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_ros.studies.tolerance.estimate import ENOUGH, RARE, Fragility
-from mlmem_ros.studies.tolerance.particle import Forecast
+from mlmem_ros.studies.tolerance.particle import StepForecast
 from mlmem_ros.studies.tolerance.screen import PROBABILITY, weights
 from mlmem_ros.studies.tolerance.study import Tolerance
 
@@ -77,7 +77,7 @@ def test_a_base_that_shakes_moves_the_wall():
 
 @pytest.mark.parametrize(('kind', 'amount'), [('alpha', 8e-4), ('offset', 2.5e-4), ('s', 0.2)])
 def test_the_forecast_is_mostly_right_where_half_of_all_steps_fail(kind, amount):
-    forecast, by = Forecast(SHORT, Settings()), chance(kind, amount)
+    forecast, by = StepForecast(SHORT, Settings()), chance(kind, amount)
     right = failed = 0
     for seed in range(30):
         fails = tried(by, seed, 'step') != (1,)
@@ -198,7 +198,7 @@ def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
 def test_a_level_does_among_the_drawn_what_it_does_among_all(monkeypatch):
     monkeypatch.setattr(point, 'BATCH', 8)
     design, settings = load('bits_2')
-    shared = point.common(design, settings, screen=False, levels=1)
+    shared = Tolerance(design, settings, levels=1).shared
     values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.02}
     drawn = list(point.elements(shared, values, seed=5))
     assert len(drawn) == 8

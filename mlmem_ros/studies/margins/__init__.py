@@ -1,13 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shmoo maps: for which settings a memory works, and how far its own are from failure."""
+"""Shmoo maps: the settings for which a memory works, and how far its own are from failure."""
 
-from .axes import AXES, Axis, make_axis
+from .axes import make_axis
 from .distance import Margins, measure
 from .draw import draw
 from .point import rerun
 from .shmoo import Shmoo, coarsened
 
-__all__ = [
-    'AXES', 'Axis', 'Margins', 'Shmoo', 'coarsened', 'draw', 'make_axis', 'measure', 'rerun',
-]  # fmt: skip
+__all__ = ['Margins', 'Shmoo', 'coarsened', 'draw', 'make_axis', 'measure', 'rerun']

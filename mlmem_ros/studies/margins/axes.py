@@ -22,34 +22,28 @@ RAMPS = 'ramps'
 """The axis that sets `write.ramp` and `write.release` alike."""
 
 
-@dataclass(frozen=True)
-class Span:
-    """Default range of a map, as factors on the operating value, and its spacing."""
-
-    low: float
-    high: float
-    log: bool = False
-
-
-AXES: dict[str, Span] = {
-    'write.compression': Span(0.3, 2.3),
-    'write.tension': Span(0.3, 1.7),
-    'write.start_strain': Span(0.0, 2.0),
-    'write.launch_speed': Span(0.1, 20.0, log=True),
-    RAMPS: Span(0.01, 2.0),
-    'write.ramp': Span(0.01, 2.0),
-    'write.release': Span(0.01, 2.0),
-    'write.hold': Span(0.0, 2.0),
-    'write.settle': Span(0.0, 2.0),
-    'probe.v_th': Span(0.1, 10.0, log=True),
-    'probe.omega_c': Span(0.8, 1.1),
-    NOISE: Span(0.0, 0.0, log=True),
+AXES = {
+    'write.compression': (0.3, 2.3),
+    'write.tension': (0.3, 1.7),
+    'write.start_strain': (0.0, 2.0),
+    'write.launch_speed': (0.1, 20.0),
+    RAMPS: (0.01, 2.0),
+    'write.ramp': (0.01, 2.0),
+    'write.release': (0.01, 2.0),
+    'write.hold': (0.0, 2.0),
+    'write.settle': (0.0, 2.0),
+    'probe.v_th': (0.1, 10.0),
+    'probe.omega_c': (0.8, 1.1),
 }
-"""The axes with a default range; noise has no operating value, see `NOISE_RANGE`."""
+"""Default ranges of maps, as factors on the operating value."""
+
+OTHER = (0.5, 1.5)
+"""The range of any other setting."""
 
 NOISE_RANGE = (1e-12, 1e-6)
-OTHER = Span(0.5, 1.5)
-"""The range of any other setting."""
+
+LOGARITHMIC = ('write.launch_speed', 'probe.v_th', NOISE)
+"""Axes whose values are evenly spaced in their logarithm."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +57,7 @@ class Axis:
         operating: Value in the settings under study.
         low: Where the map begins.
         high: Where it ends.
-        log: Whether its values are spaced evenly in their logarithm.
+        log: Whether its values are evenly spaced in their logarithm.
     """
 
     name: str
@@ -92,15 +86,15 @@ def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = 
     Args:
         name: Name of a numeric setting, or `RAMPS`, or `NOISE`.
         settings: Those under study.
-        span: Where the map begins and ends; by default as in `AXES`.
+        span: Where the map begins and ends; by default `AXES` times the operating value, or
+            `NOISE_RANGE`.
 
     Raises:
-        ValueError: There is no such number, or the range does not hold the operating value.
+        ValueError: There is no such setting, or the range lacks the operating value.
     """
     text, unit, operating = _describe(name, settings)
-    default = AXES.get(name, OTHER)
     if span is None:
-        span = NOISE_RANGE if name == NOISE else _default_span(name, default, operating, settings)
+        span = NOISE_RANGE if name == NOISE else _default_span(name, operating, settings)
     low, high = sorted(span)
     inside = low <= operating <= high or name == NOISE
     if not (math.isfinite(low) and math.isfinite(high) and low < high and inside):
@@ -108,15 +102,14 @@ def make_axis(name: str, settings: Settings, span: tuple[float, float] | None = 
             f'the range of {name} must be two numbers with the operating value '
             f'{operating:g} between them; got {span[0]:g} and {span[1]:g}'
         )
-    if default.log and low <= 0.0:
+    log = name in LOGARITHMIC
+    if log and low <= 0.0:
         raise ValueError(f'the range of {name} must be above 0; got {low:g}')
-    return Axis(name, text, unit, operating, low, high, default.log)
+    return Axis(name, text, unit, operating, low, high, log)
 
 
-def _default_span(
-    name: str, span: Span, operating: float, settings: Settings
-) -> tuple[float, float]:
-    low, high = sorted((span.low * operating, span.high * operating))
+def _default_span(name: str, operating: float, settings: Settings) -> tuple[float, float]:
+    low, high = sorted(factor * operating for factor in AXES.get(name, OTHER))
     if name in ('write.compression', 'write.tension', 'write.start_strain'):
         limit = settings.actuator.max_strain
         return max(low, -limit), min(high, limit)
@@ -136,7 +129,8 @@ def _describe(name: str, settings: Settings) -> tuple[str, str, float]:
         value = getattr(settings.groups()[group], field.name)
         if field.name == key and isinstance(value, float):
             return description.text, description.unit, value
-    raise ValueError(f'an axis must be a numeric setting, such as {", ".join(AXES)}; got {name!r}')
+    known = ', '.join((*AXES, NOISE))
+    raise ValueError(f'an axis must be a numeric setting, such as {known}; got {name!r}')
 
 
 def with_values(settings: Settings, values: Mapping[str, Any]) -> tuple[Settings, float]:

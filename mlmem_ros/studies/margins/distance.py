@@ -58,7 +58,7 @@ class Margins:
 
     @property
     def nearest_failure(self) -> str:
-        """Where the nearest failure is, and how far, in words; empty without one."""
+        """Where the nearest failure is, and how far away, as text; empty without one."""
         if self.nearest is None or self.distance is None or not self.passed:
             return ''
         near = self.nearest
@@ -73,14 +73,13 @@ class Margins:
             'operating': {reach.axis.name: reach.axis.operating for reach in self.reaches},
             'reaches': {
                 reach.axis.name: {
-                    'low': reach.low, 'low_open': reach.low_open,
-                    'high': reach.high, 'high_open': reach.high_open,
+                    name: getattr(reach, name) for name in ('low', 'low_open', 'high', 'high_open')
                 }
                 for reach in self.reaches
             },
             'distance': self.distance,
             'nearest': self.nearest,
-        }  # fmt: skip
+        }
 
 
 def measure(shmoo: Shmoo, rows: Sequence[Row]) -> Margins:

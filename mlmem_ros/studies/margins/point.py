@@ -4,32 +4,24 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from typing import Any
 
 from ...device import Settings, SettingsError
 from ...physics import Design
 from ..campaign import Row
 from ..campaign.campaign import Values
-from ..climb import Climb, Heat, blank_element, write_upward
+from ..climb import Climb, Heat, blank_element, least_margins, write_upward
 from .axes import with_values
 
 UNFIT = 'unfit'
 """Failure of settings that give no device: no echo, or out of range."""
 
 
-def common(design: Design, settings: Settings) -> dict[str, Any]:
-    """Return what all points of a map share: design and settings, with one attempt per write."""
-    once = dataclasses.replace(settings, write=dataclasses.replace(settings.write, attempts=1))
-    return {'design': dataclasses.asdict(design), 'settings': once.as_dict()}
-
-
 def rerun(shared: Values, values: Values, seed: int) -> Climb:
     """Return the climb of one point.
 
     Args:
-        shared: What `common` returned.
+        shared: What all points of a map share, see `Shmoo.campaign`.
         values: The point: values by axis.
         seed: Of its noise.
 
@@ -48,12 +40,10 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
         passed: Whether every level was written and read back.
         reached: How many were, from level 0 up.
         failure: '' or the reason: see `WrittenLevel.failure`, and `UNFIT`.
-        error: What the device
-        said.
-        wall: True position of the wall at the end, None for none or several. level_margin,
-        threshold_margin: The least of all readings, None without one.
-        time: Time units from the
-        first write to the end of the last.
+        error: What the device said.
+        wall: True position of the wall at the end, None for none or several.
+        level_margin, threshold_margin: The least of all readings, None without one.
+        time: Time units from the first write to the end of the last.
     """
     try:
         climb = rerun(shared, values, seed)
@@ -63,18 +53,9 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
             'level_margin': None, 'threshold_margin': None, 'time': 0.0,
         }  # fmt: skip
     last = climb.writes[-1]
-    level_margin, threshold_margin = climb.least_margins
     return {
-        'passed': climb.passed,
-        'reached': climb.reached,
-        'failure': climb.failure,
-        'error': last.outcome.error,
-        'wall': _finite(last.wall),
-        'level_margin': _finite(level_margin),
-        'threshold_margin': _finite(threshold_margin),
+        'passed': climb.passed, 'reached': climb.reached, 'failure': climb.failure,
+        'error': last.outcome.error, 'wall': last.wall if math.isfinite(last.wall) else None,
+        **least_margins(each.outcome for each in climb.writes),
         'time': last.outcome.end_tick * shared['settings']['time']['tick'],
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    }  # fmt: skip

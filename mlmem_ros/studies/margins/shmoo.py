@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...physics import Design
 from ...physics.potential import Array
 from ..campaign import Campaign, Row
 from .axes import Axis
-from .point import common, evaluate
+from .point import evaluate
 
 LONG_TICK = 50.0
 """Tick of a map: longer ticks simulate faster."""
@@ -27,8 +27,8 @@ def coarsened(settings: Settings, tick: float | None = None) -> Settings:
 
     Args:
         settings: The instrument's.
-        tick: Asked for. None for `LONG_TICK` if all times of a write are multiples of it; other
-            schedules would change, and keep the instrument's.
+        tick: In time units. By default `LONG_TICK` if all times of a write are multiples of it;
+            other schedules would change, and keep the instrument's tick.
 
     Raises:
         SettingsError: It is out of range.
@@ -86,13 +86,14 @@ class Shmoo:
         )
 
     def campaign(self) -> Campaign:
-        """Return the points row by row, the first row at the least y."""
+        """Return the points row by row, the first row at the least y; a write has one attempt."""
         points = [
             {self.x.name: float(x), self.y.name: float(y)}
             for y in self.y_values
             for x in self.x_values
         ]
-        shared = common(self.design, self.settings)
+        once = replace(self.settings, write=replace(self.settings.write, attempts=1))
+        shared = {'design': asdict(self.design), 'settings': once.as_dict()}
         return Campaign('margins', evaluate, shared, points, self.seed)
 
     def grid(self, rows: Sequence[Row], name: str) -> Array:

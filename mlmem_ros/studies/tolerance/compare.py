@@ -20,7 +20,7 @@ from ..style import INK, MARK, axes_grid, label, new_figure
 from .draw import RANGE, WORDS, draw_curve, dress
 from .element import KINDS, STEP, chance
 from .estimate import FOOT, RARE, Rate, fit
-from .particle import FORESEEN, Forecast, forecast_rate
+from .particle import FORESEEN, StepForecast, forecast_rate
 from .study import Tolerance
 
 FORECAST = 5000
@@ -140,7 +140,7 @@ def _forecast(
 ) -> tuple[list[float], list[float]]:
     """Return the amounts around which failures begin, and the rates from the particle."""
     design = one.study.design
-    forecast = Forecast(design, one.study.settings)
+    forecast = StepForecast(design, one.study.settings)
     some = [
         amount for amount, rate in zip(amounts, rates, strict=True) if RANGE[0] < rate.value < 0.3
     ]

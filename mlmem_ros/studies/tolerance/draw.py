@@ -30,16 +30,16 @@ NAMES = {
 }
 
 SHOWN = 0.1
-"""The rate near which levels are compared."""
+"""Levels are compared at the amount whose rate is nearest to this."""
 
 UNSEEN = 1e-2
-"""Upper end of the interval below which a count without a failure is shown."""
+"""A count without a failure is shown if its interval ends below this."""
 
 TICKS = ((1.0, 2.0, 3.0, 4.0, 6.0, 8.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))
-"""Multiples of powers of ten that may be named on an axis, from fine to coarse."""
+"""Multiples of powers of ten that may be labelled on an axis, from fine to coarse."""
 
 MOST_TICKS = 4
-"""Names that fit below a panel."""
+"""Labels that fit below a panel."""
 
 RANGE = (2e-4, 1.3)
 """Rates that are shown."""
@@ -60,7 +60,7 @@ def draw(study: Tolerance, rows: Sequence[Row]) -> Any:
 
 
 def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
-    """Draw rates over the scatter, with their intervals and the curve through their foot."""
+    """Draw rates over the scatter, with their intervals and fitted curves."""
     axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
     for tried in study.tried:
         amounts, rates = study.rates(rows, kind, tried)
@@ -69,15 +69,15 @@ def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
 
 
 def dress(axes: Any, kind: str) -> None:
-    """Give axes on which rates were drawn over the scatter of a kind their scales and names."""
+    """Set scales, limits and labels of axes that show rates over the scatter of a kind."""
     axes.set(xscale='log', yscale='log', ylim=RANGE, xlabel=NAMES[kind])
-    axes.xaxis.set_major_locator(FixedLocator(_named(*axes.get_xlim())))
+    axes.xaxis.set_major_locator(FixedLocator(_labelled(*axes.get_xlim())))
     axes.xaxis.set_major_formatter(lambda x, _: f'{x:.0e}'.replace('e-0', 'e-'))
     axes.xaxis.set_minor_locator(NullLocator())
 
 
-def _named(low: float, high: float) -> list[float]:
-    """Return the amounts that are named on an axis: as many as fit, on both sides of a decade."""
+def _labelled(low: float, high: float) -> list[float]:
+    """Return the amounts to label on an axis: as many as fit."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     for subs in TICKS:
         found = [sub * 10.0**decade for decade in decades for sub in subs]
@@ -90,11 +90,9 @@ def _named(low: float, high: float) -> list[float]:
 def draw_curve(
     axes: Any, amounts: Sequence[float], rates: Sequence[Rate], colour: Any, text: str
 ) -> None:
-    """Draw counts with their intervals, the curve through their foot, and one in a thousand."""
-    told = [
-        i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < UNSEEN
-    ]  # fmt: skip
-    draw_rates(axes, [amounts[i] for i in told], [rates[i] for i in told], colour, text)
+    """Draw counts with their intervals, the curve fitted to them, and where it is `RARE`."""
+    shown = [i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < UNSEEN]
+    draw_rates(axes, [amounts[i] for i in shown], [rates[i] for i in shown], colour, text)
     if (curve := fit(amounts, rates)) is not None:
         fine = np.geomspace(curve.sigma(RANGE[0]), amounts[foot(rates) - 1], 200)
         axes.plot(fine, curve.rate(fine), color=colour, linewidth=0.8)
@@ -102,7 +100,7 @@ def draw_curve(
 
 
 def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
-    """Draw rates by level, each at the scatter where about one in ten fails."""
+    """Draw rates by level, each at the scatter at which about one in ten fails."""
     chosen = []
     for shift, tried in zip((-0.15, 0.0, 0.15), study.tried, strict=False):
         amounts, rates = study.rates(rows, kind, tried)
@@ -111,10 +109,8 @@ def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
         most = np.array([max(rate.value, 1e-6) for rate in rates])
         number = int(np.argmin(np.abs(np.log(most / SHOWN))))
         some = study.curve(rows, kind, tried)[1][number]
-        by_level = study.rates_by_level(some)
-        draw_rates(
-            axes, np.array(list(by_level)) + shift, [*by_level.values()], COLOURS[tried], ''
-        )
+        levels, by_level = zip(*study.rates_by_level(some).items(), strict=True)
+        draw_rates(axes, np.array(levels) + shift, by_level, COLOURS[tried], '')
         chosen.append(f'{amounts[number]:.2g}')
     axes.set_title(f'at {", ".join(chosen)}', color=INK, loc='right')
     axes.set(ylim=(0.0, 0.5), xlabel='level (of a step: where it begins)')
@@ -123,12 +119,9 @@ def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
 
 
 def draw_rates(axes: Any, x: Any, rates: Sequence[Rate], colour: Any, text: str) -> None:
-    """Draw rates with their intervals; where none has failed only the upper end is drawn."""
-    for place, rate in zip(x, rates, strict=True):
-        low, high = rate.interval
-        axes.plot([place, place], [max(low, 1e-6), high], color=colour, linewidth=0.7, alpha=0.7)
+    """Draw rates with their intervals; where none failed, the interval alone."""
+    low, high = np.array([rate.interval for rate in rates]).reshape(-1, 2).T
+    axes.vlines(x, np.maximum(low, 1e-6), high, color=colour, linewidth=0.7, alpha=0.7)
     seen = [(place, rate.value) for place, rate in zip(x, rates, strict=True) if rate.failures]
-    axes.plot(
-        [place for place, _ in seen], [value for _, value in seen], 'o', color=colour,
-        markersize=3, label=text or None,
-    )  # fmt: skip
+    axes.plot(*zip(*seen, strict=True) if seen else ([], []), 'o', color=colour, markersize=3,
+              label=text or None)  # fmt: skip

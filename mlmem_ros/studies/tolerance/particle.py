@@ -1,12 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a step will fail, with the wall as a particle: a hundredth of a simulation's time."""
+"""Whether a step will fail, with the wall as a particle: a hundred times faster than simulated."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 
@@ -25,19 +24,18 @@ FORESEEN = ('alpha', 's', 'offset')
 RESTING = 0.3
 """Where a wall rests, in cells right of its defect."""
 
-
 NEAR = 2.0
 """Distance from a defect in cells within which a wall has arrived; its rest position scatters
 too."""
 
 
-class Forecast:
+class StepForecast:
     """The write cycles of an instrument on the walls of a design, reduced to particles."""
 
     def __init__(self, design: Design, settings: Settings) -> None:
         self._design = design
         self._settings = settings
-        self._tracks: dict[int, Track] = {}
+        self._ways: dict[int, tuple[Track, Schedule]] = {}
 
     def failing(self, specimen: Specimen, level: int, inflations: Sequence[float]) -> float:
         """Return the first inflation of an element's deviations at which a step up fails.
@@ -45,47 +43,34 @@ class Forecast:
         Args:
             specimen: The element as it was made.
             level: Where the wall rests.
-            inflations: What the deviations from the design are multiplied by, in turn.
+            inflations: Factors on the deviations from the design, tried in turn.
 
         Returns:
             Infinity if none fails.
         """
-        design, way = self._design, self._track(level)
+        if level not in self._ways:
+            self._ways[level] = self._way(level)
+        way, cycle = self._ways[level]
         extra = way.extra_pull(specimen)
-        start, goal = design.defect(level) + RESTING, design.defect(level + 1)
-        cycle = self._cycles[way.peak]
+        start, goal = self._design.defect(level) + RESTING, self._design.defect(level + 1)
         for inflation in inflations:
             end = roll(way, way.pull + inflation * extra, start, cycle)
             if not abs(end - goal) < NEAR:
                 return inflation
         return math.inf
 
-    def _track(self, level: int) -> Track:
-        if level not in self._tracks:
-            design, write = self._design, self._settings.write
-            freed = design.freed_by_compression(level)
-            low, high = (
-                design.defect(level) - design.J / 2,
-                design.defect(level + 1) + design.J / 2,
-            )
-            self._tracks[level] = track(design, low, high, peak(write, freed))
-        return self._tracks[level]
-
-    @cached_property
-    def _cycles(self) -> dict[float, Schedule]:
-        write = self._settings.write
-        return {e: _schedule(self._settings, e) for e in (write.compression, write.tension)}
+    def _way(self, level: int) -> tuple[Track, Schedule]:
+        """Return the track of a step up, and the strain of its write, independent of ticks."""
+        design, write = self._design, self._settings.write
+        strain = peak(write, design.freed_by_compression(level))
+        low, high = design.defect(level) - design.J / 2, design.defect(level + 1) + design.J / 2
+        cycle = Cycle.planned(write, strain, self._settings.actuator.max_rate)
+        times = np.arange(0.0, cycle.duration + write.final_settle, DT)
+        return track(design, low, high, strain), Schedule(cycle.strain(times), DT)
 
 
-def _schedule(settings: Settings, strain: float) -> Schedule:
-    """Return a write of the next level as the device makes it, independent of ticks."""
-    cycle = Cycle.planned(settings.write, strain, settings.actuator.max_rate)
-    duration = cycle.duration + settings.write.final_settle
-    return Schedule(cycle.strain(np.arange(0.0, duration, DT)), DT)
-
-
-def forecast_rate(forecast: Forecast, design: Design, scatter: Scatter, steps: int) -> float:
-    """Return the fraction of steps that fail by the forecast alone.
+def forecast_rate(forecast: StepForecast, design: Design, scatter: Scatter, steps: int) -> float:
+    """Return the fraction of steps that the forecast alone expects to fail.
 
     Args:
         forecast: Of the design.

@@ -4,11 +4,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +18,7 @@ from ...physics.potential import Array
 from ..campaign import Row
 from ..campaign.campaign import Values
 from .element import STEP, chance, outcomes, wanted
-from .particle import FORESEEN, Forecast
+from .particle import FORESEEN, StepForecast
 from .screen import DRAWN, weights
 
 BATCH = 64
@@ -28,20 +26,12 @@ BATCH = 64
 
 
 def screened(shared: Values, kind: str, tried: str) -> bool:
-    """Return whether a forecast selects the trials to simulate."""
+    """Return whether a forecast chooses which trials to simulate."""
     return bool(shared['screen']) and tried == STEP and kind in FORESEEN
 
 
-def common(design: Design, settings: Settings, *, screen: bool, levels: int) -> dict[str, Any]:
-    """Return what all points share."""
-    return {
-        'design': dataclasses.asdict(design), 'settings': settings.as_dict(), 'screen': screen,
-        'levels': levels,
-    }  # fmt: skip
-
-
 def size(shared: Values, kind: str, tried: str) -> tuple[int, int]:
-    """Return the number of elements of a point, a few seconds of computing, and trials of each."""
+    """Return the number of elements of a point, and of trials of each; seconds of computing."""
     each = len(wanted(Design(**shared['design']), tried))
     if shared['levels']:
         each = min(each, shared['levels'])
@@ -54,10 +44,10 @@ class TriedElement:
 
     Attributes:
         seed: Reproduces this element alone.
-        levels: From which, or of which, rising: all, or as many as are tried, drawn by chance.
+        levels: The levels stepped from, or read, rising: all, or a random sample.
         counts: Weight of a failure of each; 0 if the screen left it out.
-        found: The result, see `outcomes`; the expected one if left out.
-        wrong: Whether each result is not the expected one.
+        found: The results, see `outcomes`; the expected one where left out.
+        wrong: Whether each result differs from the expected one.
     """
 
     seed: int
@@ -71,7 +61,7 @@ def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement
     """Make the elements of a point and try each.
 
     Args:
-        shared: What `common` returned.
+        shared: `Tolerance.shared`.
         values: kind, scatter, and what is tried: `STEP` or an end that reads.
         seed: Of the point.
     """
@@ -103,11 +93,11 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
 
     Returns:
         elements: How many were made.
-        simulated: How many trials were simulated; the screen knows the others.
+        simulated: How many trials were simulated.
         squares: Sum over the elements of the square of the number of their failures.
         silent: Reads, of all levels, that were decoded as another level.
-        tried_L: How many were to go from level L to the next, or to be decoded as L.
-        failed_L: How many of them failed.
+        tried_L: Steps from level L, or reads of it.
+        failed_L: How many of them failed, weighted if screened.
     """
     levels = range(len(wanted(Design(**shared['design']), values['tried'])))
     tried, failed = np.zeros(len(levels), int), np.zeros(len(levels))
@@ -129,5 +119,5 @@ def evaluate(shared: Values, values: Values, seed: int) -> Row:
 
 
 @lru_cache(maxsize=1)
-def _forecast(design: Design, settings: Settings) -> Forecast:
-    return Forecast(design, settings)
+def _forecast(design: Design, settings: Settings) -> StepForecast:
+    return StepForecast(design, settings)

@@ -20,7 +20,7 @@ import numpy as np
 from ...chance import Stream, generator
 from ...physics import Specimen
 from ...physics.potential import Array
-from .particle import Forecast
+from .particle import StepForecast
 
 PROBABILITY = {1.0: 1.0, 1.5: 0.7, 2.5: 0.4, 4.0: 0.2, math.inf: 0.03}
 """Probability of simulation, by the first inflation at which the forecast fails."""
@@ -32,7 +32,7 @@ DRAWN = 16
 """Elements drawn for each one without a screen: about the same computing time."""
 
 
-def weights(forecast: Forecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
+def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
     """Draw the steps of an element to simulate.
 
     Args:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +18,7 @@ from ...physics import Design
 from ..campaign import Campaign, Ledger, Row, run
 from .element import KINDS, STEP
 from .estimate import Rate, pooled, rare_scatter
-from .point import common, evaluate, screened, size
+from .point import evaluate, screened, size
 from .screen import DRAWN, HEAVIEST
 from .walk import next_rung, trials_wanted
 
@@ -31,17 +31,17 @@ GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
 
 @dataclass(frozen=True)
 class Tolerance:
-    """A study of an element's tolerance to randomness in fabrication, sensors and base.
+    """A study of the randomness in fabrication, sensors and base that an element tolerates.
 
     Attributes:
         design: The element.
         settings: The instrument's.
         kinds: What is random, one at a time.
         tried: What is tried, one at a time; by default a step and a read from every end that the
-            instrument reads from.
+            instrument uses.
         amounts: How many amounts per decade.
         most: Trials of an amount after which counting stops, however few have failed.
-        screen: Whether a forecast selects the steps to simulate, see `screen`.
+        screen: Whether a forecast chooses which steps to simulate, see `screen`.
         levels: How many levels of each element are tried, drawn anew for each; 0 for all.
         seed: Of everything.
     """
@@ -83,25 +83,24 @@ class Tolerance:
 
     @cached_property
     def cells(self) -> list[tuple[str, str, float]]:
-        """Kind, what is tried, and amount: everything that may be counted."""
-        return [
-            (kind, tried, amount)
-            for kind, tried in self.curves
-            for amount in self.ladder(kind)
-        ]  # fmt: skip
+        """Everything that may be counted: kind, what is tried, and amount."""
+        return [(*curve, amount) for curve in self.curves for amount in self.ladder(curve[0])]
 
     @cached_property
     def shared(self) -> dict[str, Any]:
         """What all points share."""
-        return common(self.design, self.settings, screen=self.screen, levels=self.levels)
+        return {
+            'design': asdict(self.design), 'settings': self.settings.as_dict(),
+            'screen': self.screen, 'levels': self.levels,
+        }  # fmt: skip
 
     def trials(self, kind: str, tried: str) -> int:
-        """Return how many trials a batch is."""
+        """Return how many trials a batch has."""
         elements, each = size(self.shared, kind, tried)
         return elements * each
 
     def limit(self, kind: str, tried: str) -> int:
-        """Return the most trials of an amount; a screen draws proportionally more."""
+        """Return the most trials of an amount; with a screen more are drawn."""
         return self.most * (DRAWN if screened(self.shared, kind, tried) else 1)
 
     def campaign(self) -> Campaign:
@@ -116,7 +115,7 @@ class Tolerance:
         """Evaluate batches where they are most informative, until every curve is known.
 
         The next batch follows from earlier results alone, so a killed study continues as if it had
-        not been.
+        never stopped.
         """
         campaign = self.campaign()
         seen: list[list[Row]] = [[] for _ in self.cells]
@@ -130,11 +129,8 @@ class Tolerance:
         points, first = [], 0
         for kind, tried in self.curves:
             rungs = len(self.ladder(kind))
-            rates = {
-                rung: self.rate(rows)
-                for rung, rows in enumerate(seen[first : first + rungs])
-                if rows
-            }  # fmt: skip
+            counted = enumerate(seen[first : first + rungs])
+            rates = {rung: self.rate(rows) for rung, rows in counted if rows}
             most = self.limit(kind, tried)
             if (rung := next_rung(rates, rungs, most)) is not None:
                 batches = -(-trials_wanted(rates.get(rung), most) // self.trials(kind, tried))
@@ -145,13 +141,13 @@ class Tolerance:
             first += rungs
         return points
 
-    # --- what came out ---------------------------------------------------------------------
+    # --- results ---------------------------------------------------------------------------
 
     def rate(self, rows: Sequence[Row]) -> Rate:
-        """Return the rate at which steps or reads fail, of all levels.
+        """Return the rate at which steps or reads of all levels fail.
 
         Args:
-            rows: Points, all of the same kind, amount and trial.
+            rows: Points with the same kind, amount and thing tried.
         """
         what = rows[0]['kind'], rows[0]['tried']
         elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
@@ -160,9 +156,9 @@ class Tolerance:
         return pooled(elements, size(self.shared, *what)[1], failures, squares, heaviest)
 
     def rates_by_level(self, rows: Sequence[Row]) -> dict[int, Rate]:
-        """Return the rate of every level that was tried, the one it starts from or reads.
+        """Return the rates by the level that a step starts from or a read is of.
 
-        A level is one trial of an element; a screen's weights apply here too.
+        An element has one trial of a level; a screen's weights apply here too.
         """
         weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
         clustering = self.rate(rows).clustering if weighted else 1.0
@@ -196,7 +192,7 @@ class Tolerance:
         return rare_scatter(*self.rates(rows, kind, tried), seed=self.seed)
 
     def in_words(self, rows: Sequence[Row], kind: str, tried: str) -> str:
-        """Return the amount at which one in a thousand fails, with its interval, in words."""
+        """Return the amount at which one in a thousand fails, with its interval, as text."""
         if (found := self.rare(rows, kind, tried)) is not None:
             return f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
         amounts, rates = self.rates(rows, kind, tried)
@@ -210,7 +206,7 @@ class Tolerance:
 
 
 def _by_level(rows: Sequence[Row], name: str) -> dict[int, float]:
-    """Return the sum of a count of points by level, see `evaluate`."""
+    """Return the sum over points of a count by level, see `evaluate`."""
     prefix = f'{name}_'
     levels = [int(column.removeprefix(prefix)) for column in rows[0] if column.startswith(prefix)]
     return {level: sum(row[f'{prefix}{level}'] for row in rows) for level in levels}
