@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The driver of a rig at the other end of a line, which plays by its own clock.
+"""The driver of a rig at the other end of a line, which runs on its own clock.
 
-Set-points go out some ticks before the rig plays them, and samples come back as much later: both
-carry the numbers of the rig's samples. So latency, jitter and retransmitted frames shift nothing,
-as long as they take less than the lead.
+Set-points are sent some ticks before the rig plays them, and samples arrive that much later. Both
+carry the rig's sample numbers. So latency, jitter and retransmission shift nothing, as long as
+they take less than the lead.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from .link import Link
 from .transport import Transport, opened, option
 
 LEAD = 0.05
-"""Seconds by which set-points are ahead of the rig, unless the address says `lead`."""
+"""Seconds by which set-points are sent ahead, unless the address has the option `lead`."""
 
 PATIENCE = 1.0
-"""Seconds after which a silent rig is given up, unless the address says `patience`."""
+"""Seconds of silence after which the driver gives up, unless the address has `patience`."""
 
-NOBODY = np.empty((2, 0))
+_NONE = np.empty((2, 0))
 
 
 class Rig(Driver):
@@ -43,17 +43,17 @@ class Rig(Driver):
     def __init__(
         self, design: Design, settings: Settings, address: str, transport: Transport | None = None
     ) -> None:
-        """Shake hands with a rig, and receive samples of its element at rest.
+        """Connect to a rig and receive the first samples of its element at rest.
 
         Args:
             design: The element.
             settings: The instrument's settings.
-            address: Where the rig is, and options (see `docs/drivers.md`).
+            address: Address of the rig, with options (see `docs/drivers.md`).
             transport: The line, if it is already open.
 
         Raises:
             SettingsError: The address is invalid, or the rig does not fit these settings.
-            DriverError: Nobody answers there, or not like a rig.
+            DriverError: There is no rig at the address.
         """
         lead, self._patience = option(address, 'lead', LEAD), option(address, 'patience', PATIENCE)
         self._address = address
@@ -88,9 +88,9 @@ class Rig(Driver):
         self._unit = said.length / settings.scale.length
         self._force_unit = said.force / (settings.scale.stiffness * settings.scale.length)
         self._zero = np.array(said.zero)
-        self._played = self._told = self._missed = 0
-        self._breaks: deque[int] = deque()  # numbers of samples before which there is one
-        self._line = NOBODY  # samples that have come and are not told yet
+        self._sent = self._returned = self._missed = 0
+        self._breaks: deque[int] = deque()  # numbers of samples before which the rig ran dry
+        self._line = _NONE  # samples received and not returned yet
         self._force: float | None = None
         rest = np.zeros(self.lag * said.samples * len(said.nodes))
         self._play(rest, None)
@@ -100,39 +100,39 @@ class Rig(Driver):
     def advance(
         self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
     ) -> Array:
-        """Send set-points, and return the samples of `lag` ticks before; see `Driver.advance`."""
+        """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
         if self._failure:
             raise DriverError(self._failure)
         most = self.lag * self._said.samples * len(self.nodes)
         parts = []
         try:
-            for begin in range(0, len(V_N), most):  # of which the rig can hold two
+            for begin in range(0, len(V_N), most):  # the rig can hold two of them
                 self._play(V_N[begin : begin + most], _part(drive, begin, most))
-                parts.append(self._tell(len(V_N[begin : begin + most]) // len(self.nodes)))
+                parts.append(self._take(len(V_N[begin : begin + most]) // len(self.nodes)))
         except (DriverError, OSError, EOFError) as error:
             self._fail(getattr(error, 'strerror', None) or str(error))
-        first = self._told - sum(part.shape[1] for part in parts)
+        first = self._returned - sum(part.shape[1] for part in parts)
         self.interrupted = False
-        while self._breaks and self._breaks[0] < self._told:
+        while self._breaks and self._breaks[0] < self._returned:
             self.interrupted |= self._breaks.popleft() >= first
         self.V_N = float(V_N[-1])
         return np.concatenate(parts, axis=1)
 
     def end(self, site: int) -> float:
-        """Return the displacement that an end had in the last sample told."""
+        """Return the displacement of an end in the last sample."""
         return float(self._last[0 if site == 1 else 1])
 
     def force(self) -> float | None:
-        """Return the force that the rig told last, if it measures one."""
+        """Return the last measured force, or None if the rig measures none."""
         return self._force
 
     def health(self) -> dict[str, float | str]:
-        """Return who the rig is, and how the line is."""
+        """Return the name of the rig and the state of the line."""
         return {
             'rig': printable(self._said.name, 60),
             'address': self._address,
             'lead': self.lag * self._said.samples * self._said.seconds,
-            'samples': self._played,
+            'samples': self._sent,
             'missed_samples': self._missed,
             'asked_again': self._link.asked,
             'dropped_frames': self._link.repeated,
@@ -140,57 +140,57 @@ class Rig(Driver):
         }
 
     def close(self) -> None:
-        """Hang up: a rig that nobody talks to lets its element go by itself."""
+        """Close the line; the rig then releases its element by itself."""
         self._failure = self._failure or f'the line to the rig at {self._address} is closed'
         self._transport.close()
 
     # --- set-points ----------------------------------------------------------------------
 
     def _play(self, V_N: Array, drive: Drive | None) -> None:
-        motion = NOBODY if drive is None else drive.motion / self._unit
+        motion = _NONE if drive is None else drive.motion / self._unit
         if drive is not None:
             motion = motion + np.array([[self._zero[0 if drive.site == 1 else 1]], [0.0]])
         site, samples = (0 if drive is None else drive.site), len(V_N) // len(self.nodes)
         self._link.send(
             Kind.PLAY,
-            play(self._played, samples, V_N / self._unit, site, motion, self._said.numbers),
+            play(self._sent, samples, V_N / self._unit, site, motion, self._said.numbers),
         )
-        self._played += samples
+        self._sent += samples
 
     # --- samples -------------------------------------------------------------------------
 
-    def _tell(self, samples: int) -> Array:
-        """Return the next samples, as soon as they have come."""
+    def _take(self, samples: int) -> Array:
+        """Return the next samples, as soon as they have arrived."""
         self._listen(samples)
-        told, self._line = self._line[:, :samples], self._line[:, samples:]
-        self._last = told[:, -1]
-        self._told += samples
-        return told
+        found, self._line = self._line[:, :samples], self._line[:, samples:]
+        self._last = found[:, -1]
+        self._returned += samples
+        return found
 
     def _listen(self, samples: int) -> None:
-        """Wait until so many samples have come."""
+        """Wait until this many samples have arrived."""
         while (missing := samples - self._line.shape[1]) > 0:
             frame = self._receive(missing * self._said.seconds)
             if frame.kind is Kind.FAULT:
                 text = printable(frame.payload.decode(errors='replace'), 200)
                 raise DriverError(f'the rig has stopped: {text}')
             if frame.kind is not Kind.SAMPLES:
-                raise DriverError(f'the rig sends {frame.kind.name} where samples are due')
-            self._take(frame)
+                raise DriverError(f'the rig sent {frame.kind.name} instead of samples')
+            self._store(frame)
 
-    def _take(self, frame: Frame) -> None:
+    def _store(self, frame: Frame) -> None:
         try:
             came = played(frame.payload, self._said.numbers)
         except ValueError as error:
-            raise DriverError(f'the rig lies in length: it sends {error}') from error
-        due = self._told + self._line.shape[1]
-        if came.first != due or due + came.ends.shape[1] > self._played:
+            raise DriverError(f'the rig sent samples of the wrong length: {error}') from error
+        due = self._returned + self._line.shape[1]
+        if came.first != due or due + came.ends.shape[1] > self._sent:
             raise DriverError(
-                f'the rig sends samples {came.first} to {came.first + came.ends.shape[1]} where '
-                f'{due} to at most {self._played} are due'
+                f'the rig sent samples {came.first} to {came.first + came.ends.shape[1]}; '
+                f'expected {due} to at most {self._sent}'
             )
         if not np.isfinite(came.ends).all():
-            raise DriverError(f'the rig sends NaN or infinity among samples from {came.first}')
+            raise DriverError(f'the rig sent NaN or infinity among the samples from {came.first}')
         if came.missed:
             self._missed += came.missed
             self._breaks.append(came.first)
@@ -200,10 +200,10 @@ class Rig(Driver):
         self._line = np.concatenate((self._line, ends), axis=1)
 
     def _receive(self, playing: float) -> Frame:
-        """Return the next frame; raise `DriverError` where none comes though it should.
+        """Return the next frame; raise `DriverError` if the rig stays silent.
 
         Args:
-            playing: Seconds that the rig may need before it has anything to say.
+            playing: Seconds that the rig may need in addition, to play what it has.
         """
         last = threads.monotonic() + self._patience + playing
         while not self._heard:
@@ -225,7 +225,7 @@ class Rig(Driver):
 
 
 def _part(drive: Drive | None, begin: int, most: int) -> Drive | None:
-    """Return what of a held end falls into a part of the set-points."""
+    """Return the drive of a held end during a part of the set-points."""
     if drive is None or begin >= drive.motion.shape[1]:
         return None
     return Drive(drive.site, drive.motion[:, begin : begin + most])

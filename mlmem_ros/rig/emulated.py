@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A rig that is emulated: a chain that plays what comes in frames, by a clock of its own."""
+"""An emulated rig: a simulated chain that plays the frames it receives, on its own clock."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from .hello import Hello
 from .link import Link
 
 BUFFER = 1 << 18
-"""Samples whose set-points it can hold."""
+"""Samples of set-points that it can hold."""
 
 RELEASE, SETTLE = 600.0, 2000.0
-"""Time units in which it brings its strain to zero when nobody talks to it, and then rests."""
+"""Time units in which it ramps its strain to zero without a client, and then rests."""
 
 FALLS_SILENT = 50_000.0
-"""Time units after which an element that is left alone moves no more, and is not computed."""
+"""Time units after which an idle element has come to rest and is no longer computed."""
 
 
 class _Tick(NamedTuple):
-    """What is played in a tick."""
+    """The set-points of one tick."""
 
     V_N: Array
     drive: Drive | None
 
 
 class EmulatedRig:
-    """An element with a rig around it; it knows no line and no clock, and is told of both."""
+    """An element with a rig around it; the caller supplies the line and the clock."""
 
     def __init__(
         self,
@@ -54,17 +54,17 @@ class EmulatedRig:
 
         Args:
             design: The element.
-            settings: With tick, scale and integrator.
-            unit: What 1 is in its displacements, in cells.
-            zero: What it tells of ends that are at 0.
-            numbers: Kind of its numbers: '<f4' or '<f8'.
-            drift: By what share its clock is too fast.
-            at_once: Whether it has no clock: what comes is played at once, and the element
-                stands still meanwhile.
+            settings: Tick, scale and integrator are used.
+            unit: Unit of its displacements, in cells.
+            zero: Reading of the left and the right end at displacement 0, in that unit.
+            numbers: Type of its numbers: '<f4' or '<f8'.
+            drift: Fraction by which its clock is fast.
+            at_once: Play set-points as soon as they arrive, without a clock; the element stands
+                still in between.
         """
         scale = settings.scale
         self.chain = Simulation.of(design, settings.time).chain
-        self.chain.rest(0)  # which compiles it before anybody waits
+        self.chain.rest(0)  # compiles it
         self._simulation = Simulation(self.chain)
         self._samples = round(settings.time.tick / self.chain.dt)
         self.tick_seconds = settings.time.tick * scale.time / (1.0 + drift)
@@ -77,7 +77,7 @@ class EmulatedRig:
         self._begin(lambda data: None)
 
     def begin(self, send: Callable[[bytes], object]) -> None:
-        """Be talked to anew; what was under way is let go.
+        """Serve a new client; the set-points of the previous one are dropped.
 
         Args:
             send: Puts bytes on the line.
@@ -95,10 +95,10 @@ class EmulatedRig:
         self._due = self._waited = 0.0
         self._next = self._played = self._missed = 0
         self._playing = False
-        self._held: tuple[int, float] | None = None  # the end that is held, and where
+        self._held: tuple[int, float] | None = None  # the held end and its position
 
     def let_go(self) -> None:
-        """Bring the strain to zero, slowly, and rest; nobody is waited for."""
+        """Ramp the strain to zero and let the element come to rest."""
         chain, nodes = self.chain, self.chain.integrator.substeps
         falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / chain.dt))
         if chain.V_N:
@@ -139,7 +139,7 @@ class EmulatedRig:
             self._ticks.append(_Tick(V_N[part] * self._unit, drive))
 
     def pass_time(self, seconds: float) -> None:
-        """Let time pass by a clock that is right: play what is due, and tell what was heard."""
+        """Advance by the time of an exact clock: play what is due and send the samples."""
         if self._at_once:
             self._play(len(self._ticks))
             return
@@ -162,11 +162,11 @@ class EmulatedRig:
         if not ticks:
             return
         ends = np.concatenate([self._pass(self._ticks.popleft()) for _ in range(ticks)], axis=1)
-        told = ends / self._unit + self._zero[:, None]
+        readings = ends / self._unit + self._zero[:, None]
         head = SAMPLES.pack(
             self._played, ends.shape[1], min(self._missed, 2**32 - 1), self._simulation.force()
         )
-        self._link.send(Kind.SAMPLES, head + told.astype(self._hello.numbers).tobytes())
+        self._link.send(Kind.SAMPLES, head + readings.astype(self._hello.numbers).tobytes())
         self._played += ends.shape[1]
         self._missed = 0
 
@@ -177,7 +177,7 @@ class EmulatedRig:
         return self.chain.advance(V_N, drive)
 
     def _idle(self, ticks: int) -> None:
-        """Hold all where it is while there is nothing to play; the element goes on."""
+        """Hold the set-points while there is nothing to play; the element moves on."""
         if self._missed * self.chain.dt < FALLS_SILENT:
             V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.chain.V_N)
             drive = None

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The frames between a driver and its rig, as bytes; `docs/drivers.md` has the format."""
+"""The frames between a driver and its rig as bytes; `docs/drivers.md` has the format."""
 
 from __future__ import annotations
 
@@ -14,41 +14,41 @@ import numpy as np
 from ..physics.potential import Array
 
 VERSION = 1
-"""Of all that is described here: both sides tell theirs in their hello."""
+"""Version of the protocol: both sides send it in their hello."""
 
 MAGIC = b'mR'
 
 HEADER = struct.Struct('<2sBQIH')
-"""Magic, kind, number, length of the payload, and the low half of the CRC-32 of these."""
+"""Magic, kind, number, length of the payload, and the low 16 bits of the CRC-32 of these."""
 
 CHECK = struct.Struct('<I')
-"""CRC-32 of header and payload, behind them."""
+"""CRC-32 of header and payload, which follows them."""
 
 MOST_PAYLOAD = 1 << 22
-"""Bytes: a longer payload is no frame."""
+"""Bytes: a longer payload is invalid."""
 
 PLAY = struct.Struct('<QIII')
-"""First sample, samples, site of the held end (0: none), set-points for which it is held."""
+"""First sample, number of samples, site of the held end (0: none), set-points it is held for."""
 
 SAMPLES = struct.Struct('<QIId')
-"""First sample, samples, samples that the rig was left alone for before them, force or NaN."""
+"""First sample, number of samples, samples missed before them, force or NaN."""
 
 
 class Kind(IntEnum):
-    """What a frame is."""
+    """Kind of a frame."""
 
-    HELLO = 1  # JSON, from either side; it begins anew
+    HELLO = 1  # JSON, from either side; restarts the conversation
     PLAY = 2
     SAMPLES = 3
-    AGAIN = 4  # no payload: send all frames again from this number on
-    FAULT = 5  # a text: the rig has stopped
+    AGAIN = 4  # no payload: send all frames from this number on again
+    FAULT = 5  # text: the rig has stopped, and why
 
 
 KINDS = frozenset(Kind)
 
 
 class Frame(NamedTuple):
-    """A frame that has come."""
+    """A received frame."""
 
     kind: Kind
     number: int
@@ -56,13 +56,13 @@ class Frame(NamedTuple):
 
 
 class Played(NamedTuple):
-    """Samples of a rig; lengths in its own unit.
+    """Samples of a rig; displacements in its own unit.
 
     Attributes:
         first: Number of the first one.
-        ends: What both ends did, shape (2, n).
-        missed: Samples for which the rig was left alone just before.
-        force: On the substrate's end, or NaN.
+        ends: Displacements of both ends, shape (2, n).
+        missed: Samples just before them for which the rig had no set-points.
+        force: Force on the substrate's end, or NaN.
     """
 
     first: int
@@ -83,10 +83,10 @@ def _header(kind: int, number: int, length: int) -> bytes:
 
 
 class Parser:
-    """Finds frames among bytes, whatever else is there.
+    """Finds frames in a stream of bytes, and skips the rest.
 
     Attributes:
-        skipped: Bytes that were in no frame.
+        skipped: Bytes outside any frame.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class Parser:
         self._buffer = b''
 
     def feed(self, data: bytes) -> list[Frame]:
-        """Return the frames that end in these bytes."""
+        """Return the frames that these bytes complete."""
         self._buffer += data
         found = []
         while len(self._buffer) >= HEADER.size:
@@ -113,7 +113,7 @@ class Parser:
         return found
 
     def _size(self) -> int:
-        """Return the size of the frame that the buffer begins with, 0 where it is none."""
+        """Return the size of the frame at the start of the buffer, or 0 if there is none."""
         magic, kind, number, length, _ = HEADER.unpack_from(self._buffer)
         if magic != MAGIC or kind not in KINDS or length > MOST_PAYLOAD:
             return 0
@@ -126,21 +126,21 @@ def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: s
 
     Args:
         first: Number of the first sample.
-        samples: How many.
+        samples: Number of samples.
         V_N: Displacement of the substrate's end, shape (samples nodes,).
         site: The end that is held, 1 or N; 0 for none.
         motion: Its displacement and velocity, shape (2, m).
-        kind: Of the numbers: '<f4' or '<f8'.
+        kind: Type of the numbers: '<f4' or '<f8'.
     """
     head = PLAY.pack(first, samples, site, motion.shape[1])
     return head + V_N.astype(kind).tobytes() + motion.astype(kind).tobytes()
 
 
 def played(payload: bytes, kind: str) -> Played:
-    """Return the samples that a payload holds.
+    """Return the samples in a payload.
 
     Raises:
-        ValueError: Their number is not the one it tells.
+        ValueError: Its length does not match its number of samples.
     """
     if len(payload) < SAMPLES.size:
         raise ValueError(f'{len(payload)} bytes')

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a rig says of itself before anything else."""
+"""The first frame from a rig: its properties."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ from ..device import DriverError, Settings, SettingsError
 from .frames import VERSION
 
 NEEDED = ('strain', 'left', 'right')
-"""What a rig must be able to do: to strain the substrate, and to hold and hear either end."""
+"""What a rig must be able to do: strain the substrate, and drive and sense either end."""
 
 FORMATS = ('<f4', '<f8')
 
 
 @dataclass(frozen=True)
 class Hello:
-    """What a rig says of itself.
+    """Properties of a rig.
 
     Attributes:
-        protocol: Version of the frames.
-        name: For people.
+        protocol: Version of the protocol.
+        name: A name for people.
         dt: Time from sample to sample, in time units.
-        samples: Samples of a tick.
+        samples: Samples per tick.
         seconds: Time from sample to sample by its own clock, in s.
-        length: What 1 is in its displacements, in m.
-        force: What 1 is in its force, in N.
-        zero: What it tells of a left and a right end that are at 0.
-        nodes: Set-points in a sample, as shares of it.
-        numbers: Kind of its numbers, one of `FORMATS`.
-        buffer: Samples whose set-points it can hold.
-        can: What it can do.
+        length: Unit of its displacements, in m.
+        force: Unit of its force, in N.
+        zero: Its readings of the left and the right end at displacement 0.
+        nodes: When in a sample it needs set-points, as fractions of the sample.
+        numbers: Type of its numbers, one of `FORMATS`.
+        buffer: Samples of set-points that it can hold.
+        can: What it can do; see `NEEDED`.
     """
 
     protocol: int
@@ -53,22 +53,22 @@ class Hello:
     can: tuple[str, ...] = NEEDED
 
     def payload(self) -> bytes:
-        """Return it as a frame carries it."""
+        """Return the payload of its frame."""
         return json.dumps(dataclasses.asdict(self)).encode()
 
     @classmethod
     def of(cls, payload: bytes) -> Hello:
-        """Return what a frame carries.
+        """Read the payload of a frame.
 
         Raises:
-            DriverError: It is not what a rig of this version says.
+            DriverError: It is not the hello of a rig of this version.
         """
         try:
             said: dict[str, Any] = json.loads(payload)
             if said['protocol'] != VERSION:
                 raise DriverError(
-                    f'the rig speaks version {clipped(said["protocol"])} of the frames, '
-                    f'and this driver {VERSION}'
+                    f'the rig uses protocol version {clipped(said["protocol"])}, '
+                    f'this driver {VERSION}'
                 )
             lists: dict[str, Any] = {
                 name: tuple(said[name]) for name in ('zero', 'nodes', 'can') if name in said
@@ -86,16 +86,18 @@ class Hello:
                 and hello.nodes[-1] == 1.0
             )
         except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
-            raise DriverError(f'the rig says no hello: {clipped(repr(error), 200)}') from error
+            raise DriverError(
+                f'the rig sent no valid hello: {clipped(repr(error), 200)}'
+            ) from error
         if not good:
             raise DriverError(f'the hello of the rig is out of range: {clipped(said, 300)}')
         return hello
 
     def check(self, settings: Settings) -> None:
-        """Raise `SettingsError` where settings are not for this rig."""
+        """Raise `SettingsError` if settings do not fit this rig."""
         time, scale = settings.time, settings.scale
         if missing := [name for name in NEEDED if name not in self.can]:
-            raise SettingsError(f'the rig {self.name} cannot do what is needed: {missing}')
+            raise SettingsError(f'the rig {self.name} lacks {missing}')
         if not math.isclose(self.samples * self.dt, time.tick, rel_tol=1e-9):
             raise SettingsError(
                 f'time.tick must be that of the rig, {self.samples * self.dt:.10g}; '

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames in their order over a line that may lose, damage, repeat or reorder them."""
+"""Frames in order over a line that may lose, damage, repeat or reorder them."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ..device import DriverError
 from .frames import Frame, Kind, Parser, encode
 
 KEPT = 4096
-"""Frames that can be sent again."""
+"""Number of sent frames that are kept for retransmission."""
 
 
 class Link:
-    """One side of a line: every frame it sends has the next number, and so has what it hears.
+    """One side of a line: frames are numbered in both directions.
 
-    A number that is left out is asked for again, with all that follow it; one that has been is
-    dropped. So each frame is heard once and in its place, or not at all.
+    If a number is missing, that frame and all after it are requested again; a repeated one is
+    dropped. So each frame is received once and in order, or not at all.
 
     Attributes:
-        asked: Times that frames were asked for again.
-        repeated: Frames that came again, or too early, and were dropped.
+        asked: How often frames were requested again.
+        repeated: Frames dropped because they were repeated or early.
     """
 
     def __init__(self, send: Callable[[bytes], object], answers: bool = False) -> None:
@@ -30,7 +30,7 @@ class Link:
 
         Args:
             send: Puts bytes on the line.
-            answers: Whether this is the rig's side, which begins anew with every hello.
+            answers: Whether this is the rig's side, which restarts with every hello.
         """
         self._answers = answers
         self.asked = self.repeated = 0
@@ -38,12 +38,12 @@ class Link:
         self._parser = Parser()
         self._sent: deque[bytes] = deque(maxlen=KEPT)
         self._next_out = self._next_in = 0
-        self._missed: int | None = None  # the number asked for last
-        self._seen = 0  # the last that came instead of it
+        self._missed: int | None = None  # the number requested last
+        self._seen = 0  # the last one received instead of it
 
     @property
     def skipped(self) -> int:
-        """Bytes that came and were in no frame."""
+        """Received bytes outside any frame."""
         return self._parser.skipped
 
     def send(self, kind: Kind, payload: bytes) -> None:
@@ -53,22 +53,21 @@ class Link:
         self._send(self._sent[-1])
 
     def forget(self) -> None:
-        """Send nothing again that was sent so far: it has been answered."""
+        """Drop the frames kept for retransmission: they have been answered."""
         self._sent.clear()
 
     def poke(self) -> None:
-        """Ask for what may have been lost, and send what may have been; it was waited for."""
+        """After a silence: repeat the last frame and request the next."""
         if self._sent:
             self._send(self._sent[-1])
         self.asked += 1
         self._send(encode(Kind.AGAIN, self._next_in))
 
     def feed(self, data: bytes) -> Iterator[Frame]:
-        """Take bytes off the line; yield the frames whose turn it is.
+        """Take bytes off the line and yield the frames that are next in order.
 
         Raises:
-            DriverError: A frame is asked for that has been answered: the other side has begun
-                anew.
+            DriverError: A frame is requested that was answered: the other side has restarted.
         """
         yield from filter(self._in_turn, self._parser.feed(data))
 
@@ -76,7 +75,7 @@ class Link:
         if frame.kind is Kind.AGAIN:
             missing = max(0, self._next_out - frame.number)
             if missing > len(self._sent):
-                raise DriverError('the rig asks for what it has had: it has begun anew')
+                raise DriverError('the rig requests frames that it has answered: it has restarted')
             for sent in list(self._sent)[-missing:] if missing else ():
                 self._send(sent)
             return False
@@ -89,7 +88,7 @@ class Link:
             return True
         self.repeated += 1
         if frame.number > self._next_in:
-            if self._missed != self._next_in or frame.number <= self._seen:  # it is lost, or again
+            if self._missed != self._next_in or frame.number <= self._seen:  # lost, or lost again
                 self._missed = self._next_in
                 self.asked += 1
                 self._send(encode(Kind.AGAIN, self._next_in))

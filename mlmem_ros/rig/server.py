@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An emulated rig behind a TCP port, on a line with latency, jitter and losses."""
+"""An emulated rig behind a TCP port, over a line with latency, jitter and losses."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from .frames import Parser, encode
 from .transport import MOST
 
 WAKE = 0.002
-"""Seconds between two looks at the clock while anything is played."""
+"""Seconds between two looks at the clock while set-points are played."""
 
 IDLE = 0.02
-"""Seconds between two looks else."""
+"""Seconds between two looks otherwise."""
 
 LATE = 0.01
-"""Seconds by which a look may be late: beyond, the clock of the rig waits for a slow machine."""
+"""Seconds by which a look may be late; beyond that the rig's clock waits for a slow machine."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """How a line is.
+    """Properties of a line.
 
     Attributes:
-        latency: Seconds that every frame takes.
-        jitter: Seconds that it may take in addition.
-        loss: Probability that it never comes.
-        restart: Seconds after which the rig hangs up and begins anew; 0: never.
-        seed: Which chance.
+        latency: Delay of every frame in seconds.
+        jitter: Greatest additional random delay in seconds.
+        loss: Probability that a frame is lost.
+        restart: Seconds after which the rig disconnects and restarts; 0: never.
+        seed: Seed of the random numbers.
     """
 
     latency: float = 0.0
@@ -47,7 +47,7 @@ class Line:
 
 
 class _Wire:
-    """One way of a line: frames come late, in their order, or never."""
+    """One direction of a line: frames arrive late and in order, or never."""
 
     def __init__(self, line: Line, chance: random.Random) -> None:
         self._line, self._chance = line, chance
@@ -63,7 +63,7 @@ class _Wire:
         self._under_way.append((max(last, due), data))
 
     def come(self, now: float) -> bytes:
-        """Return what has come by a time."""
+        """Return what has arrived by a time."""
         come = []
         while self._under_way and self._under_way[0][0] <= now:
             come.append(self._under_way.popleft()[1])
@@ -71,26 +71,26 @@ class _Wire:
 
     @property
     def due(self) -> float:
-        """When the next frame comes."""
+        """When the next frame arrives."""
         return self._under_way[0][0] if self._under_way else float('inf')
 
 
 class Server:
-    """Serves one rig to one client after the other.
+    """Serves one rig to one client at a time.
 
     Attributes:
-        port: Where it listens.
-        clients: How many have come.
+        port: Port at which it listens.
+        clients: How many clients have connected.
     """
 
     def __init__(self, rig: EmulatedRig, line: Line, host: str = '127.0.0.1', port: int = 0):
         """Listen.
 
         Args:
-            rig: The rig; its element stays the same through all clients.
-            line: How the line is.
+            rig: The rig; its element keeps its state from client to client.
+            line: Properties of the line.
             host: Address to listen at.
-            port: Port; 0 for one that is free.
+            port: Port; 0: any free one.
 
         Raises:
             OSError: The port is not free.
@@ -103,7 +103,7 @@ class Server:
         self._ended = self._restarts = False
 
     def run(self) -> None:
-        """Serve until it is closed."""
+        """Serve until `close`."""
         with self._listener:
             while not self._ended:
                 if not select.select([self._listener], [], [], 0.1)[0]:
@@ -115,11 +115,11 @@ class Server:
                     self._serve(connection)
 
     def close(self) -> None:
-        """Serve no more; from any thread."""
+        """Stop serving; any thread may call it."""
         self._ended = True
 
     def restart(self) -> None:
-        """Hang up, as the rig does that begins anew; from any thread."""
+        """Disconnect, as a restarting rig does; any thread may call it."""
         self._restarts = True
 
     def _serve(self, connection: socket.socket) -> None:

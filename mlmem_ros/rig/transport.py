@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lines to a rig: TCP, or a serial port of Linux. Both need the standard library alone."""
+"""Lines to a rig: TCP, or a serial port of Linux. Both need only the standard library."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from urllib.parse import SplitResult, parse_qs, urlsplit
 from ..device import DriverError, SettingsError
 
 MOST = 1 << 16
-"""Bytes that are taken at once."""
+"""Most bytes read in one call."""
 
 
 class Transport(Protocol):
     """Bytes to and from a rig."""
 
     def send(self, data: bytes) -> None:
-        """Send bytes; raise `OSError` where they cannot be."""
+        """Send bytes; raise `OSError` if the line is broken."""
 
     def receive(self, seconds: float) -> bytes:
-        """Return what has come, none where nothing does within a time.
+        """Return the bytes that have arrived; none if the time is up.
 
         Raises:
             OSError: The line is broken.
-            EOFError: The other side has hung up.
+            EOFError: The other side has closed it.
         """
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the line."""
 
 
 class Tcp:
@@ -48,31 +48,31 @@ class Tcp:
         self._connection.sendall(data)
 
     def receive(self, seconds: float) -> bytes:
-        """Return what has come."""
+        """Return the bytes that have arrived."""
         if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
             return b''
         if data := self._connection.recv(MOST):
             return data
-        raise EOFError('the rig has hung up')
+        raise EOFError('the rig has closed the connection')
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._connection.close()
 
 
 class Serial:
-    """A serial port, raw."""
+    """A serial port in raw mode."""
 
     def __init__(self, path: str, baud: int, patience: float) -> None:
         """Open a port.
 
         Args:
-            path: Of its device file.
+            path: Its device file.
             baud: Bits per second.
-            patience: Seconds in which it has to take something.
+            patience: Longest time in seconds for which it may accept no data.
 
         Raises:
-            OSError: There is none, or it is not ours.
+            OSError: There is no such port, or no permission.
         """
         self._patience = patience
         self._come = b''
@@ -83,24 +83,24 @@ class Serial:
             settings[2] |= termios.CLOCAL | termios.CREAD
             settings[4] = settings[5] = getattr(termios, f'B{baud}')
             termios.tcsetattr(self._port, termios.TCSANOW, settings)
-            termios.tcflush(self._port, termios.TCIOFLUSH)  # of whoever was here before
+            termios.tcflush(self._port, termios.TCIOFLUSH)  # left by an earlier user
         except BaseException:
             os.close(self._port)
             raise
 
     def send(self, data: bytes) -> None:
-        """Send bytes; take what comes meanwhile, for the other side may wait for that."""
+        """Send bytes, and receive meanwhile: the other side may block until we do."""
         while data:
             come, free, _ = select.select([self._port], [self._port], [], self._patience)
             if not (come or free):
-                raise TimeoutError(f'the port takes nothing for {self._patience:g} s')
+                raise TimeoutError(f'the port accepted no data for {self._patience:g} s')
             if come:
                 self._come += self._read()
             if free:
                 data = data[os.write(self._port, data) :]
 
     def receive(self, seconds: float) -> bytes:
-        """Return what has come."""
+        """Return the bytes that have arrived."""
         if not self._come and select.select([self._port], [], [], max(0.0, seconds))[0]:
             self._come = self._read()
         come, self._come = self._come, b''
@@ -112,7 +112,7 @@ class Serial:
         raise EOFError('the port has gone')
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         os.close(self._port)
 
 
@@ -120,22 +120,22 @@ FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
 
 
 def opened(address: str, patience: float) -> Transport:
-    """Return the line to an address.
+    """Open the line to an address.
 
     Args:
-        address: One of `FORMS`; options of others may follow.
-        patience: Seconds that a connection may take.
+        address: One of `FORMS`, perhaps with other options.
+        patience: Longest time in seconds to connect.
 
     Raises:
-        SettingsError: It is no address.
-        DriverError: Nobody answers there.
+        SettingsError: It is not a valid address.
+        DriverError: There is no rig at the address.
     """
     parts = _split(address)
     try:
         if parts.scheme == 'serial':
             baud = option(address, 'baud', 1_000_000)
             if not hasattr(termios, f'B{baud:.0f}'):
-                raise SettingsError(f'baud must be one that the system knows; got {baud:g}')
+                raise SettingsError(f'baud must be a rate that the system supports; got {baud:g}')
             return Serial(parts.path, int(baud), patience)
         assert parts.hostname is not None
         assert parts.port is not None
@@ -145,7 +145,7 @@ def opened(address: str, patience: float) -> Transport:
 
 
 def option(address: str, name: str, default: float) -> float:
-    """Return a number from the options of an address, such as `?lead=0.1`.
+    """Return an option of an address, such as `?lead=0.1`.
 
     Raises:
         SettingsError: It is not a number above 0.

@@ -85,7 +85,7 @@ def begun_anew(frame):
 
 
 def hung_up(frame):
-    raise EOFError('the rig has hung up')
+    raise EOFError('the rig has closed the connection')
 
 
 def line_broken(frame):
@@ -95,16 +95,16 @@ def line_broken(frame):
 BROKEN = {
     silent: 'the rig has been silent for 0.05 s',
     damaged: 'the rig has been silent for 0.05 s',
-    shorter: 'the rig lies in length: it sends 1272 bytes for 80 samples of both ends',
-    without_a_head: 'the rig lies in length: it sends 5 bytes',
-    sooner: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
-    not_played_yet: r'the rig sends samples \d+ to \d+ where \d+ to at most \d+ are due',
-    not_a_number: r'the rig sends NaN or infinity among samples from \d+',
+    shorter: 'the rig sent samples of the wrong length: 1272 bytes for 80 samples of both ends',
+    without_a_head: 'the rig sent samples of the wrong length: 5 bytes',
+    sooner: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
+    not_played_yet: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
+    not_a_number: r'the rig sent NaN or infinity among the samples from \d+',
     far_away: 'the driver must return displacements of at most 1e.06 cells; got more, or NaN',
     stopped: r'the rig has stopped: the grip is at its stop\\n\\x1b\[2J',
-    of_another_kind: 'the rig sends PLAY where samples are due',
-    begun_anew: 'the rig asks for what it has had: it has begun anew',
-    hung_up: 'the rig has hung up',
+    of_another_kind: 'the rig sent PLAY instead of samples',
+    begun_anew: 'the rig requests frames that it has answered: it has restarted',
+    hung_up: 'the rig has closed the connection',
     line_broken: 'Input/output error',
 }
 
@@ -157,16 +157,16 @@ def test_all_who_wait_are_told():
 @pytest.mark.parametrize(
     ('said', 'why'),
     [
-        (b'HTTP/1.1 400 Bad Request', 'the rig says no hello'),
-        ({'protocol': 2}, 'the rig speaks version 2 of the frames, and this driver 1'),
-        ({'colour': 'red'}, 'the rig says no hello'),
+        (b'HTTP/1.1 400 Bad Request', 'the rig sent no valid hello'),
+        ({'protocol': 2}, 'the rig uses protocol version 2, this driver 1'),
+        ({'colour': 'red'}, 'the rig sent no valid hello'),
         ({'dt': -1.0}, 'the hello of the rig is out of range'),
         ({'dt': math.nan}, 'the hello of the rig is out of range'),
         ({'nodes': [0.5]}, 'the hello of the rig is out of range'),
-        ({'nodes': []}, 'the rig says no hello'),
+        ({'nodes': []}, 'the rig sent no valid hello'),
         ({'numbers': '<c16'}, 'the hello of the rig is out of range'),
         ({'zero': [0.0]}, 'the hello of the rig is out of range'),
-        ({'can': ['strain', 'left']}, "cannot do what is needed: \\['right'\\]"),
+        ({'can': ['strain', 'left']}, "the rig emulated lacks \\['right'\\]"),
         ({'buffer': 500}, 'lead in device.address must be at most'),
     ],
 )
@@ -188,7 +188,7 @@ def test_a_hello_that_will_not_do(said, why):
 def test_a_rig_does_not_play_what_cannot_be_played():
     line = Line(emulated())
     element = driven(line)
-    element.driver._played += 80
+    element.driver._sent += 80
     with pytest.raises(DriverError, match='has stopped: set-points that cannot be played'):
         live(element)
 

@@ -70,7 +70,7 @@ def test_a_rig_that_restarts_keeps_its_element():
         written = element.perform(Write(1))
         assert written.success, written.error
         server.restart()
-        with pytest.raises(DriverError, match=r'hung up|Broken pipe|reset by peer'):
+        with pytest.raises(DriverError, match=r'closed the connection|Broken pipe|reset by peer'):
             read_on(element)
         again = element_at(address)
         assert again.driver.V_N == 0.0
@@ -117,7 +117,7 @@ def test_an_element_at_a_serial_port(port):
 
 
 def test_a_baud_rate_that_there_is_not(port):
-    with pytest.raises(ValueError, match='baud must be one that the system knows; got 12345'):
+    with pytest.raises(ValueError, match='that the system supports; got 12345'):
         element_at(f'serial://{port}?baud=12345', Settings())
 
 

@@ -173,7 +173,7 @@ def test_an_element_that_is_left_alone_all_the_time_is_not_read():
     before = lambda: element.driver.__dict__.update(interrupted=True)  # noqa: E731
     advance = element.driver.advance
     element.driver.advance = lambda *given: (advance(*given), before())[0]
-    with pytest.raises(ProcedureFailed, match='listening to the element was interrupted every'):
+    with pytest.raises(ProcedureFailed, match='every attempt to listen was interrupted'):
         run(element, answer(element, End.LEFT, 100.0))
 
 
