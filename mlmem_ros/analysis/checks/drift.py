@@ -12,7 +12,7 @@ import numpy as np
 from ...physics import StateError
 from ...verdict import Verdict
 from ..quasistatic import lattice_ripple, self_energy
-from .finding import Finding, judged
+from .finding import Finding, graded, judged
 from .subject import LAUNCH, Subject
 
 STOPPED = -0.1
@@ -44,61 +44,49 @@ def _lattice(subject: Subject) -> Finding:
     weakest = min(pulls, key=lambda level: pulls[level])
     verdict = _judge(subject, pulls[weakest])
     where = 'after a launch' if weakest == LAUNCH else f'after level {weakest}'
-    if verdict is Verdict.PASS:
-        text = (
-            'gradient and defect pull a wall over the Peierls-Nabarro barrier all the way; '
-            f'the weakest pull is {where}'
-        )
-    else:
-        text = (
-            f'the Peierls-Nabarro barrier of the lattice '
-            f'{"stops" if verdict is Verdict.FAIL else "may stop"} a wall {where}, before it has '
-            'reached the next defect: choose a stronger gradient (gamma), or a smaller J'
-        )
-    values = {
-        'barrier': float(np.ptp(ripple.energy)),
-        'barrier force': float(np.abs(ripple.slope).max()),
-        'gradient force': subject.gradient_force,
-        'least pull': pulls[weakest],
-    }
-    return Finding('peierls_nabarro', values, 'k_r cells', verdict, text, SOURCE)
+    stops = 'stops' if verdict is Verdict.FAIL else 'may stop'
+    return graded(
+        'peierls_nabarro',
+        {
+            'barrier': float(np.ptp(ripple.energy)),
+            'barrier force': float(np.abs(ripple.slope).max()),
+            'gradient force': subject.gradient_force,
+            'least pull': pulls[weakest],
+        },
+        'k_r cells',
+        verdict,
+        'gradient and defect pull a wall over the Peierls-Nabarro barrier all the way; '
+        f'the weakest pull is {where}',
+        f'the Peierls-Nabarro barrier of the lattice {stops} a wall {where}, before it '
+        'reaches the next defect: choose a stronger gradient (gamma), or a smaller J',
+        SOURCE,
+    )
 
 
 def _rigidity(subject: Subject) -> Finding:
     design = subject.design
     X, own = self_energy(design)
     slope = np.gradient(own, X)
-    nets, alone = [], []
-    for way in subject.ways.values():
-        back = np.interp(way.X % design.J_s, X, slope)
-        nets.append(-float((way.slope + back).max()))
-        alone.append(-float(way.slope.max()))
-    if min(alone) <= 0.0:  # no substrate helps: `peierls_nabarro` reports that
-        nets = [subject.gradient_force - float(slope.max())]
-    verdict = _judge(subject, min(nets))
-    if verdict is Verdict.FAIL and design.substrate == 'rigid':
-        verdict = Verdict.WARN
-    if verdict is Verdict.PASS:
-        text = 'the substrate is stiff enough not to trap the wall that strains it'
-    else:
-        text = (
-            'so soft a substrate yields under the wall and holds it back where it is softest'
-            + (', which the rigid model neglects' if design.substrate == 'rigid' else '')
-            + ': choose a greater s_min'
-        )
+    ways = subject.ways.values()
+    back = [np.interp(way.X % design.J_s, X, slope) for way in ways]
+    least = min(-float((way.slope + pull).max()) for way, pull in zip(ways, back, strict=True))
+    if max(float(way.slope.max()) for way in ways) >= 0.0:
+        # A stiffer substrate would not help: `peierls_nabarro` reports that.
+        least = subject.gradient_force - float(slope.max())
+    rigid = design.substrate == 'rigid'
+    verdict = _judge(subject, least)
     ratio = design.s_min / max(1.0, design.k_s1, design.k_s2)
-    values = {
-        'own pull': float(np.abs(slope).max()),
-        'least pull': min(nets),
-    }
-    source = 'proper function requires min(s) >> max(k_r, k_si) (p. 2)'
-    return Finding(
+    stiffness = f's_min is {ratio:.0f} times max(k_r, k_s)'
+    return graded(
         'rigidity',
-        values,
+        {'own pull': float(np.abs(slope).max()), 'least pull': least},
         'k_r cells',
-        verdict,
-        f'{text}; s_min is {ratio:.0f} times max(k_r, k_s)',
-        source,
+        Verdict.WARN if rigid and verdict is Verdict.FAIL else verdict,
+        f'the substrate is too stiff to trap the wall that strains it; {stiffness}',
+        'the substrate yields under the wall and holds it back where it is softest'
+        f'{", which the rigid model neglects" if rigid else ""}: choose a greater s_min; '
+        f'{stiffness}',
+        'proper function requires min(s) >> max(k_r, k_si) (p. 2)',
     )
 
 

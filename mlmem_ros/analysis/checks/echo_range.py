@@ -49,8 +49,7 @@ def _range(design: Design, probe: ProbeSettings, end: End) -> Finding:
     else:
         text = (
             f'the threshold for the farthest echo is {last:.1g} cells, which is demanding for a '
-            'sensor: '
-            'choose less damping or fewer cells'
+            'sensor: choose less damping or fewer cells'
         )
     return Finding(
         f'range_{end}',

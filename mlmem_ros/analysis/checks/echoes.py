@@ -15,7 +15,7 @@ from ...physics import INTEGRATORS, Specimen, StateError
 from ...physics.equilibrium import resting_wall
 from ...verdict import Verdict, worst
 from ..echo_forecast import forecast_echo
-from .finding import Finding, judged
+from .finding import Finding, graded, judged
 from .subject import Subject
 
 AUDIBLE = 1.25
@@ -44,15 +44,14 @@ def check(subject: Subject) -> Iterator[Finding]:
     blank = forecast_echo(
         design, np.full(design.N, design.D_s1), settings.probe_right, End.RIGHT, dt, integrator
     )
-    yield Finding(
+    yield graded(
         'echo_blank',
         {'over threshold': blank.threshold_margin},
         '',
         judged(blank.threshold_margin, 1.0, AUDIBLE),
-        'a blank element is recognised by the echo of its far end'
-        if blank.threshold_margin >= AUDIBLE
-        else 'the far end of a blank element is hardly heard from the right, so '
-        'an erase cannot be verified: choose a smaller v_th or another carrier for probe_right',
+        'a blank element is recognised by the echo of its far end',
+        'the far end of a blank element is hardly heard from the right, so an erase cannot be '
+        'verified: choose a smaller v_th or another carrier for probe_right',
         'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
     )
 
@@ -81,8 +80,7 @@ def _heard(end: End, margins: dict[int, float], delays: list[float]) -> Finding:
         text = (
             f'the delays do not distinguish the levels: {listed}; the echo of a wall that is too '
             'near arrives while the pulse is still ringing: leave more cells before it, or '
-            'choose a '
-            'shorter pulse'
+            'choose a shorter pulse'
         )
     else:
         text = f'every level is heard; the weakest is {faintest}'

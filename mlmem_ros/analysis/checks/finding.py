@@ -18,11 +18,11 @@ class Finding:
 
     Attributes:
         name: Short name, unique in a report.
-        values: Numbers by name, all in one unit; NaN if there is none.
+        values: Numbers by name, all in one unit; NaN for one that does not exist.
         unit: Unit symbol; empty for counts and ratios.
-        verdict: Whether a working memory results.
-        text: What it means; if not a pass, what goes wrong and what to change.
-        source: The sentence of the paper it rests on.
+        verdict: Whether the memory will work.
+        text: What it means; if it is not a pass, what goes wrong and what to change.
+        source: The sentence of the paper that it rests on.
     """
 
     name: str
@@ -33,7 +33,7 @@ class Finding:
     source: str
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the finding for JSON, which has no NaN: such a value is None."""
+        """Return the finding for JSON, with None for NaN."""
         values = {key: value if math.isfinite(value) else None for key, value in self.numbers}
         return {
             'name': self.name, 'values': values, 'unit': self.unit,
@@ -71,6 +71,20 @@ class Report:
             if finding.name == name:
                 return finding
         raise KeyError(name)
+
+
+def graded(
+    name: str,
+    values: Mapping[str, float],
+    unit: str,
+    verdict: Verdict,
+    good: str,
+    bad: str,
+    source: str,
+) -> Finding:
+    """Return a finding with the text `good` if it is a pass, else `bad`."""
+    text = good if verdict is Verdict.PASS else bad
+    return Finding(name, values, unit, verdict, text, source)
 
 
 def judged(value: float, fail_below: float, warn_below: float) -> Verdict:

@@ -3,8 +3,8 @@
 """The launch of a wall and of a kink, simulated on the first cells alone.
 
 An incoming wall swings in the trap that the strain makes, and escapes through the free end if the
-trap is too near or too shallow. No equilibrium shows that; a simulation of a few levels does, in
-milliseconds.
+trap is too near to it or too shallow. No equilibrium shows that; a simulation of a few levels
+does, in milliseconds.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def launched(subject: Subject, name: str) -> float | None:
         name: 'write' or 'erase'.
 
     Returns:
-        Site of the wall; NaN if none remains, or more than one; None if the simulation would take
-        too long.
+        Site of the wall; NaN unless exactly one remains; None if the simulation would take too
+        long.
     """
     design, settings = subject.design, subject.settings
     part = dataclasses.replace(
@@ -72,10 +72,9 @@ def launched(subject: Subject, name: str) -> float | None:
     )
     if _work(element, group) > MOST_WORK:
         return None
-    start, target = part.D_s1, part.D_s2
+    phases = part.D_s1, part.D_s2
+    start, target = phases if name == 'write' else phases[::-1]
     strained = dataclasses.replace(group, start_strain=group.start_strain * local)
-    if name == 'erase':
-        start, target = target, start
     element.chain.place(np.full(part.N, start))
     try:
         run(element, launch(element, strained, target))
@@ -94,21 +93,18 @@ def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float
 
 
 def _judge(subject: Subject, name: str, position: float | None) -> Finding:
-    defect = subject.design.defect(0)
-    values = {'level 0': float(defect)}
-    mover = 'wall' if name == 'write' else 'kink'
+    values = {'level 0': float(subject.design.defect(0))}
+    verdict, mover = (Verdict.FAIL, 'wall') if name == 'write' else (Verdict.WARN, 'kink')
     advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
     if position is None:
         verdict = Verdict.WARN
         text = f'a launch takes too long to simulate in a check: choose shorter times ({name}.*)'
     elif math.isnan(position):
-        verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
         text = (
             f'no {mover} remains: it does not stay in the trap that the strain makes near the '
             f'free end; {advice}, or set level 0 farther from the end'
         )
-    elif abs(position - defect) > CLOSE:
-        verdict = Verdict.FAIL if name == 'write' else Verdict.WARN
+    elif abs(position - values['level 0']) > CLOSE:
         text = f'the {mover} comes to rest somewhere other than level 0: {advice}'
     else:
         verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'

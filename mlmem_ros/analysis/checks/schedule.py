@@ -14,20 +14,20 @@ from ...device.moves import route
 from ...device.reading import BLANK
 from ...device.settings import EraseSettings, WriteSettings
 from ...verdict import Verdict
-from .finding import Finding, judged
+from .finding import Finding, graded, judged
 from .subject import Subject
 
 ENOUGH = 1.1
 """Peak over de-pinning strain that leaves room for scatter."""
 
 SLOW = 1.3
-"""Shortest ramp of an erase, in damping times 1 / eta, that kink and wall follow: with tensions
-from 15 % weaker to 20 % stronger, 4 and 16 levels were erased equally with 1.4 and 2.4, less so
-with 1.1."""
+"""Shortest ramp of an erase, in damping times 1 / eta, that kink and wall follow. With tensions
+from 15 % weaker to 20 % stronger, 4 and 16 levels were erased equally well at 1.4 and 2.4, and
+worse at 1.1."""
 
 CALM = 2e-4
-"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed:
-with 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, not at 4e-4."""
+"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed.
+With 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, but not at 4e-4."""
 
 SLOWLY = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
 
@@ -39,11 +39,13 @@ STEPS = (
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
-    frees = {level: forward(subject, level, kink=False) for level in subject.steps}
-    yield _peaks(subject, 'write', frees)
-    kinks = {level: forward(subject, level, kink=True) for level in subject.steps}
+    walls, kinks = (
+        {level: forward(subject, level, kink=kink) for level in subject.steps}
+        for kink in (False, True)
+    )
+    yield _peaks(subject, 'write', walls)
     yield _peaks(subject, 'erase', kinks)
-    yield _wall_stays(subject, frees)
+    yield _wall_stays(subject, walls)
     yield _ramps(subject)
     yield _shake(subject)
     yield _settling(subject)
@@ -71,20 +73,19 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
     ratio = math.nan if held else min(margins, default=math.inf)
     verdict = judged(ratio, 1.0, ENOUGH)
     mover = 'wall' if name == 'write' else 'kink'
-    hasty = settings.ramp * subject.design.eta < 1.0  # the cells' inertia also pushes the wall
-    if verdict is Verdict.FAIL and margins and not held and hasty:
-        verdict = Verdict.WARN
+    if held:
+        text = f'no strain frees the {mover} from level {held[0]}: see `freed_by_...`'
+    elif not margins:
+        text = 'a single level: there are no steps'
+    elif verdict is Verdict.PASS:
+        text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
+    elif verdict is Verdict.FAIL and settings.ramp * subject.design.eta < 1.0:
+        verdict = Verdict.WARN  # in so fast a ramp the inertia of the cells also pushes the wall
         text = (
             f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; only a '
             'simulation shows whether a fast one does'
             f'{" (`write_steps`)" if name == "write" else ""}'
         )
-    elif held:
-        text = f'the {mover} is not freed from level {held[0]} by any strain: see `freed_by_...`'
-    elif not margins:
-        text = 'a single level: there are no steps'
-    elif verdict is Verdict.PASS:
-        text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
     else:
         text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
     return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS)
@@ -92,18 +93,15 @@ def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
 
 def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
     tension = subject.settings.erase.tension
-    limits = [strain for strain in frees.values() if strain > 0.0]
-    limit = min(limits, default=math.inf)
-    verdict = judged(limit / tension, 1.0, ENOUGH)
-    return Finding(
+    limit = min((strain for strain in frees.values() if strain > 0.0), default=math.inf)
+    return graded(
         'erase_order',
         {'erase tension': tension, 'frees the wall': limit},
         'strain',
-        Verdict.WARN if verdict is Verdict.FAIL else verdict,
-        'the tension that moves the kink leaves the wall in place, so the kink catches up'
-        if verdict is Verdict.PASS
-        else 'the tension that moves the kink also moves the wall, which runs away from it: '
-        'choose a smaller erase.tension',
+        judged(limit / tension, 0.0, ENOUGH),
+        'the tension that moves the kink leaves the wall in place, so the kink catches up',
+        'the tension that moves the kink also moves the wall, which runs away from it: choose a '
+        'smaller erase.tension',
         'a kink may be established and conveyed across the memory element by a similar cyclic '
         'prescription of strain (p. 6)',
     )
@@ -111,17 +109,15 @@ def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
 
 def _ramps(subject: Subject) -> Finding:
     erase = subject.settings.erase
-    slowest = min(erase.ramp, erase.release) * subject.design.eta
-    verdict = judged(slowest, 0.0, SLOW)
-    return Finding(
+    shortest = min(erase.ramp, erase.release) * subject.design.eta
+    return graded(
         'erase_ramps',
-        {'shortest': slowest},
+        {'shortest': shortest},
         'damping times',
-        verdict,
-        'the strain changes slowly enough, compared with the damping, for kink and wall to follow'
-        if verdict is Verdict.PASS
-        else 'ramps this short, compared with the damping time 1 / eta, leave kink and wall '
-        'ringing; only a simulation shows where they end',
+        judged(shortest, 0.0, SLOW),
+        'the strain changes slowly enough, compared with the damping, for kink and wall to follow',
+        'ramps this short, compared with the damping time 1 / eta, leave kink and wall ringing; '
+        'only a simulation shows where they end',
         SLOWLY,
     )
 
@@ -131,16 +127,13 @@ def _shake(subject: Subject) -> Finding:
     erase = subject.settings.erase
     peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
     shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
-    verdict = judged(CALM / shaken, 0.0, 1.0)
-    return Finding(
+    return graded(
         'erase_shake',
         {'far end': shaken, 'calm': CALM},
         'cells/time^2',
-        verdict,
-        'the ramps leave the far end of the element calm'
-        if verdict is Verdict.PASS
-        else 'the ramps shake the far end, which pushes a wall there like a strain: '
-        'choose longer ones',
+        judged(CALM / shaken, 0.0, 1.0),
+        'the ramps leave the far end of the element calm',
+        'the ramps shake the far end, which pushes a wall there like a strain: choose longer ones',
         SLOWLY,
     )
 
@@ -150,17 +143,15 @@ def _settling(subject: Subject) -> Finding:
     way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.left)
     needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
     given = 0.5 * erase.release + erase.settle
-    verdict = judged(given / needed if needed else math.inf, 0.0, 1.0)
-    return Finding(
+    return graded(
         'erase_settling',
         {'needed': needed, 'given': given},
         'time',
-        verdict,
+        judged(given / needed if needed else math.inf, 0.0, 1.0),
         'the wall has the time to roll to the next defect: the gradient moves it at '
-        '|gamma| / (2 eta)'
-        if verdict is Verdict.PASS
-        else 'the next cycle may begin before the wall has rolled to its defect: choose longer '
-        'release and settle, a greater gamma or less damping',
+        '|gamma| / (2 eta)',
+        'the next cycle may begin before the wall has rolled to its defect: choose longer release '
+        'and settle, a greater |gamma| or less damping',
         'a transition wave will propagate to the right with constant speed until entering a '
         'defect (p. 3)',
     )
@@ -173,14 +164,16 @@ def _durations(subject: Subject) -> Finding:
     read = listening_time(design, settings.probe, End.LEFT)
     look = listening_time(design, settings.probe_right, End.RIGHT)
 
-    def way(start: int, target: int) -> float:
-        return sum(move.time for move in route(design, settings, start, target))
-
+    up, out = (
+        sum(move.time for move in route(design, settings, start, target))
+        for start, target in ((0, top), (top, BLANK))
+    )
+    step = cycle_time(subject, settings.write)
     values = {
-        'step': cycle_time(subject, settings.write),
+        'step': step,
         'read': read,
-        'write 0 to top': way(0, top) + read,
-        'erase from top': way(top, BLANK) + look,
+        'write 0 to top': up + read,
+        'erase from top': out + look,
     }
     seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
     return Finding(

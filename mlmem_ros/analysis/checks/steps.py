@@ -9,6 +9,7 @@ and simulating a step of the bare chain takes milliseconds.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -38,8 +39,7 @@ def check(subject: Subject) -> Iterator[Finding]:
     """Yield the finding on the steps of a write."""
     if not subject.steps:
         return
-    weak, strong = 1.0 - OFF, 1.0 + OFF
-    corners = [(weak, weak), (weak, strong), (strong, weak), (strong, strong)]
+    corners = list(itertools.product((1.0 - OFF, 1.0 + OFF), repeat=2))
     if (1 + len(corners)) * _work(subject) > MOST_WORK:
         text = 'the steps take too long to simulate in a check: choose shorter times (write.*)'
         yield Finding('write_steps', {}, '', Verdict.WARN, text, SOURCE)
@@ -82,11 +82,10 @@ def _work(subject: Subject) -> float:
 
 def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
     """Return the levels from which a step fails with the peaks multiplied by factors."""
-    # `substrate_rigidity` covers a soft substrate; here it would take a hundred times as long.
+    # `rigidity` covers a soft substrate; here it would take a hundred times as long.
     design = dataclasses.replace(subject.design, substrate='rigid')
-    settings = subject.settings
-    write = scaled(settings.write, compression, tension)
-    rate = settings.actuator.max_rate
+    write = scaled(subject.settings.write, compression, tension)
+    rate = subject.settings.actuator.max_rate
     lost = []
     for start in subject.steps[::ROW]:
         goal = min(start + ROW, design.levels - 1)

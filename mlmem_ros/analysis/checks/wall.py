@@ -6,8 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...verdict import Verdict
-from .finding import Finding, judged
+from ...verdict import Verdict, worst
+from .finding import Finding, graded, judged
 from .subject import Subject
 
 NARROW = 2.0
@@ -16,21 +16,18 @@ NARROW = 2.0
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on width and energy."""
-    design = subject.design
-    width = subject.wall_width
-    fits = judged(design.J / width, 1.0, 1.25)
-    yield Finding(
+    width, J = subject.wall_width, subject.design.J
+    yield graded(
         'wall_width',
-        {'width': width, 'J': design.J},
+        {'width': width, 'J': J},
         'cells',
-        Verdict.FAIL if width < NARROW else fits,
-        'the wall spans several cells, and fits between two defects'
-        if fits is Verdict.PASS and width >= NARROW
-        else 'the wall is as narrow as the lattice spacing, so the lattice '
-        'pins it anywhere: choose a smaller d'
+        worst((judged(width, NARROW, NARROW), judged(J / width, 1.0, 1.25))),
+        'the wall spans several cells, and fits between two defects',
+        'the wall is as narrow as the lattice spacing, so the lattice pins it anywhere: choose a '
+        'smaller d'
         if width < NARROW
-        else 'the wall is as wide as a level, so it feels two defects at once: choose a '
-        'greater J or d',
+        else 'the wall is as wide as a level, so it feels two defects at once: choose a greater J '
+        'or d',
         'transition wavefronts separating domains of opposing ground states (Fig. 1c)',
     )
     yield Finding(
