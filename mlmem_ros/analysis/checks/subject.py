@@ -27,15 +27,14 @@ TOLERANCE = 1e-4
 LAUNCH = -1
 """Pseudo-level from which a launched wall comes to level 0."""
 
-
 MOST_WORK = 1e9
-"""Most cell steps of all simulations for one finding: some seconds."""
+"""Most cell steps that the simulations for one finding may take: some seconds."""
 
 TICK_WORK = 6e4
 """Overhead of a device's tick, in cell steps."""
 
 LEAST_CELLS = 100
-"""A step of a shorter chain takes as long."""
+"""A step of a shorter chain takes as long as that of one with this many cells."""
 
 
 @dataclass(frozen=True)
@@ -95,19 +94,15 @@ class Subject:
         eta = self.design.eta
         return -self.design.gamma / (2.0 * eta) if eta > 0.0 else math.inf
 
-    def ahead(self, level: int) -> float:
-        """Return how far ahead of a level's defect the next extremum of s is, in cells."""
-        half = 0.5 * self.design.J_s
-        return half - float(self.design.defect(level) - self.design.j_0) % half
-
     def released_at(self, level: int) -> float:
         """Return the site from which a wall rolls on to the next level once the strain is zero.
 
         A step ends at the extremum of s ahead, a launch at the least s before level 0.
         """
         if level == LAUNCH:
-            return self.design.J - float(self.design.J - self.design.j_0) % self.design.J_s
-        return self.design.defect(level) + self.ahead(level)
+            return self.design.J - (self.design.J - self.design.j_0) % self.design.J_s
+        defect, half = self.design.defect(level), 0.5 * self.design.J_s
+        return defect + half - (defect - self.design.j_0) % half
 
     @cached_property
     def ways(self) -> dict[int, Landscape]:

@@ -53,18 +53,16 @@ class RightPulse:
         tail: Cells that the right end needs beyond the last level's spacing.
         signal: The faintest echo's v_c, compensated for damping, in cells.
         clutter: The greatest v_c before it, likewise.
-        dynamic_range: Pulse amplitude over the faintest echo's v_c as it is heard, in dB.
     """
 
     probe: ProbeSettings
     tail: int
     signal: float
     clutter: float
-    dynamic_range: float
 
 
 def listen(design: Design) -> RightPulse | None:
-    """Return the shortest pulse that hears every level clearly, or None.
+    """Return the shortest pulse that hears every level clearly, or None if there is none.
 
     Args:
         design: The element; its tail may still be too short.
@@ -72,25 +70,22 @@ def listen(design: Design) -> RightPulse | None:
     lowest = band(design.k_s1 * float(design.alpha.max()))[0]
     highest = band(design.k_s2 * float(design.alpha.min()))[0]
     for sigma in LENGTHS:
-        omega_c = round(highest - HALF_WIDTH / sigma, 3)
-        if omega_c <= lowest:
-            continue
         probe = ProbeSettings(
-            omega_c=omega_c, sigma=sigma, window=4.0, gain_decay=0.5 * design.eta, v_th=0.5
-        )
-        found = _heard(design, probe)
-        if found is not None:
+            omega_c=round(highest - HALF_WIDTH / sigma, 3), sigma=sigma, window=4.0,
+            gain_decay=0.5 * design.eta, v_th=0.5,
+        )  # fmt: skip
+        if probe.omega_c > lowest and (found := _heard(design, probe)):
             return found
     return None
 
 
 def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
-    """Return the requirements of the two farthest echoes and the clutter before them."""
+    """Return what the two farthest echoes require, or None if clutter hides them."""
     speed = float(group_velocity(probe.omega_c, design.k_s1))
     # Forecast with the room that the pulse will have, so that it hides nothing.
     roomy = replace(design, N=design.N - design.tail + 400, tail=400)
     far = [np.full(roomy.N, roomy.D_s1), resting_wall(Specimen(roomy), 0)]
-    signal, clutter, faintest = math.inf, 0.0, math.inf
+    signal, clutter = math.inf, 0.0
     for v in far:
         echo = forecast_echo(roomy, v, probe, End.RIGHT, NOH_BATHE.accurate_step)
         heard = echo.t > blanking(probe)
@@ -99,21 +94,14 @@ def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
         arrives = 6.0 * probe.sigma + 2.0 * (roomy.N - roomy.defect(0)) / speed
         before = t < arrives - 10.0 * probe.sigma
         signal = min(signal, float((gain * v_c)[~before].max()))
-        faintest = min(faintest, float(v_c[~before].max()))
         clutter = max(clutter, float((gain * v_c)[before].max(initial=0.0)))
     if signal < CLEAR * clutter:
         return None
-    v_th = max(math.sqrt(signal * clutter), signal / HEADROOM)
-    v_th = float(f'{v_th:.1e}')
+    v_th = float(f'{max(math.sqrt(signal * clutter), signal / HEADROOM):.1e}')
     early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
     room = 0.5 * speed * (blanking(probe) - 6.0 * probe.sigma + early)
-    return RightPulse(
-        replace(probe, v_th=v_th),
-        math.ceil(room / design.J) * design.J,
-        signal,
-        clutter,
-        20.0 * math.log10(probe.A / faintest),
-    )
+    tail = math.ceil(room / design.J) * design.J
+    return RightPulse(replace(probe, v_th=v_th), tail, signal, clutter)
 
 
 def dynamic_range(subject: Subject) -> float:

@@ -13,7 +13,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ...device.settings import EraseSettings, TimeSettings, WriteSettings
@@ -29,7 +28,7 @@ WRITE_FORCE = 1.8
 
 WRITE_CALM = 6.3e-3
 """Greatest acceleration of the far end in a write's ramp, in cells per time squared, over the root
-of eta, as what rings has until the next ramp to fade: 4e-4 with the paper's damping."""
+of eta, because ringing has until the next ramp to fade: 4e-4 with the paper's damping."""
 
 WRITE_RAMP = 0.95
 """Least ramp of a write in damping times."""
@@ -38,8 +37,7 @@ HOLD, EASE = 0.06 / 0.34, 0.58 / 0.34
 """A write's hold and its way back, over its ramp."""
 
 EASE_TO = 0.03
-"""Where that way ends, as a fraction of the peak; the rest is released as calmly, in a tick or
-more."""
+"""Where that way ends, as a fraction of the peak; what is left is released as calmly."""
 
 QUIET = 4.0
 """Rest after the last cycle of a write in damping times."""
@@ -48,8 +46,8 @@ ERASE_FORCE = 1.4
 """Compression of an erase over what frees a kink."""
 
 ORDER = 0.4
-"""Place of the erase tension between kink and wall, as an exponent: nearer to the kink, for the
-far wall is shaken by the ramp as well."""
+"""Place of the erase tension between kink and wall, as an exponent: nearer to the kink, because
+the ramp also shakes the far wall."""
 
 ERASE_CALM = 2e-4
 """Greatest acceleration of the far end in an erase's ramp, before it is made slower."""
@@ -82,25 +80,17 @@ class Freeing:
 
 def freeing(subject: Subject) -> Freeing:
     """Return the strains that free walls and kinks at the start, in the middle and at the end."""
-    strains = {
-        kink: [forward(subject, level, kink=kink) for level in subject.steps]
-        for kink in (False, True)
-    }
-    wall, kink = strains[False], strains[True]
-    return Freeing(
-        max(_sizes(wall, -1.0)),
-        max(_sizes(wall, 1.0)),
-        min(_sizes(wall, 1.0)),
-        max(_sizes(kink, -1.0)),
-        max(_sizes(kink, 1.0)),
+    wall, kink = (
+        [forward(subject, level, kink=kink) for level in subject.steps] for kink in (False, True)
     )
 
+    def sizes(strains: list[float], sign: float) -> list[float]:  # NaN of one that is not freed
+        return [abs(each) for each in strains if not each * sign <= 0.0]
 
-def _sizes(strains: list[float], sign: float) -> Iterator[float]:
-    """Yield the sizes of the strains of one sign; NaN if a wall is not freed at all."""
-    for strain in strains:
-        if math.isnan(strain) or strain * sign > 0.0:
-            yield abs(strain)
+    return Freeing(
+        max(sizes(wall, -1.0)), max(sizes(wall, 1.0)), min(sizes(wall, 1.0)),
+        max(sizes(kink, -1.0)), max(sizes(kink, 1.0)),
+    )  # fmt: skip
 
 
 def write_schedule(design: Design, frees: Freeing) -> WriteSettings:

@@ -8,9 +8,9 @@ What is chosen, and why:
 - J is the least for which an erase has room: the tension that frees a kink from level 0, which
   the free end attracts, must be well below the one that frees a wall. Fewer cells per level are
   faster to cross, and bring the farthest wall nearer.
-- J_s = 2 J and j_0 = 0.38 J_s: launched walls and kinks are caught near level 0, and a released
-  wall has a third of the way left, along which the next defect pulls it; the gradient only has to
-  keep it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
+- J_s = 2 J and j_0 = 0.38 J_s: launched walls and kinks are caught near level 0. A released wall
+  has a third of the way left, along which the next defect pulls it; the gradient only has to keep
+  it from turning back. gamma = -3e-5 then costs 8 % of alpha over 256 levels.
 - eta is 1/250, or less if the farthest echo needs it.
 - Peaks and times follow from what frees walls and kinks: see `schedules`. Moves down are in
   `going_back`.
@@ -84,10 +84,9 @@ def propose(levels: int) -> Proposal:
     reasons: dict[int, str] = {}
     for J in CELLS:
         found = _with(levels, J)
-        if isinstance(found, str):
-            reasons[J] = found
-            continue
-        return replace(found, reasons=reasons)
+        if isinstance(found, Proposal):
+            return replace(found, reasons=reasons)
+        reasons[J] = found
     said = '; '.join(f'J = {J}: {why}' for J, why in reasons.items())
     raise DesignNotFound(f'no design for {levels} levels was found: {said}')
 
