@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node is doing, as seen from outside: what it reports, or else a guess."""
+"""What a node is doing, as seen from outside: from requests, actions and diagnostics."""
 
 from __future__ import annotations
 
@@ -9,72 +9,68 @@ from collections.abc import Mapping
 from typing import Any
 
 LATE = 0.3
-"""Seconds by which the feedback of a procedure may come after its outcome."""
+"""Seconds by which feedback may come after the outcome of its procedure."""
+
+STALE = 1.5
+"""Age in seconds that a report in the diagnostics may have; they come once a second."""
 
 PROCEDURES = ('write', 'read', 'erase', 'calibrate', 'self_test', 'abort')
 
 
 class Activity:
-    """The running procedure, from a page's request, an action or the diagnostics."""
+    """The running procedure."""
 
     def __init__(self) -> None:
-        self._name = ''
-        self._level: int | None = None
-        self._begun = 0.0
-        self._ended = 0.0
-        self._progress: dict[str, Any] = {}
+        self._doing: dict[str, Any] = {}
+        self._begun = self._ended = -STALE
 
-    def told(self) -> dict[str, Any]:
-        """Return its description for a picture."""
-        if not self._name:
+    def now(self) -> dict[str, Any]:
+        """Return its description for a picture; empty if none runs."""
+        if not self._doing:
             return {}
-        seconds = time.monotonic() - self._begun
-        known = {'name': self._name, 'level': self._level, 'for': round(seconds, 2)}
-        return {'doing': known | self._progress}
-
-    def tells(self, name: str, feedback: Any) -> None:
-        """Take the feedback of an action: the progress of its procedure."""
-        if not self._name and time.monotonic() - self._ended > LATE:
-            self._begin(name, None)
-        if name != self._name:
-            return
-        self._progress = {
-            'phase': feedback.phase,
-            'share': round(feedback.share, 3),
-            'attempts': feedback.attempts,
-        }
+        return {'doing': {**self._doing, 'for': round(time.monotonic() - self._begun, 2)}}
 
     def asked(self, asked: Mapping[str, Any]) -> bool:
-        """Note a page's request, unless something runs: then it is refused.
+        """Note a page's request, unless a procedure runs, for then it will be refused.
 
         Returns:
             Whether it was noted.
         """
         name = asked.get('do')
-        taken = name in PROCEDURES and (not self._name or name == 'abort')
-        if taken:
-            self._begin(str(name), asked.get('level'))
-        return taken
+        if name not in PROCEDURES or (self._doing and name != 'abort'):
+            return False
+        self._begin(name, asked.get('level'))
+        return True
 
     def refused(self) -> None:
         """Remove the note."""
-        self._name = ''
+        self._doing = {}
 
-    def running(self, name: str) -> None:
-        """Take the state from the diagnostics, which may be a second old."""
+    def progress(self, name: str, feedback: Any) -> None:
+        """Take the feedback of an action."""
+        if not self._doing and time.monotonic() - self._ended > LATE:
+            self._begin(name)
+        if self._doing.get('name') == name:
+            self._doing |= {
+                'phase': feedback.phase,
+                'share': round(feedback.share, 3),
+                'attempts': feedback.attempts,
+            }
+
+    def reported(self, name: str) -> None:
+        """Take the name of the running procedure, if any, from the diagnostics."""
         now = time.monotonic()
-        if name and not self._name and now - self._ended > 1.5:
-            self._begin(name, None)
-        elif not name and self._name and now - self._begun > 1.5:
-            self._name = ''
+        if name and not self._doing and now - self._ended > STALE:
+            self._begin(name)
+        elif not name and now - self._begun > STALE:
+            self._doing = {}
 
-    def ended(self, name: str) -> None:
-        """Take the end of a procedure; an empty name means any."""
-        if not name or name == self._name or self._name == 'abort':
-            self._name = ''
+    def ended(self, name: str = '') -> None:
+        """Take the end of a procedure; without a name, of any."""
+        if not name or self._doing.get('name') in (name, 'abort'):
+            self._doing = {}
             self._ended = time.monotonic()
 
-    def _begin(self, name: str, level: Any) -> None:
-        self._name, self._begun = name, time.monotonic()
-        self._level = level if isinstance(level, int) else None
-        self._progress = {}
+    def _begin(self, name: str, level: Any = None) -> None:
+        self._doing = {'name': name, 'level': level if isinstance(level, int) else None}
+        self._begun = time.monotonic()

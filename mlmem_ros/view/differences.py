@@ -21,15 +21,14 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
         right: Another one.
 
     Returns:
-        `parameters`: name, value left, value right; paths always differ and are left out.
-        `events`: those without a counterpart on the other side, with times, in order. `alike`: how
-        many events agree.
+        `parameters`: name, value left, value right. `events`: those without a counterpart on the
+        other side, with times, in order. `alike`: how many events agree.
     """
     names = sorted({*left.parameters, *right.parameters})
     parameters = [
         [name, left.parameters.get(name), right.parameters.get(name)]
         for name in names
-        if left.parameters.get(name) != right.parameters.get(name) and not name.endswith('.path')
+        if left.parameters.get(name) != right.parameters.get(name)
     ]
     texts = [[_text(event) for event in each.events] for each in (left, right)]
     events: list[dict[str, Any]] = []
@@ -50,7 +49,7 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
 
 
 def _text(event: dict[str, Any]) -> str:
-    """Return the part of an event that must agree: not its time, nor a delay's last digits."""
+    """Return the part of an event that must agree: not its time or its delay."""
     values = event.get('values', {})
     kept = [values[key] for key in ('level', 'attempts') if key in values]
     return ' '.join([event['kind'], event['text'], *kept])

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Frames sent to a page: a JSON header, then numbers as they lie in memory.
+"""Frames sent to a page: a JSON header, then numbers in binary form.
 
-A frame is the length of its header (uint32, little-endian), the header, and the body. The header
-is padded with blanks, so that the body begins at a multiple of four.
+A frame is the length of its header (uint32, little-endian), the header, and the body. Blanks pad
+the header, so that the body begins at a multiple of four.
 """
 
 from __future__ import annotations
@@ -16,8 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contract import told
+
 COUNTS = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
+
+SAMPLES = 1200
+"""Most samples of an echo on a page; of several the largest is kept."""
 
 
 def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
@@ -38,7 +43,7 @@ def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
 
 
 def finite(value: Any) -> Any:
-    """Return a JSON value with None for every number that JSON cannot express."""
+    """Return a JSON value in which None stands for every number that JSON cannot express."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
@@ -58,3 +63,19 @@ def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16
     inactive, active = phases
     scaled = (np.asarray(field, dtype=np.float32) - inactive) * (COUNTS / (active - inactive))
     return np.asarray(np.clip(np.nan_to_num(scaled), -32768, 32767), dtype=np.int16)
+
+
+def thinned(message: Any) -> NDArray[np.float32]:
+    """Return times and v_c of an echo, thinned out, of shape (2, n).
+
+    Args:
+        message: Of `~/echo`.
+
+    Raises:
+        ValueError: It is not an echo.
+    """
+    t, _, v_c = told.echo(message)
+    group = math.ceil(len(t) / SAMPLES)
+    whole = len(t) // group * group
+    t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)
+    return np.stack((t, v_c)).astype(np.float32)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import hmac
-import time
 from collections.abc import Awaitable, Callable
 from typing import Any
 
@@ -79,27 +78,3 @@ class Guard:
         response.set_cookie(COOKIE, self.token, httponly=True, samesite='Strict')
         response.headers.update(HEADERS)
         return response
-
-
-class Rate:
-    """A token bucket: a burst, and a rate per second."""
-
-    def __init__(self, burst: int, rate: float) -> None:
-        """Begin with a full bucket.
-
-        Args:
-            burst: At once.
-            rate: A second.
-        """
-        self._burst, self._rate = float(burst), rate
-        self._left, self._last = float(burst), time.monotonic()
-
-    def take(self) -> bool:
-        """Return whether one more is granted."""
-        now = time.monotonic()
-        self._left = min(self._burst, self._left + (now - self._last) * self._rate)
-        self._last = now
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True

@@ -1,27 +1,38 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A running element for pages: its node's messages as pictures, and the pages' requests."""
+"""A running element for pages: its node's messages as frames, and the pages' requests."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ..contract import told, topics
+from ..contract import topics
 from ..contract.errors import RequestError
-from . import ear
-from .actions import Actions, Asked
+from ..contract.goals import action_types
+from ..ros.client.monitor import Status, listen
+from ..ros.qos import RELIABLE
+from .about import WANTED, About, grouped
 from .activity import Activity
-from .echoes import thinned
-from .element import WANTED, Element
-from .frames import packed
+from .frames import packed, thinned
 from .pages import Page, Pages
 from .pictures import Pictures
-from .requests import Requests
+from .requests import Asked, Requests, answered
 
 if TYPE_CHECKING:
     from ..ros.client import MemoryClient
+
+PARAMETERS = topics.Topic(
+    '/parameter_events',
+    'rcl_interfaces/msg/ParameterEvent',
+    topics.EVERY_ONE,
+    'parameters that were set',
+)
+STREAMS = (topics.FIELD, topics.WALL, topics.JOINT_STATES)
 
 SILENCE = 2.5
 """Seconds of silence after which a node counts as gone; it reports its health every second."""
@@ -30,11 +41,12 @@ BEHIND = 0.03
 """Seconds for which an outcome waits for the echo that it was decoded from."""
 
 LEAVE = 30.0
-"""Seconds for which the streams are listened to after the last page has gone."""
+"""Seconds after the last page has closed, during which the streams are still received; then they
+no longer cost the node time."""
 
 
 class Live:
-    """The element behind a node. All but `_told` runs in the server's event loop.
+    """The element behind a node, in the server's event loop.
 
     Attributes:
         pages: Open pages; see `open` and `close`.
@@ -45,17 +57,18 @@ class Live:
         self._client = client
         self._loop = asyncio.get_running_loop()
         self.pages = Pages()
-        self._element: Element | None = None
+        self._about: About | None = None
         self._activity = Activity()
-        self._requests = Requests(Actions(client, lambda: self._element), self._activity)
+        self._requests = Requests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show)
         self._heard, self._present, self._ticks = -SILENCE, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
         self._again = False
         self._left = time.monotonic()
-        self._ear = ear.Ear(client, self._told)
-        self._ear.watch(True)
+        self._streams: list[Any] = []
+        self._listen()
+        self._watch(True)
         self._keeper = self._loop.create_task(self._keep())
 
     # --- pages ---------------------------------------------------------------------------
@@ -63,11 +76,10 @@ class Live:
     def open(self) -> Page:
         """Return a page that gets everything known so far, and whatever comes from now on."""
         page = Page()
-        self._ear.watch(True)
+        self._watch(True)
         for frame in self._latest.values():
             page.tell(frame)
-        if (past := self._pictures.past()) is not None:
-            page.tell(past)
+        page.tell(self._pictures.past())
         self.pages.add(page)
         return page
 
@@ -79,7 +91,7 @@ class Live:
     def end(self) -> None:
         """Stop listening."""
         self._keeper.cancel()
-        self._ear.watch(False)
+        self._watch(False)
 
     async def ask(self, asked: Asked) -> dict[str, Any]:
         """Do what a page asks for; return the reply, whatever the result."""
@@ -92,63 +104,85 @@ class Live:
 
     # --- what the node publishes -------------------------------------------------------------
 
-    def _told(self, topic: topics.Topic | str, message: Any) -> None:
-        """Take a message, in the client's thread."""
-        if topic in ear.STREAMS:
-            self._pictures.take(topic, message)
-        else:
-            self._loop.call_soon_threadsafe(self._news, topic, message)
+    def _listen(self) -> None:
+        """Subscribe to everything but the streams."""
+        for topic, take in (
+            (topics.LEVEL, self._on_level),
+            (topics.OUTCOME, self._on_outcome),
+            (topics.ECHO, self._on_echo),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
+            (PARAMETERS, self._on_parameters),
+        ):
+            listen(self._client, topic, self._in_loop(take))
+        for name, action in action_types().items():
+            self._client.node.create_subscription(
+                action.Impl.FeedbackMessage,
+                f'{self._client.name}/{name}/_action/feedback',
+                self._in_loop(partial(self._on_feedback, name)),
+                RELIABLE,
+            )
 
-    def _news(self, topic: topics.Topic | str, message: Any) -> None:
-        match topic:
-            case str():
-                self._activity.tells(topic, message.feedback)
-            case ear.PARAMETERS:
-                if message.node == self._client.name:
-                    self._hear()
-                    self._meet()
-                return
-            case topics.DIAGNOSTICS:
-                self._health(message)
-                return
-            case topics.LEVEL:
-                self._hear()
-                self._announce('level', {'level': message.data})
-            case topics.OUTCOME:
-                self._hear()
-                self._loop.call_later(BEHIND, self._ended, message)
-            case topics.ECHO:
-                self._hear()
-                data = thinned(message)
-                self._announce('echo', {'samples': data.shape[1], 't': self._pictures.clock}, data)
+    def _in_loop(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return a callback for the client's thread that hands messages over to the loop."""
 
-    def _ended(self, message: Any) -> None:
-        values = told.values(message)
-        self._activity.ended(values.get('procedure', ''))
-        good = message.level == b'\0'
-        said = {'ok': good, 'text': message.message, 'values': values, 't': self._pictures.clock}
-        self._announce('outcome', said)
+        def hand_over(message: Any) -> None:
+            self._loop.call_soon_threadsafe(take, message)
 
-    def _health(self, message: Any) -> None:
+        return hand_over
+
+    def _watch(self, on: bool) -> None:
+        """Start or stop receiving the streams."""
+        if on and not self._streams:
+            self._streams = [
+                listen(self._client, topic, partial(self._pictures.take, topic))
+                for topic in STREAMS
+            ]
+        elif not on:
+            while self._streams:
+                self._client.node.destroy_subscription(self._streams.pop())
+
+    def _on_level(self, message: Any) -> None:
+        self._hear()
+        self._announce('level', {'level': message.data})
+
+    def _on_outcome(self, message: Any) -> None:
+        self._hear()
+        self._loop.call_later(BEHIND, self._end, Status.of(message))
+
+    def _end(self, outcome: Status) -> None:
+        self._activity.ended(outcome.values.get('procedure', ''))
+        self._announce('outcome', {**asdict(outcome), 't': self._pictures.clock})
+
+    def _on_echo(self, message: Any) -> None:
+        self._hear()
+        data = thinned(message)
+        self._announce('echo', {'samples': data.shape[1]}, data)
+
+    def _on_feedback(self, name: str, message: Any) -> None:
+        self._activity.progress(name, message.feedback)
+
+    def _on_parameters(self, message: Any) -> None:
+        if message.node == self._client.name:
+            self._hear()
+            self._meet()
+
+    def _on_diagnostics(self, message: Any) -> None:
         prefix = f'{self._client.name[1:]}: '
-        found = {}
-        for status in message.status:
-            if status.name.startswith(prefix):
-                found[status.name.removeprefix(prefix)] = {
-                    'severity': status.level[0],
-                    'text': status.message,
-                    'values': told.values(status),
-                }
-        if not found:
+        parts = {
+            status.name.removeprefix(prefix): Status.of(status)
+            for status in message.status
+            if status.name.startswith(prefix)
+        }
+        if 'loop' not in parts:
             return
         self._hear()
-        loop = found.get('loop', {}).get('values', {})
-        self._activity.running(loop.get('procedure', ''))
-        ticks = float(loop.get('ticks', 0.0) or 0.0)
+        loop = parts['loop'].values
+        self._activity.reported(loop.get('procedure', ''))
+        ticks = float(loop.get('ticks', 0.0))
         if ticks < self._ticks:  # another life of the node
             self._meet()
         self._ticks = ticks
-        self._announce('health', {'parts': found})
+        self._announce('health', {'parts': {name: asdict(part) for name, part in parts.items()}})
 
     def _hear(self) -> None:
         self._heard = time.monotonic()
@@ -169,45 +203,43 @@ class Live:
             self._again = False
             await asyncio.sleep(0.05)  # they change by the dozen
             try:
-                wait = self._client.parameters(*WANTED, timeout=3.0).wait
-                parameters = await asyncio.to_thread(wait)
-                element = Element.of(parameters, self._client.name)
-            except (RequestError, ValueError, TypeError) as error:
-                self._announce('link', {'alive': False, 'text': str(error)})
+                parameters = await answered(self._client.parameters(*WANTED, timeout=3.0))
+                about = About.of(grouped(parameters), self._client.name)
+            except (RequestError, ValueError) as error:
+                self._link(str(error))
                 self._present = False
                 return
-            if self._element is not None and element.design != self._element.design:
+            if self._about is not None and about.design != self._about.design:
                 self._pictures.forget()
-            self._element = element
-            self._announce('element', element.about)
-            self._announce('link', {'alive': True, 'text': ''})
+            self._about = self._requests.about = about
+            self._announce('element', about.json)
+            self._link('')
 
     def _show(self) -> None:
         self._hear()
-        if self._element is not None:
-            picture = self._pictures.make(self._element, self._activity.told())
-            if self.pages:
-                self.pages.show(picture)
+        if self._about is not None:
+            self.pages.show(self._pictures.make(self._about, self._activity.now()))
 
     async def _keep(self) -> None:
         """Notice a node that is gone, and streams that nobody watches."""
+        self._link(f'waiting for {self._client.name}')
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
             if self._present and now - self._heard > SILENCE:
                 self._present = False
-                self._activity.ended('')
-                text = f'{self._client.name} is silent'
-                self._announce('link', {'alive': False, 'text': text})
-            elif not self._present and 'link' not in self._latest:
-                text = f'waiting for {self._client.name}'
-                self._announce('link', {'alive': False, 'text': text})
+                self._activity.ended()
+                self._link(f'{self._client.name} is silent')
             if not self.pages and now - self._left > LEAVE:
-                self._ear.watch(False)
+                self._watch(False)
 
-    def _announce(self, kind: str, said: dict[str, Any], body: Any = None) -> None:
+    def _link(self, problem: str) -> None:
+        """Announce whether the node answers: no problem, or the reason."""
+        self._announce('link', {'problem': problem})
+
+    def _announce(self, kind: str, values: dict[str, Any], body: Any = None) -> None:
         """Send to all pages, and to those that open later."""
-        frame = packed({'k': kind, **said}, body)
+        frame = packed({'k': kind, **values}, body)
         self._latest.pop(kind, None)  # in the order of their latest values
         self._latest[kind] = frame
         self.pages.tell(frame)

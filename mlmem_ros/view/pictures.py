@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a running element from its streams: not too many, and the last minute of them."""
+"""Pictures of a running element from its streams, and those of the last minute."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from ..contract import told, topics
-from .element import Element
+from .about import About
 from .frames import counts, packed
 
 PERIOD = 0.03
 """Least seconds between two pictures."""
 
 TOGETHER = 0.004
-"""Seconds in which the streams of one tick come in."""
+"""Seconds within which the streams of one tick arrive."""
 
 GAP = 0.2
 """Longest step of the picture's clock in seconds: without messages it stands still."""
@@ -49,7 +49,7 @@ class Pictures:
         self._stamp = time.monotonic()
         self._newest: dict[topics.Topic, Any] = {}
         self._fresh = False
-        self._history: deque[tuple[float, float, list[float], Any]] = deque(maxlen=HISTORY)
+        self._history: deque[tuple[float, float, Any]] = deque(maxlen=HISTORY)
 
     def take(self, topic: topics.Topic, message: Any) -> None:
         """Take a message of a stream."""
@@ -62,33 +62,36 @@ class Pictures:
         """Discard the history: it was another element's."""
         self._history.clear()
 
-    def make(self, element: Element, doing: dict[str, Any]) -> bytes:
+    def make(self, about: About, doing: dict[str, Any]) -> bytes:
         """Return a picture of the newest messages.
 
         Args:
-            element: The element they describe.
+            about: The element they describe.
             doing: What else the picture shows.
         """
-        field, walls, joints = map(
-            self._newest.get, (topics.FIELD, topics.WALL, topics.JOINT_STATES)
-        )
-        strain = 0.0 if joints is None else told.displacement(joints) / element.length
-        places = [] if walls is None else list(walls.data)
-        head = {'k': 'picture', 't': self.clock, 'strain': strain, 'walls': places, **doing}
-        column = None
-        if field is not None and len(field.data) == element.design.N:
-            column = counts(np.asarray(field.data)[:: element.stride], element.phases)
-            self._history.append((self.clock, strain, places, column))
-        return packed(head, column)
+        field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
+        strain = 0.0 if joints is None else told.displacement(joints) / about.length
+        column = None  # a real element publishes none
+        if field is not None and len(field.data) == about.design.N:
+            column = counts(np.asarray(field.data)[:: about.stride], about.phases)
+        self._history.append((self.clock, strain, column))
+        head = {'k': 'picture', 't': self.clock, 'strain': strain, 'walls': self._walls()}
+        return packed(head | doing, column)
 
-    def past(self) -> bytes | None:
-        """Return the pictures of the last minute as one, if there are any."""
-        if not self._history:
-            return None
-        t, strain, walls, columns = zip(*self._history, strict=True)
-        return packed(
-            {'k': 'history', 't': t, 'strain': strain, 'walls': walls}, np.stack(columns)
-        )
+    def past(self) -> bytes:
+        """Return the pictures of the last minute in one frame."""
+        columns = [(t, column) for t, _, column in self._history if column is not None]
+        head = {
+            'k': 'history',
+            't': [t for t, _ in columns],
+            'strain': [[t for t, *_ in self._history], [strain for _, strain, _ in self._history]],
+            'walls': self._walls(),
+        }
+        return packed(head, np.stack([column for _, column in columns]) if columns else None)
+
+    def _walls(self) -> list[float]:
+        walls = self._newest.get(topics.WALL)
+        return [] if walls is None else list(walls.data)
 
     def _arrange(self) -> None:
         """Schedule a picture, no sooner than a period after the last."""

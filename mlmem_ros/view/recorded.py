@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +16,12 @@ from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..clipped import clipped
 from ..contract import told, topics
-from ..physics import DesignError
+from ..contract.commands import OF_REQUEST
+from ..device import Command, Disturb, FollowTrajectory, Read, SetFaults, SetStrain, Write
 from ..session.messages import COMMAND, HEADER
-from .echoes import thinned
-from .element import Element
-from .frames import counts, packed
+from ..session.records import Header, naming, read_command, read_header
+from .about import About
+from .frames import counts, packed, thinned
 
 COLUMNS = 12_000
 """Most configurations shown; of a longer session every second, fourth ... one."""
@@ -29,25 +29,25 @@ COLUMNS = 12_000
 EVENTS = 5000
 """Most commands, outcomes and echoes shown, of each kind."""
 
+NAMES: dict[type[Any], str] = {
+    **{kind: name for name, kind in OF_REQUEST.items()},
+    SetStrain: 'strain',
+    SetFaults: 'faults',
+}
+
 
 @dataclass(frozen=True)
 class Recorded:
     """A session as a page shows it.
 
     Attributes:
-        name: Its name.
-        element: The element.
-        parameters: The node's parameters.
+        parameters: What a replay depends on, by name: design, settings, versions.
         events: Commands and outcomes in order: t, kind, text.
-        lost: What could not be read.
         frame: Everything a page needs, as a frame.
     """
 
-    name: str
-    element: Element
     parameters: Mapping[str, Any]
     events: list[dict[str, Any]]
-    lost: list[str]
     frame: bytes
 
 
@@ -79,83 +79,59 @@ def load(path: str | Path) -> Recorded:
     """
     reader = BagReader(path)
     node, header = _header(reader)
-    parameters = _mapping(header, 'parameters')
-    try:
-        element = Element.of(_flat(header) | parameters, node)
-    except (DesignError, TypeError, ValueError) as error:
-        raise BagError(f'{path}: the session does not describe an element; {error}') from error
-    collector = _Collector(element, reader)
-    begin = reader.span[0] if reader.span else 0
-    collector.take(begin)
-    name = Path(path).resolve().name
-    frame = collector.frame(
-        {
-            'name': name,
-            'element': element.about,
-            'delays': _delays(header),
-            'lost': list(map(str, reader.losses)),
-            'duration': ((reader.span[1] - begin) / 1e9) if reader.span else 0.0,
-        }
-    )
-    lost = list(map(str, reader.losses))
-    return Recorded(name, element, parameters, collector.events, lost, frame)
+    groups = {'design': asdict(header.design), **header.settings.as_dict()}
+    about = About.of(groups, node)
+    begin, end = reader.span or (0, 0)
+    collector = _Collector(about)
+    collector.take(reader, begin)
+    head = {
+        'k': 'session',
+        'name': Path(path).resolve().name,
+        'element': about.json,
+        'delays': _delays(header),
+        'lost': list(map(str, reader.losses)),
+        'duration': (end - begin) / 1e9,
+    }
+    parameters = {
+        f'{group}.{name}': value
+        for group, values in {**groups, 'versions': header.versions}.items()
+        for name, value in values.items()
+    }
+    return Recorded(parameters, collector.events, collector.frame(head))
 
 
-def _header(reader: BagReader) -> tuple[str, dict[str, Any]]:
+def _header(reader: BagReader) -> tuple[str, Header]:
     """Return the node of a session, and its first record."""
     names = [name for name in reader.topics if name.endswith(f'/{HEADER}')]
     for message in reader.messages(names):
-        text = reader.deserialize(message).data
-        try:
-            header = json.loads(text)
-        except ValueError as error:
-            raise BagError(f'{message.topic}: {error}') from error
-        if isinstance(header, dict):
-            return message.topic.removesuffix(f'/{HEADER}'), header
+        with naming(message.topic):
+            header = read_header(reader.deserialize(message).data)
+        return message.topic.removesuffix(f'/{HEADER}'), header
     raise BagError(
         f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
         f'got {clipped(sorted(reader.topics), 300)}'
     )
 
 
-def _mapping(values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    found = values.get(name)
-    return found if isinstance(found, dict) else {}
-
-
-def _flat(header: Mapping[str, Any]) -> dict[str, Any]:
-    """Return design and settings by the names of the parameters."""
-    flat = {f'design.{name}': value for name, value in _mapping(header, 'design').items()}
-    for group, values in _mapping(header, 'settings').items():
-        if isinstance(values, dict):
-            flat |= {f'{group}.{name}': value for name, value in values.items()}
-    return flat
-
-
-def _delays(header: Mapping[str, Any]) -> dict[str, list[float]]:
+def _delays(header: Header) -> dict[str, list[float]]:
     """Return the echo delay of every level by end, at the session's start."""
-    tables = _mapping(_mapping(header, 'initial'), 'calibration')
-    return {
-        end: [float(delay) for delay in table['delays']]
-        for end, table in tables.items()
-        if isinstance(table, dict) and isinstance(table.get('delays'), list)
-    }
+    with naming('calibration'):
+        tables = header.initial['calibration']
+        return {end: [float(delay) for delay in tables[end]['delays']] for end in tables}
 
 
 class _Collector:
     """Sorts messages into what a page draws."""
 
-    def __init__(self, element: Element, reader: BagReader) -> None:
-        self._element = element
-        self._reader = reader
+    def __init__(self, about: About) -> None:
+        self._about = about
         self._fields, self._strains, self._walls = Columns(), Columns(), Columns()
         self._levels: list[tuple[float, int]] = []
         self._echoes: list[tuple[float, NDArray[np.float32]]] = []
         self.events: list[dict[str, Any]] = []
 
-    def take(self, begin: int) -> None:
+    def take(self, reader: BagReader, begin: int) -> None:
         """Take all messages; `begin` is the time of the first one in nanoseconds."""
-        node = self._element.about['node']
         takers = {
             topics.FIELD.name: self._field,
             topics.JOINT_STATES.name: self._joints,
@@ -165,19 +141,15 @@ class _Collector:
             topics.OUTCOME.name: self._outcome,
             COMMAND: self._command,
         }
-        takers = {f'{node}/{name}': take for name, take in takers.items()}
-        for message in self._reader.messages(takers):
+        takers = {f'{self._about.json["node"]}/{name}': take for name, take in takers.items()}
+        for message in reader.messages(takers):
             seconds = (message.log_time - begin) / 1e9
-            try:
-                takers[message.topic](seconds, self._reader.deserialize(message))
-            except (AttributeError, LookupError, TypeError, ValueError) as error:
-                raise BagError(f'{message.topic} at {seconds:.3f} s: {error}') from error
+            with naming(f'{message.topic} at {seconds:.3f} s'):
+                takers[message.topic](seconds, reader.deserialize(message))
 
     def frame(self, head: dict[str, Any]) -> bytes:
-        """Return all of it, with its own header."""
-        echoes = self._echoes
+        """Return all of it, with the rest of its header."""
         head |= {
-            'k': 'session',
             't': self._fields.t,
             'strain': [self._strains.t, self._strains.rows],
             'walls': [self._walls.t, self._walls.rows],
@@ -185,21 +157,19 @@ class _Collector:
             'events': self.events,
             'echoes': [
                 {'t': t, 'x': np.round(data[0], 2).tolist(), 'y': data[1].tolist()}
-                for t, data in echoes
+                for t, data in self._echoes
             ],
         }
-        rows = self._element.about['rows']
-        body = np.stack(self._fields.rows) if self._fields.rows else np.zeros((0, rows), 'i2')
-        return packed(head, body)
+        return packed(head, np.stack(self._fields.rows) if self._fields.rows else None)
 
     def _field(self, t: float, message: Any) -> None:
-        data = np.asarray(message.data)[:: self._element.stride]
-        if len(data) != self._element.about['rows']:
-            raise ValueError(f'data must have {self._element.design.N} cells')
-        self._fields.add(t, counts(data, self._element.phases))
+        if len(message.data) != self._about.design.N:
+            raise ValueError(f'data must have {self._about.design.N} cells')
+        data = np.asarray(message.data)[:: self._about.stride]
+        self._fields.add(t, counts(data, self._about.phases))
 
     def _joints(self, t: float, message: Any) -> None:
-        self._strains.add(t, round(told.displacement(message) / self._element.length, 6))
+        self._strains.add(t, round(told.displacement(message) / self._about.length, 6))
 
     def _wall(self, t: float, message: Any) -> None:
         self._walls.add(t, [round(float(site), 3) for site in message.data])
@@ -222,41 +192,28 @@ class _Collector:
         self._event(t, 'outcome', text, ok=good, values=values)
 
     def _command(self, t: float, message: Any) -> None:
-        given = json.loads(message.data)
-        kind = str(given.get('kind', ''))
-        self._event(t, 'command', ' '.join(_words(kind, given)), tick=int(given.get('tick', 0)))
+        _, command = read_command(message.data)
+        if not isinstance(command, Disturb):  # there are too many
+            self._event(t, 'command', _words(command))
 
     def _event(self, t: float, kind: str, text: str, **more: Any) -> None:
         if len(self.events) < EVENTS:
             self.events.append({'t': round(t, 4), 'kind': kind, 'text': text, **more})
 
 
-def _words(kind: str, given: Mapping[str, Any]) -> Iterator[str]:
+def _words(command: Command) -> str:
     """Describe a command in words."""
-    yield {
-        'SetStrain': 'strain',
-        'FollowTrajectory': 'follow',
-        'SelfTest': 'self_test',
-        'SetFaults': 'faults',
-    }.get(kind, kind.lower())
-    match kind:
-        case 'Write':
-            yield str(given.get('level'))
-        case 'SetStrain':
-            yield f'{given.get("strain", 0.0):+.4f}'
-        case 'FollowTrajectory':
-            strains = given.get('strains') or [0.0]
-            yield f'to {strains[-1]:+.4f}'
-        case 'Read' if given.get('end'):
-            yield f'from the {given["end"]}'
-        case 'SetFaults':
-            faults = _mapping(given, 'faults')
-            yield ', '.join(name for name, value in faults.items() if _is_set(name, value))
-
-
-def _is_set(name: str, value: Any) -> bool:
-    return (
-        bool(value)
-        and name not in ('seed', 'weak_factor')
-        and not (name == 'damping_factor' and value == 1.0)
-    )
+    name = NAMES[type(command)]
+    match command:
+        case Write(level=level):
+            return f'{name} {level}'
+        case SetStrain(strain=strain):
+            return f'{name} {strain:+.4f}'
+        case FollowTrajectory(strains=strains):
+            return f'{name} to {strains[-1]:+.4f}'
+        case Read(end=end) if end:
+            return f'{name} from {end}'
+        case SetFaults(faults=faults):
+            return f'{name} {", ".join(faults.active()) or "healed"}'
+        case _:
+            return name

@@ -1,78 +1,170 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What pages ask of a running element, and the replies."""
+"""What a page may ask for, as requests to the node; nothing else gets through."""
 
 from __future__ import annotations
 
 import asyncio
-from typing import Any
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from time import strftime
+from typing import TYPE_CHECKING, Any
 
 from ..contract.errors import NoAnswer, RequestError, RequestRefused
-from .actions import Actions, Asked, BadRequest
+from ..device import Faults
+from .about import About
 from .activity import Activity
+
+if TYPE_CHECKING:
+    from ..ros.client import MemoryClient
+    from ..ros.client.reply import Reply
+
+Asked = Mapping[str, Any]
+"""A page's message: `do`, which names the request, and its arguments."""
+
+PATIENCE = 600.0
+"""Longest wait in seconds for procedures that write every level."""
+
+HASTE = 1.65
+"""Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
+
+HEALTHY = {f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'}
 
 
 class Requests:
-    """Sends requests of pages and waits for their answers, in the server's event loop.
+    """Sends the requests of pages and waits for the answers, in the server's event loop.
 
     Attributes:
+        about: The element, once it is known.
+        folder: Where recordings started by pages go, on the node's machine.
         recordings: Paths of the sessions that pages have recorded.
     """
 
-    def __init__(self, actions: Actions, activity: Activity) -> None:
+    def __init__(self, client: MemoryClient, activity: Activity) -> None:
         """Prepare.
 
         Args:
-            actions: What may be asked for.
-            activity: Notified of requests.
+            client: A client of the node.
+            activity: Notified of procedures.
         """
-        self._actions = actions
+        self._client = client
         self._activity = activity
+        self.about: About | None = None
+        self.folder = Path.cwd() / 'sessions'
         self.recordings: list[str] = []
 
     async def ask(self, asked: Asked) -> dict[str, Any]:
-        """Do what a page asks for; return what it is told, whatever comes of it."""
+        """Do what a page asks for; return the reply, whatever the result."""
         try:
-            reply = self._actions.ask(asked)
-        except (BadRequest, ValueError) as error:
+            reply = self.send(asked)
+        except ValueError as error:
             return {'ok': False, 'kind': 'refused', 'text': str(error)}
-        taken = self._activity.asked(asked)
+        began = self._activity.asked(asked)
         try:
-            found = await _answer(reply)
+            answer = await answered(reply)
         except RequestError as error:
             kind = {RequestRefused: 'refused', NoAnswer: 'silent'}.get(type(error), 'failed')
-            if taken and kind != 'failed':
+            if began and kind != 'failed':
                 self._activity.refused()
             return {'ok': False, 'kind': kind, 'text': str(error)}
-        details = dict(getattr(found, 'details', {}))
-        if asked['do'] == 'record':
-            details |= self._recorded(details)
-        if asked['do'] == 'self_test' and not found.passed:
-            failed = '; '.join(f'{name}: {found.checks[name]}' for name in found.failed)
-            return {'ok': False, 'kind': 'failed', 'text': failed, 'details': details}
+        details = dict(getattr(answer, 'details', {}))
+        if asked['do'] == 'self_test' and not answer.passed:
+            failed = '; '.join(f'{name}: {answer.checks[name]}' for name in answer.failed)
+            return {'ok': False, 'kind': 'failed', 'text': failed}
+        if asked['do'] == 'record' and not answer.recording and answer.path:
+            self.recordings.append(answer.path)
+            details['id'] = f'r{len(self.recordings) - 1}'
         return {'ok': True, 'details': details}
 
-    def _recorded(self, details: dict[str, Any]) -> dict[str, Any]:
-        """Return the number by which a finished recording can be downloaded."""
-        if details.get('recording') is not False or not details.get('path'):
-            return {}
-        if details['path'] not in self.recordings:
-            self.recordings.append(details['path'])
-        return {'id': f'r{self.recordings.index(details["path"])}'}
+    def send(self, asked: Asked) -> Reply[Any]:
+        """Send a page's request.
+
+        Raises:
+            ValueError: It is not valid.
+        """
+        client = self._client
+        match asked.get('do'):
+            case 'write':
+                return client.write(_whole(asked, 'level', 0, 2**16 - 1))
+            case 'read':
+                end = asked.get('end', '')
+                if end not in ('', 'left', 'right', 'both'):
+                    raise ValueError('end must be left, right or both')
+                return client.read(end=end)
+            case 'erase':
+                return client.erase()
+            case 'calibrate':
+                return client.calibrate(PATIENCE)
+            case 'self_test':
+                return client.self_test(PATIENCE)
+            case 'abort':
+                return client.abort()
+            case 'strain':
+                return self._strain(_number(asked, 'strain', -1.0, 1.0))
+            case 'pause':
+                return client.pause(asked.get('hold') is not False)
+            case 'step':
+                return client.step()
+            case 'speed':
+                return client.set_parameters({'time.speed': _number(asked, 'speed', 0.0, 1e6)})
+            case 'fault':
+                return client.set_parameters(_fault(asked))
+            case 'heal':
+                return client.set_parameters(HEALTHY)
+            case 'record':
+                on = asked.get('on') is not False
+                path = str(self.folder / f'view-{strftime("%Y%m%d-%H%M%S")}')
+                return client.record(on, path if on else '')
+            case other:
+                raise ValueError(f'there is no request {str(other)[:40]!r}')
+
+    def _strain(self, strain: float) -> Reply[Any]:
+        """Drag the strain: a smooth move, in the time of the longest one.
+
+        A set-point on `~/strain` would do the same, but be refused silently.
+        """
+        if self.about is None:
+            raise ValueError('the element is not known yet')
+        about = self.about.json
+        units = HASTE * 2.0 * about['max_strain'] / about['hand_rate']
+        return self._client.follow([units * about['scale']['time']], [strain], [0.0])
 
 
-def _answer(reply: Any) -> asyncio.Future[Any]:
-    """Return a request's answer, which another thread delivers, as a future of this loop."""
-    loop = asyncio.get_running_loop()
-    answer: asyncio.Future[Any] = loop.create_future()
+async def answered(reply: Any) -> Any:
+    """Return the answer to a request, which another thread delivers; raise its error."""
+    loop, done = asyncio.get_running_loop(), asyncio.Event()
+    reply.add_done_callback(lambda _: loop.call_soon_threadsafe(done.set))
+    await done.wait()
+    return reply.result()
 
-    def settle() -> None:
-        if answer.done():
-            return
-        if (error := reply.exception()) is not None:
-            answer.set_exception(error)
-        else:
-            answer.set_result(reply.result())
 
-    reply.add_done_callback(lambda _: loop.call_soon_threadsafe(settle))
-    return answer
+def _number(asked: Asked, name: str, low: float, high: float) -> float:
+    value = asked.get(name)
+    if (
+        not isinstance(value, int | float)
+        or isinstance(value, bool)
+        or not (math.isfinite(value) and low <= value <= high)
+    ):
+        raise ValueError(f'{name} must be a number from {low:g} to {high:g}')
+    return float(value)
+
+
+def _whole(asked: Asked, name: str, low: int, high: int) -> int:
+    number = _number(asked, name, low, high)
+    if number != int(number):
+        raise ValueError(f'{name} must be a whole number')
+    return int(number)
+
+
+def _fault(asked: Asked) -> dict[str, Any]:
+    """Return a fault as its parameter, in the type of that."""
+    name = f'faults.{asked.get("name")}'
+    if name not in HEALTHY:
+        raise ValueError('name must be the name of a fault')
+    kind = type(HEALTHY[name])
+    value = asked.get('value')
+    if kind is not bool:
+        value = _number(asked, 'value', -1e6, 1e6)
+    return {name: kind(value)}

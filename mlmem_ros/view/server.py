@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The server of the page: its files, one socket for each open page, sessions and downloads."""
+"""The page's server: its files, a socket for each open page, sessions and downloads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .. import __version__
 from ..bag.errors import BagError
 from .differences import differences
 from .frames import finite, packed
-from .guard import Guard, Rate
+from .guard import Guard
 from .live import Live
 from .pages import Page
 from .recorded import Recorded, load
@@ -27,13 +27,10 @@ from .recorded import Recorded, load
 STATIC = Path(__file__).parent / 'static'
 
 DEFAULT_PORT = 8742
-"""The page's default port, unless taken."""
+"""The page's port, unless it is taken."""
 
 MESSAGE = 4096
-"""Most bytes of a page's message."""
-
-BURST, RATE = 20, 30.0
-"""Requests of a page at once, and per second."""
+"""Longest message of a page in bytes."""
 
 UNDER_WAY = 8
 """Most requests of a page under way."""
@@ -99,14 +96,14 @@ class Server:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         live = self._live
         if live is None:
-            raise web.HTTPNotFound(text='there is no running element; this is a session')
+            raise web.HTTPNotFound(text='there is no running element')
         if live.pages.full:
             raise web.HTTPServiceUnavailable(text='too many pages are open')
         socket = web.WebSocketResponse(heartbeat=PATIENCE, max_msg_size=MESSAGE, compress=False)
         await socket.prepare(request)
         page = live.open()
         sender = asyncio.create_task(_send(request, socket, page))
-        rate, under_way = Rate(BURST, RATE), set[asyncio.Task[None]]()
+        under_way = set[asyncio.Task[None]]()
         try:
             async for message in socket:
                 if message.type != WSMsgType.TEXT:
@@ -114,7 +111,7 @@ class Server:
                 asked = _parsed(message.data)
                 if asked is None:
                     break
-                if len(under_way) >= UNDER_WAY or not rate.take():
+                if len(under_way) >= UNDER_WAY:
                     refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
                     page.tell(_answer(asked, refusal))
                     continue
@@ -160,7 +157,7 @@ class Server:
             raise web.HTTPNotFound(text=str(error)) from error
 
     def _path(self, number: str) -> Path:
-        """Return the path of a session: one of those it was given, or that pages recorded."""
+        """Return the path of a session: one that was given, or `r0`, `r1` ... of pages."""
         recordings = self._live.recordings if self._live else []
         paths = recordings if number.startswith('r') else self._sessions
         try:
@@ -188,9 +185,9 @@ async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
     page.tell(_answer(asked, await live.ask(asked)))
 
 
-def _answer(asked: dict[str, Any], told: dict[str, Any]) -> bytes:
+def _answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:
     number = asked.get('id')
-    return packed({'k': 'answer', 'id': number if isinstance(number, int) else None, **told})
+    return packed({'k': 'answer', 'id': number if isinstance(number, int) else None, **answer})
 
 
 def _parsed(text: str) -> dict[str, Any] | None:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -75,6 +75,19 @@ class View:
         return time.monotonic() - self.heard
 
 
+def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
+    """Subscribe to a topic of a client's memory node, and return the subscription.
+
+    Args:
+        client: Its node receives the messages; of a stream only the newest.
+        topic: The topic.
+        take: Called with each message in the thread that spins the client's node.
+    """
+    name = topic.name if topic.name[0] == '/' else f'{client.name}/{topic.name}'
+    qos = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
+    return client.node.create_subscription(topic.kind, name, take, qos)
+
+
 class Monitor:
     """Listens to a node.
 
@@ -98,7 +111,7 @@ class Monitor:
         self._length = parameters['design.N'] * parameters['scale.length']
         self._gain_decay = parameters['probe.gain_decay']
         self._prefix = f'{client.name[1:]}: '
-        for topic, listen in (
+        for topic, take in (
             (topics.LEVEL, self._on_level),
             (topics.OUTCOME, self._on_outcome),
             (topics.ECHO, self._on_echo),
@@ -106,9 +119,7 @@ class Monitor:
             (topics.JOINT_STATES, self._on_joint_states),
             (topics.DIAGNOSTICS, self._on_diagnostics),
         ):
-            name = f'{client.name}/{topic.name}' if topic.name[0] != '/' else topic.name
-            newest = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
-            client.node.create_subscription(topic.kind, name, listen, newest)
+            listen(client, topic, take)
 
     def _on_level(self, message: Any) -> None:
         self.view.level = message.data

@@ -1,13 +1,15 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// What a request comes to, told where the hand is.
+// The result of a request, shown below the control that was used.
 
-const bubble = document.getElementById('bubble');
+import { find } from './page.js';
+
+const bubble = find('bubble');
 let timer = 0;
 
-/** Say something below a control; an answer that went well only where it says something. */
-export function say(control, text, good = false) {
-  bubble.replaceChildren(...(text instanceof Node ? [text] : [document.createTextNode(text)]));
+/** Show a text or an element below a control. */
+export function say(control, what, good = false) {
+  bubble.replaceChildren(what);
   bubble.classList.toggle('good', good);
   bubble.hidden = false;
   const box = control.getBoundingClientRect();

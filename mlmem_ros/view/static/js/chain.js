@@ -1,29 +1,28 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The chain cell by cell with its wall, the levels below it, and the strain of every spring.
+// The chain cell by cell with its walls, the levels below it, and the strain of every spring.
 
 import { COUNTS, css, tone } from './colours.js';
+import { make, signed, Tip } from './page.js';
 
-const BUTTON = 31; // pixels that the button of a level needs
+const BUTTON = 31; // width of the button of a level in pixels
 
 export class Chain {
   /**
    * @param {Element} root of a panel
-   * @param {object} act write(level, control), pick(cell); absent for a session
+   * @param {Controls} controls of a running element; absent for a session
    */
-  constructor(root, act) {
+  constructor(root, controls) {
     this.canvas = root.querySelector('.chain');
     this.springs = root.querySelector('.springs');
     this.row = root.querySelector('.levels');
     this.now = root.querySelector('.strain-now');
-    this.act = act;
+    this.controls = controls;
     this.buttons = [];
-    this.tip = Object.assign(document.createElement('div'), { className: 'tip', hidden: true });
-    this.canvas.parentElement.style.position = 'relative';
-    this.canvas.after(this.tip);
+    this.tip = new Tip(this.canvas.parentElement);
     this.canvas.addEventListener('pointermove', (event) => this.point(event));
-    this.canvas.addEventListener('pointerleave', () => { this.tip.hidden = true; });
-    this.canvas.addEventListener('click', (event) => this.act?.pick(this.site(event)));
+    this.canvas.addEventListener('pointerleave', () => this.tip.hide());
+    this.canvas.addEventListener('click', (event) => this.controls?.pick(this.site(event)));
     new ResizeObserver(() => { this.arrange(); this.draw(); }).observe(this.canvas);
   }
 
@@ -41,7 +40,7 @@ export class Chain {
     this.draw();
   }
 
-  /** Put a button below every defect, as far as there is room. */
+  /** Put a button below every defect if there is room. */
   arrange() {
     if (!this.about) return;
     const { defects, cells } = this.about;
@@ -54,26 +53,23 @@ export class Chain {
     this.row.classList.toggle('crowded', room < BUTTON);
     if (room < BUTTON) return this.arrangeMany();
     this.buttons = defects.map((site, level) => {
-      const button = document.createElement('button');
-      button.textContent = level;
+      const title = `${this.controls ? 'Write level' : 'Level'} ${level} (${this.about.codes[level]}), site ${site}`;
+      const button = make('button', { textContent: level, title, disabled: !this.controls });
       button.dataset.level = level;
-      button.title = this.act ? `Write level ${level} (${this.about.codes[level]}), site ${site}` : `Level ${level}, site ${site}`;
-      button.disabled = !this.act;
       button.style.left = `${(100 * (site - 0.5)) / cells}%`;
-      button.onclick = () => this.act?.write(level, button);
+      button.onclick = () => this.controls.write(level, button);
       return button;
     });
     this.row.append(...this.buttons);
   }
 
-  /** Put ticks below the defects of many levels: a click takes the nearest, a number says which. */
+  /** Put a tick below every defect of many levels: a click takes the nearest, or a number is typed. */
   arrangeMany() {
     const { defects, cells } = this.about;
     const at = (site) => (site - 0.5) / cells;
-    const strip = Object.assign(document.createElement('div'), { className: 'strip' });
-    const word = document.createElement('span');
-    strip.append(word, ...defects.map((site) => {
-      const tick = document.createElement('i');
+    const word = make('span');
+    const strip = make('div', { className: 'strip' }, word, ...defects.map((site) => {
+      const tick = make('i');
       tick.style.left = `${100 * at(site)}%`;
       return tick;
     }));
@@ -83,17 +79,15 @@ export class Chain {
     };
     strip.onpointermove = (event) => {
       const level = nearest(event);
-      word.textContent = `${this.act ? 'write ' : ''}${level}`;
+      word.textContent = `${this.controls ? 'write ' : ''}${level}`;
       word.style.left = `${100 * at(defects[level])}%`;
     };
     strip.onpointerleave = () => { word.textContent = ''; };
-    strip.onclick = (event) => this.act?.write(nearest(event), strip);
-    const input = Object.assign(document.createElement('input'), { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: 'Level' });
-    const button = Object.assign(document.createElement('button'), { textContent: 'Write' });
-    button.onclick = () => this.act?.write(Number(input.value), button);
-    const many = Object.assign(document.createElement('div'), { className: 'many live-only' });
-    many.append('Level', input, button);
-    this.row.append(strip, many);
+    strip.onclick = (event) => this.controls?.write(nearest(event), strip);
+    const input = make('input', { type: 'number', min: 0, max: defects.length - 1, value: 0, ariaLabel: 'Level' });
+    const button = make('button', { textContent: 'Write' });
+    button.onclick = () => this.controls.write(Number(input.value), button);
+    this.row.append(strip, make('div', { className: 'many live-only' }, 'Level', input, button));
   }
 
   site(event) {
@@ -108,11 +102,7 @@ export class Chain {
     const site = this.site(event);
     const delta = phases[0] + (this.state.column[Math.floor((site - 1) / stride)] / COUNTS) * (phases[1] - phases[0]);
     const spring = this.state.strain * springs[Math.min(site, springs.length) - 1];
-    this.tip.textContent = `cell ${site}   Δ ${delta.toFixed(4)}\nits spring ${signed(spring, 4)}`;
-    this.tip.hidden = false;
-    const x = event.offsetX;
-    this.tip.style.left = `${Math.min(x + 12, this.canvas.clientWidth - this.tip.offsetWidth)}px`;
-    this.tip.style.top = '2px';
+    this.tip.show(`cell ${site}   Δ ${delta.toFixed(4)}\nstrain of its spring ${signed(spring, 4)}`, event.offsetX);
   }
 
   draw() {
@@ -124,7 +114,13 @@ export class Chain {
   drawCells() {
     const { context, width, height } = fitted(this.canvas);
     const { column, walls } = this.state;
-    if (!column) return;
+    const above = (text) => {
+      context.fillStyle = tone('muted');
+      context.font = '12px Inter, sans-serif';
+      context.textAlign = 'center';
+      context.fillText(text, width / 2, 11);
+    };
+    if (!column) return above('this element publishes no configuration');
     const top = 20, pitch = width / column.length, gap = pitch > 3.2 ? 1 : 0;
     for (let i = 0; i < column.length; i++) {
       const share = Math.max(0, Math.min(1.15, column[i] / COUNTS));
@@ -143,11 +139,7 @@ export class Chain {
       const text = `wall ${wall.toFixed(1)}`, half = context.measureText(text).width / 2;
       context.fillText(text, Math.max(half, Math.min(width - half, x)), 11);
     }
-    if (!walls.length) {
-      context.fillStyle = tone('muted');
-      context.font = '12px Inter, sans-serif';
-      context.fillText('no wall', width / 2, 11);
-    }
+    if (!walls.length) above('no wall');
   }
 
   drawSprings() {
@@ -172,11 +164,8 @@ export class Chain {
   }
 }
 
-/** Return a number with its sign, a true minus. */
-export const signed = (value, digits) => (value < 0 ? '−' : '+') + Math.abs(value).toFixed(digits);
-
-/** Return a canvas ready to be drawn on in CSS pixels. */
-export function fitted(canvas) {
+/** Return the context of a canvas, cleared, and its size in CSS pixels. */
+function fitted(canvas) {
   const ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio);

@@ -1,8 +1,8 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// Colours that colour-blind people tell apart: light sand and deep blue differ in lightness, too.
+// Colours that colour-blind people can tell apart: light sand and deep blue also differ in lightness.
 
-export const COUNTS = 8000; // the active phase in whole numbers; the inactive one is 0
+export const COUNTS = 8000; // the active phase as an integer; the inactive phase is 0
 
 const STOPS = {
   light: [[-0.25, '#c9791c'], [0, '#f4dfc1'], [0.5, '#ffffff'], [1, '#1c6ab0'], [1.25, '#0b2f55']],
@@ -30,7 +30,7 @@ export function table() {
   }));
 }
 
-/** Return the place of a configuration in the table. */
+/** Return the index of a configuration in the table. */
 export const place = (count) => Math.max(0, Math.min(1023, ((count / COUNTS + 0.25) * 682) | 0));
 
 /** Return a configuration's colour for a canvas. */

@@ -1,14 +1,12 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// What can be done with a running element: every control asks the node, and tells its refusal.
+// The controls of a running element: each asks the node and shows a refusal.
 
 import { say } from './bubble.js';
-import { signed } from './chain.js';
-
-const find = (id) => document.getElementById(id);
+import { find, make, signed } from './page.js';
 
 export class Controls {
-  /** @param {Wire} wire to ask through; @param {(text, kind) => void} log takes what happened */
+  /** @param {Wire} wire to ask through; @param {(what, className) => void} log takes an event */
   constructor(wire, log) {
     this.wire = wire;
     this.log = log;
@@ -26,9 +24,9 @@ export class Controls {
       if (answer.ok) say(find('step'), `tick ${answer.details.tick}`, true);
     };
     find('speed').onchange = () => this.ask(find('speed'), { do: 'speed', speed: Number(find('speed').value) });
+    find('record').onclick = () => this.record(!this.isRecording);
     this.connectStrain();
     this.connectFaults();
-    this.connectRecord();
   }
 
   /** Ask for something; refusals and failures are shown at the control. */
@@ -45,16 +43,16 @@ export class Controls {
     return this.ask(control, { do: 'write', level });
   }
 
+  /** Choose the cell whose faults are set. */
   pick(cell) {
     find('cell').value = cell;
     this.showFaults();
   }
 
-  /** Take what the node's parameters are now. */
+  /** Show the node's parameters. */
   set(about) {
-    const slider = find('strain');
-    slider.min = -about.max_strain;
-    slider.max = about.max_strain;
+    find('strain').min = -about.max_strain;
+    find('strain').max = about.max_strain;
     find('cell').max = about.cells;
     if (!find('cell').value) find('cell').value = Math.round(about.cells / 2);
     const speed = String(about.speed), select = find('speed');
@@ -66,7 +64,7 @@ export class Controls {
     this.showFaults();
   }
 
-  /** Take from the health whether time is paused and a session recorded; a text may be a warning. */
+  /** Show from the health whether time is paused and a session recorded. */
   health(parts) {
     this.hold(parts.loop?.values.paused === 'True');
     this.recording(parts.recorder?.values.path != null);
@@ -78,7 +76,7 @@ export class Controls {
     find('step').disabled = !held;
   }
 
-  /** Follow the strain that is on, unless a hand is on the slider. */
+  /** Follow the present strain, unless the slider is dragged. */
   strained(strain) {
     if (this.dragging || this.sending) return;
     find('strain').value = strain;
@@ -96,7 +94,7 @@ export class Controls {
     find('release').onclick = () => this.drag(0);
   }
 
-  /** Send the newest strain as soon as the one before has been answered. */
+  /** Send the newest strain as soon as the previous one is answered. */
   async drag(strain) {
     this.wanted = strain;
     if (this.sending) return;
@@ -114,11 +112,9 @@ export class Controls {
   connectFaults() {
     const set = (control, name, value) => this.ask(control, { do: 'fault', name, value });
     const cell = () => Number(find('cell').value);
-    const toggle = (id, name) => {
+    for (const [id, name] of [['stick', 'stuck_cell'], ['weaken', 'weak_cell']]) {
       find(id).onclick = () => set(find(id), name, this.faults[name] === cell() ? 0 : cell());
-    };
-    toggle('stick', 'stuck_cell');
-    toggle('weaken', 'weak_cell');
+    }
     find('cell').oninput = () => this.showFaults();
     find('noise').onchange = () => set(find('noise'), 'sensor_noise', Number(find('noise').value));
     find('stuck').onclick = () => set(find('stuck'), 'actuator_stuck', !this.faults.actuator_stuck);
@@ -134,16 +130,13 @@ export class Controls {
     if (noise) find('noise').value = noise.value;
   }
 
-  connectRecord() {
-    find('record').onclick = async () => {
-      const on = !this.isRecording;
-      const answer = await this.ask(find('record'), { do: 'record', on });
-      if (!answer.ok) return;
-      this.recording(on);
-      const { path, id } = answer.details;
-      this.log(on ? `recording into ${path}` : recorded(path, id));
-      if (!on) say(find('record'), recorded(path, id), true);
-    };
+  async record(on) {
+    const answer = await this.ask(find('record'), { do: 'record', on });
+    if (!answer.ok) return;
+    this.recording(on);
+    const { path, id } = answer.details;
+    this.log(on ? `recording into ${path}` : recorded(path, id));
+    if (!on) say(find('record'), recorded(path, id), true);
   }
 
   recording(on) {
@@ -153,14 +146,8 @@ export class Controls {
   }
 }
 
-/** Return a line with a finished recording, to show and to fetch. */
-function recorded(path, id) {
-  const line = document.createElement('span');
-  const link = (text, href, more) => Object.assign(document.createElement('a'), { textContent: text, href, ...more });
-  line.append(
-    `recorded ${path.split('/').pop()}: `,
-    link('open', `/?session=${id}`, { target: '_blank' }), ' · ',
-    link('download', `/sessions/${id}/bag.zip`, { download: '' }),
-  );
-  return line;
-}
+/** Return a line that offers a finished recording. */
+const recorded = (path, id) => make('span', {},
+  `recorded ${path.split('/').pop()}: `,
+  make('a', { textContent: 'open', href: `/?session=${id}`, target: '_blank' }), ' · ',
+  make('a', { textContent: 'download', href: `/sessions/${id}/bag.zip`, download: '' }));

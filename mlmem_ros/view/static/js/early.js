@@ -1,6 +1,6 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// Before anything is drawn: the theme that was chosen, or that of the system.
+// Before anything is drawn: the theme that the user chose, or that of the system.
 (() => {
   let chosen = null;
   try { chosen = localStorage.getItem('theme'); } catch { /* storage is turned off */ }

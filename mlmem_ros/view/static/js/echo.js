@@ -1,8 +1,14 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The last echo: what came back over time, its threshold, its delay, and the levels' delays.
+// The last echo: its envelope over time, the threshold, its delay, and the delay of every level.
 
-import { tone } from './colours.js';
+import { COUNTS, tone } from './colours.js';
+import { Tip } from './page.js';
+import { axis, lines, sizeOf } from './plot.js';
+
+/** Return the end that was probed: as the outcome says, or else the one in the inactive phase. */
+export const probed = (values, column) =>
+  (values.end ? values.end === 'left' : column?.[0] >= COUNTS / 2) ? 'left' : 'right';
 
 export class Echo {
   constructor(root) {
@@ -24,7 +30,7 @@ export class Echo {
 
   fit() {
     if (!this.plot) return this.build();
-    if (this.root.clientWidth) this.plot.setSize({ width: this.root.clientWidth, height: this.root.clientHeight });
+    if (this.root.clientWidth) this.plot.setSize(sizeOf(this.root));
   }
 
   build() {
@@ -32,35 +38,33 @@ export class Echo {
     this.plot = null;
     if (!this.about || !this.root.clientWidth) return;
     const echo = this.echo;
-    this.words.textContent = !echo ? 'none heard yet'
+    this.words.textContent = !echo ? 'none yet'
       : echo.delay != null ? `from the ${echo.end}, delay ${echo.delay.toFixed(2)}` : `from the ${echo.end}`;
     const { threshold, gain } = this.about.probes[echo?.end ?? 'left'];
     const x = echo ? Array.from(echo.x) : [0, 1000];
     const y = echo ? Array.from(echo.y, (v, i) => Math.max(v * Math.exp(gain * x[i]), threshold / 400)) : [null, null];
     const furthest = Math.max(...x, ...(echo?.delays ?? [])) * 1.02;
     const highest = Math.max(threshold * 20, ...y) * 1.6;
-    const axis = { stroke: tone('muted'), font: '11px Inter, sans-serif', ticks: { stroke: tone('line'), size: 4 }, gap: 4, labelFont: '11px Inter, sans-serif', labelSize: 16, labelGap: 0 };
     this.plot = new uPlot({
-      width: this.root.clientWidth, height: this.root.clientHeight, legend: { show: false }, padding: [26, 10, 0, 0],
+      ...sizeOf(this.root), legend: { show: false }, padding: [26, 10, 0, 0],
       cursor: { drag: { x: true, y: false, setScale: true }, points: { show: false }, y: false },
       scales: { x: { time: false, range: (_, low, high) => (this.zoomed(low, high) ? [low, high] : [0, furthest]) }, y: { distr: 3, range: () => [threshold / 60, highest] } },
       axes: [
-        { ...axis, label: 'delay in time units', grid: { show: false }, size: 26 },
-        { ...axis, label: 'v_c in cells, damping made up for', grid: { stroke: tone('line'), width: 1 }, size: 48, splits: () => decades(threshold / 60, highest), values: (_, all) => all.map(power) },
+        axis({ label: 'delay in time units', size: 26 }),
+        axis({ label: 'v_c in cells, damping compensated', grid: lines(), size: 48, splits: () => decades(threshold / 60, highest), values: (_, all) => all.map(power) }),
       ],
       series: [{}, { stroke: tone('active'), width: 1.5, fill: tone('active') + '1e', points: { show: false }, fillTo: threshold / 60 }],
       hooks: { draw: [(plot) => this.mark(plot, threshold)], setCursor: [(plot) => this.point(plot)] },
     }, [x, y], this.root);
     this.limits = [x[0], x[x.length - 1]];
-    this.tip = Object.assign(document.createElement('div'), { className: 'tip', hidden: true });
-    this.plot.over.append(this.tip);
+    this.tip = new Tip(this.plot.over);
   }
 
   zoomed(low, high) {
     return this.limits && (low > this.limits[0] + 1e-9 || high < this.limits[1] - 1e-9);
   }
 
-  /** Mark threshold, the levels' delays and the echo's own. */
+  /** Mark the threshold, the delay of every level, and the measured delay. */
   mark(plot, threshold) {
     const { ctx } = plot, { left, top, width, height } = plot.bbox, ratio = devicePixelRatio || 1;
     ctx.save();
@@ -103,11 +107,8 @@ export class Echo {
 
   point(plot) {
     const { left, idx } = plot.cursor;
-    this.tip.hidden = left < 0 || idx == null || !this.echo;
-    if (this.tip.hidden) return;
-    this.tip.textContent = `delay ${plot.data[0][idx].toFixed(1)}\nv_c ${plot.data[1][idx]?.toExponential(2)}`;
-    this.tip.style.left = `${Math.min(left + 12, plot.over.clientWidth - this.tip.offsetWidth)}px`;
-    this.tip.style.top = '4px';
+    if (left < 0 || idx == null || !this.echo) return this.tip.hide();
+    this.tip.show(`delay ${plot.data[0][idx].toFixed(1)}\nv_c ${plot.data[1][idx]?.toExponential(2)}`, left);
   }
 }
 
@@ -115,7 +116,7 @@ function line(ctx, ax, ay, bx, by) {
   ctx.beginPath(); ctx.moveTo(ax, ay); ctx.lineTo(bx, by); ctx.stroke();
 }
 
-/** Return the powers of ten within two numbers. */
+/** Return the powers of ten between two numbers. */
 function decades(low, high) {
   const first = Math.ceil(Math.log10(low)), count = Math.floor(Math.log10(high)) - first + 1;
   return Array.from({ length: count }, (_, i) => 10 ** (first + i));

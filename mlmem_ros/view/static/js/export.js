@@ -1,14 +1,15 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// A still as PNG and a film as WebM of what is shown, drawn onto one canvas.
+// A still (PNG) or a film (WebM) of what is shown, drawn onto one canvas.
 
-import { tone } from './colours.js';
 import { say } from './bubble.js';
+import { tone } from './colours.js';
+import { find, make } from './page.js';
 
 const LONGEST = 120; // seconds of a film
 const PAD = 28, HEAD = 58;
 
-/** Draw all panels as they are on the page, with a caption, onto a canvas. */
+/** Draw all panels as they are, with a caption, onto a canvas. */
 export function compose(shown, scale, canvas = document.createElement('canvas')) {
   const panels = shown.panels;
   const boxes = panels.map((panel) => panel.root.getBoundingClientRect());
@@ -75,11 +76,9 @@ function text(context, what, x, y, font, colour, align = 'left') {
   context.fillText(what, x, y);
 }
 
-/** Save a file that was made on the page. */
+/** Save a file made by the page. */
 function save(blob, name) {
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
+  const link = make('a', { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
@@ -87,19 +86,19 @@ function save(blob, name) {
 const stamp = () => new Date().toISOString().slice(0, 19).replace(/[-:]/g, '').replace('T', '-');
 
 export function connect(shown) {
-  const still = document.getElementById('still'), film = document.getElementById('film');
-  still.onclick = () => compose(shown(), 2).toBlob((blob) => save(blob, `mlmem-${stamp()}.png`), 'image/png');
+  const still = find('still'), film = find('film');
+  still.onclick = () => compose(shown, 2).toBlob((blob) => save(blob, `mlmem-${stamp()}.png`), 'image/png');
   let recorder = null;
   film.onclick = () => {
     if (recorder) return recorder.stop();
-    if (!window.MediaRecorder) return say(film, 'this browser records no films');
-    const canvas = compose(shown(), 1), chunks = [];
+    if (!window.MediaRecorder) return say(film, 'This browser cannot record films.');
+    const canvas = compose(shown, 1), chunks = [];
     const type = ['video/webm;codecs=vp9', 'video/webm'].find((kind) => MediaRecorder.isTypeSupported(kind));
-    if (!type) return say(film, 'this browser records no WebM');
+    if (!type) return say(film, 'This browser cannot record WebM.');
     recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 6e6 });
-    const timer = setInterval(() => compose(shown(), 1, canvas), 33);
+    const timer = setInterval(() => compose(shown, 1, canvas), 33);
     const end = setTimeout(() => recorder.stop(), 1000 * LONGEST);
-    const played = shown().play && !shown().playing;
+    const played = shown.play && !shown.playing;
     recorder.ondataavailable = (event) => chunks.push(event.data);
     recorder.onstop = () => {
       clearInterval(timer);
@@ -113,12 +112,12 @@ export function connect(shown) {
     film.classList.add('on');
     film.lastElementChild.textContent = 'Stop';
     if (played) {
-      shown().play(true);
+      shown.play(true);
       const watch = setInterval(() => {
         if (!recorder) return clearInterval(watch);
-        if (shown().playing || !chunks.some(({ size }) => size)) return; // a busy machine is late
+        if (shown.playing || !chunks.some(({ size }) => size)) return; // a busy machine takes time to begin
         clearInterval(watch);
-        setTimeout(() => recorder?.stop(), 500); // the last picture stands for a moment
+        setTimeout(() => recorder?.stop(), 500); // the last picture stays for a moment
       }, 100);
     }
   };

@@ -1,22 +1,21 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// One element as it is seen: its content, chain, picture and echo.
+// One element: its content, chain, picture and echo.
 
 import { Chain } from './chain.js';
 import { Echo } from './echo.js';
+import { find, signed } from './page.js';
 import { Picture } from './picture.js';
-import { progress } from './progress.js';
 
-let count = 0;
+const REWRITING = ['write', 'erase', 'calibrate', 'self_test']; // meanwhile the content is in the past
 
 export class Panel {
-  /** @param {object} act for the chain, live; null for a session */
-  constructor(act, live) {
-    this.root = document.getElementById('panel').content.firstElementChild.cloneNode(true);
-    document.getElementById('panels').append(this.root);
-    this.root.querySelector('.picture').dataset.key = count++;
-    this.chain = new Chain(this.root, act);
-    this.picture = new Picture(this.root, live);
+  /** @param {Controls} controls of a running element; absent for a session */
+  constructor(controls) {
+    this.root = find('panel').content.firstElementChild.cloneNode(true);
+    find('panels').append(this.root);
+    this.chain = new Chain(this.root, controls);
+    this.picture = new Picture(this.root, Boolean(controls));
     this.echo = new Echo(this.root);
     this.find = (name) => this.root.querySelector(name);
   }
@@ -33,34 +32,40 @@ export class Panel {
   show(state) {
     if (!this.about) return;
     this.chain.show(state);
-    const { level, confidence } = state;
-    const held = this.find('.level');
-    held.textContent = level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown';
-    held.classList.toggle('word', !(level >= 0));
+    const { level, confidence, doing } = state;
+    const content = this.find('.level');
+    content.textContent = level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown';
+    content.classList.toggle('word', !(level >= 0));
+    content.classList.toggle('past', REWRITING.includes(doing?.name));
     this.find('.code').textContent = level >= 0 ? this.about.codes[level] ?? '' : '';
-    held.classList.toggle('past', ['write', 'erase', 'calibrate', 'self_test'].includes(state.doing?.name));
-    const known = confidence != null && level != null && level >= -1;
+    const known = confidence != null && level >= -1;
     this.find('.confidence i').style.width = known ? `${100 * confidence}%` : '0';
     this.find('.confidence span').textContent = known ? `confidence ${confidence.toFixed(2)}` : 'confidence –';
-    this.work(state);
-  }
-
-  /** Show what the running procedure does, and how far it is. */
-  work(state) {
-    const { text, share } = progress(this.about, state);
+    this.find('.activity').classList.toggle('idle', !doing);
+    this.find('.what').textContent = activity(state);
     const bar = this.find('.progress');
-    this.find('.activity').classList.toggle('idle', !state.doing);
-    this.find('.what').textContent = text;
-    bar.classList.toggle('off', !state.doing);
-    bar.classList.toggle('unknown', share == null);
-    this.find('.progress i').style.width = share == null ? '' : `${100 * share}%`;
+    bar.classList.toggle('off', !doing);
+    bar.classList.toggle('unknown', doing?.share == null);
+    bar.firstElementChild.style.width = doing?.share == null ? '' : `${100 * doing.share}%`;
   }
 
-  /** Draw everything anew, in the colours of the present theme. */
+  /** Draw everything again, in the colours of the present theme. */
   repaint() {
     if (!this.about) return;
     this.picture.build();
     this.echo.build();
     this.chain.draw();
   }
+}
+
+/** Return what the element does in words. */
+function activity({ doing, strain }) {
+  if (!doing) return Math.abs(strain) > 5e-4 ? `held at strain ${signed(strain, 3)}` : 'idle';
+  const name = doing.name.replace('_', '-');
+  return [
+    doing.level == null ? name : `${name} ${doing.level}`,
+    doing.phase,
+    doing.attempts > 1 && `try ${doing.attempts}`,
+    `${doing.for.toFixed(1)} s`,
+  ].filter(Boolean).join(', ');
 }

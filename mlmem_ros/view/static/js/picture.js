@@ -1,22 +1,26 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The growing x-t picture of the configuration, and the strain below it on the same time axis.
+// The x-t picture of the configuration, and the strain below it on the same time axis.
 
-import { signed } from './chain.js';
 import { COUNTS, place, table, tone } from './colours.js';
+import { signed, Tip } from './page.js';
+import { axis, lines, sizeOf } from './plot.js';
 import { last } from './track.js';
 import { zoomable } from './zoom.js';
 
 const SPAN = 20; // seconds that a running element's picture shows
-const STALE = 0.05; // seconds for which a column stands where none follows
+const STALE = 0.05; // seconds for which the last column is drawn
 const LEFT = 46, RIGHT = 40; // pixels beside the picture
 
+let count = 0;
+
 export class Picture {
-  /** @param {Element} root of a panel; @param {boolean} live whether it grows */
+  /** @param {Element} root of a panel; @param {boolean} live whether it grows: a running element */
   constructor(root, live) {
     this.root = root.querySelector('.picture');
     this.below = root.querySelector('.strains');
     this.button = root.querySelector('.follow');
+    this.key = `time ${count++}`;
     this.live = live;
     this.following = live;
     this.span = SPAN;
@@ -25,7 +29,7 @@ export class Picture {
     new ResizeObserver(() => this.fit()).observe(this.root);
   }
 
-  /** @param {number} end of the time axis of a session, where another one is longer */
+  /** @param {number} end of the time axis, for a session beside a longer one */
   set(about, track, end = track.end) {
     const same = this.about && JSON.stringify(this.about.defects) === JSON.stringify(about.defects);
     this.about = about;
@@ -85,18 +89,17 @@ export class Picture {
     const { defects } = this.about;
     const every = Math.ceil(defects.length / 12);
     const shown = this.shown = defects.filter((_, level) => level % every === 0);
-    const axis = { stroke: tone('muted'), font: '11px Inter, sans-serif', grid: { show: false }, ticks: { stroke: tone('line'), size: 4 }, gap: 4 };
-    const cursor = { drag: { x: false, y: false }, points: { show: false }, sync: { key: 'time' + this.root.dataset.key, setSeries: false, scales: ['x', null] } };
+    const cursor = { drag: { x: false, y: false }, points: { show: false }, sync: { key: this.key, setSeries: false, scales: ['x', null] } };
     const common = { legend: { show: false }, padding: [6, RIGHT - 30, 0, 0] };
     this.plot = new uPlot({
       ...common,
-      width: this.root.clientWidth, height: this.root.clientHeight,
+      ...sizeOf(this.root),
       cursor: { ...cursor, x: true, y: true },
       scales: { x: { time: false, range: () => this.range() }, y: { range: () => this.y } },
       axes: [
-        { ...axis, show: true, size: 8, values: () => [], ticks: { show: false } },
-        { ...axis, scale: 'y', size: LEFT, label: 'site', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, splits: () => shown },
-        { ...axis, scale: 'y', side: 1, size: RIGHT - 12, label: 'level', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, splits: () => shown, values: (_, sites) => sites.map((site) => defects.indexOf(site)) },
+        axis({ size: 8, values: () => [], ticks: { show: false } }),
+        axis({ scale: 'y', size: LEFT, label: 'site', labelSize: 14, splits: () => shown }),
+        axis({ scale: 'y', side: 1, size: RIGHT - 12, label: 'level', labelSize: 14, splits: () => shown, values: (_, sites) => sites.map((site) => defects.indexOf(site)) }),
       ],
       series: [{}, { scale: 'y', show: true, stroke: 'transparent', points: { show: false } }],
       hooks: { drawClear: [(plot) => this.paint(plot)], setCursor: [(plot) => this.point(plot)] },
@@ -105,21 +108,20 @@ export class Picture {
     this.lower = new uPlot({
       ...common,
       padding: [4, RIGHT + 12, 0, 0],
-      width: this.below.clientWidth, height: this.below.clientHeight,
+      ...sizeOf(this.below),
       cursor: { ...cursor, y: false },
       scales: {
         x: { time: false, range: () => this.range() },
         y: { range: (_, low, high) => { const most = Math.max(0.01, Math.abs(low ?? 0), Math.abs(high ?? 0)) * 1.12; return [-most, most]; } },
       },
       axes: [
-        { ...axis, values: (_, times) => times.map((t) => `${+t.toFixed(3)} s`), size: 26 },
-        { ...axis, size: LEFT, label: 'strain', labelSize: 14, labelFont: '11px Inter, sans-serif', labelGap: 0, grid: { show: true, stroke: tone('line'), width: 1 }, space: 24, values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) },
+        axis({ values: (_, times) => times.map((t) => `${+t.toFixed(3)} s`), size: 26 }),
+        axis({ size: LEFT, label: 'strain', labelSize: 14, grid: lines(), space: 24, values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) }),
       ],
       series: [{}, { stroke: tone('strain'), width: 1.5, points: { show: false }, fill: tone('strain') + '22', fillTo: 0 }],
       plugins: [zoomable({ ...this.view, get: () => ({ x: this.range(), y: null }), set: (x, _, zoom) => this.move(x, null, zoom) })],
     }, [[0], [0]], this.below);
-    this.tip = Object.assign(document.createElement('div'), { className: 'tip', hidden: true });
-    this.plot.over.append(this.tip);
+    this.tip = new Tip(this.plot.over);
     this.needle = null;
     this.draw();
   }
@@ -127,12 +129,12 @@ export class Picture {
   fit() {
     if (!this.plot) return this.about && this.build();
     if (!this.root.clientWidth) return;
-    this.plot.setSize({ width: this.root.clientWidth, height: this.root.clientHeight });
-    this.lower.setSize({ width: this.below.clientWidth, height: this.below.clientHeight });
+    this.plot.setSize(sizeOf(this.root));
+    this.lower.setSize(sizeOf(this.below));
     this.draw();
   }
 
-  /** Draw; a needle is the time that is played, in a session. */
+  /** Draw; the needle is the time that is shown, in a session. */
   draw(needle = this.needle) {
     if (!this.plot) return;
     this.needle = needle;
@@ -150,7 +152,7 @@ export class Picture {
     plot.setScale('y', plot === this.plot ? { min: this.y[0], max: this.y[1] } : strained(this.track.strain, min, max));
   }
 
-  /** Paint the columns in view into the plot, a pixel column of the screen at a time. */
+  /** Paint the columns in view into the plot, one for each pixel across. */
   paint(plot) {
     const { left, top, width, height } = plot.bbox;
     const { t, columns } = this.track;
@@ -171,7 +173,7 @@ export class Picture {
     for (let x = 0; x < across; x++) {
       const at = from + ((x + 0.5) / across) * (to - from);
       while (index + 1 < t.length && t[index + 1] <= at) index++;
-      if (index < 0 || at > this.track.end + STALE) continue;
+      if (index < 0 || at > t.at(-1) + STALE) continue;
       const column = columns[index];
       for (let row = 0; row < rows; row++) out[(rows - 1 - row) * across + x] = colours[place(column[row])];
     }
@@ -195,23 +197,19 @@ export class Picture {
 
   point(plot) {
     const { left, top } = plot.cursor;
-    const over = left >= 0 && top >= 0;
-    this.tip.hidden = !over;
-    if (!over) return;
     const t = plot.posToVal(left, 'x'), site = Math.round(plot.posToVal(top, 'y'));
     const index = last(this.track.t, t);
     const { cells, stride, phases } = this.about;
-    if (index < 0 || t > this.track.end + STALE || site < 1 || site > cells) { this.tip.hidden = true; return; }
+    const over = left >= 0 && top >= 0 && site >= 1 && site <= cells;
+    if (!over || index < 0 || t > this.track.t.at(-1) + STALE) return this.tip.hide();
     const count = this.track.columns[index][Math.floor((site - 1) / stride)];
     const strain = this.track.strain.y[last(this.track.strain.t, t)] ?? 0;
-    this.tip.textContent =
-      `${t.toFixed(2)} s   cell ${site}\nΔ ${(phases[0] + (count / COUNTS) * (phases[1] - phases[0])).toFixed(4)}   strain ${signed(strain, 4)}`;
-    this.tip.style.left = `${left + 14 + this.tip.offsetWidth > plot.over.clientWidth ? left - this.tip.offsetWidth - 10 : left + 14}px`;
-    this.tip.style.top = `${Math.max(0, top - 44)}px`;
+    const delta = phases[0] + (count / COUNTS) * (phases[1] - phases[0]);
+    this.tip.show(`${t.toFixed(2)} s   cell ${site}\nΔ ${delta.toFixed(4)}   strain ${signed(strain, 4)}`, left, top - 44);
   }
 }
 
-/** Return the range of strain in view, even about zero. */
+/** Return the range of strain in view, symmetric about zero. */
 function strained({ t, y }, from, to) {
   let most = 0.01;
   for (let i = Math.max(0, last(t, from)); i < t.length && t[i] <= to; i++) most = Math.max(most, Math.abs(y[i]));

@@ -1,44 +1,34 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// The configuration over time: columns with their times, strains and walls.
+// Configuration and strain over time. A real element shows its strain alone.
 
-const KEPT = 4000; // columns of a running element: two minutes
+const KEPT = 4000; // samples of a running element: two minutes
 
 export class Track {
-  constructor() {
-    this.t = [];
-    this.columns = [];
-    this.walls = [];
-    this.strain = { t: [], y: [] };
+  /** @param {object} frame t of the columns in `data`, strain: [times, values] */
+  constructor({ t = [], strain = [[], []], data } = {}) {
+    const rows = t.length ? data.length / t.length : 0;
+    this.t = t;
+    this.columns = t.map((_, i) => data.subarray(i * rows, (i + 1) * rows));
+    this.strain = { t: strain[0], y: strain[1] };
   }
 
   /** Add what a running element shows. */
-  push(t, column, walls, strain) {
-    if (this.t.length && t <= this.t[this.t.length - 1]) return;
-    this.t.push(t);
-    this.columns.push(column);
-    this.walls.push(walls);
+  push(t, strain, column) {
+    if (t <= this.end) return;
     this.strain.t.push(t);
     this.strain.y.push(strain);
-    if (this.t.length > 1.25 * KEPT) {
-      const over = this.t.length - KEPT;
-      for (const list of [this.t, this.columns, this.walls, this.strain.t, this.strain.y]) list.splice(0, over);
+    if (column) {
+      this.t.push(t);
+      this.columns.push(column);
+    }
+    for (const list of [this.t, this.columns, this.strain.t, this.strain.y]) {
+      if (list.length > 1.25 * KEPT) list.splice(0, list.length - KEPT);
     }
   }
 
-  /** Return a track of a frame of columns that lie behind each other. */
-  static of(t, data, walls, strain) {
-    const track = new Track();
-    const rows = t.length ? data.length / t.length : 0;
-    track.t = t;
-    track.columns = t.map((_, i) => data.subarray(i * rows, (i + 1) * rows));
-    track.walls = walls;
-    track.strain = strain;
-    return track;
-  }
-
-  get begin() { return this.t.length ? this.t[0] : 0; }
-  get end() { return this.t.length ? this.t[this.t.length - 1] : 0; }
+  get begin() { return Math.min(this.t[0] ?? Infinity, this.strain.t[0] ?? Infinity, this.end); }
+  get end() { return Math.max(this.t.at(-1) ?? 0, this.strain.t.at(-1) ?? 0); }
 }
 
 /** Return the index of the last entry of an ascending list that is not above a value; -1: none. */

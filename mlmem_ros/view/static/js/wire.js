@@ -1,10 +1,10 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// Frames of the server, and the socket they come by: see mlmem_ros/view/frames.py.
+// Frames of the server and its socket; mlmem_ros/view/frames.py defines them.
 
 const BODIES = { i2: Int16Array, f4: Float32Array };
 
-/** Return the head of a frame, with its numbers as `data`. */
+/** Return the header of a frame, with its numbers as `data`. */
 export function unpack(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
@@ -12,16 +12,16 @@ export function unpack(buffer) {
   return head;
 }
 
-/** Fetch a frame; what the server says of a failure is thrown as an error. */
+/** Fetch a frame; a failure is thrown with the server's text. */
 export async function fetchFrame(address) {
   const response = await fetch(address);
   if (!response.ok) throw new Error(await response.text());
   return unpack(await response.arrayBuffer());
 }
 
-/** A line to a running element that is taken up again whenever it breaks. */
+/** The connection to a running element; it reconnects whenever it breaks. */
 export class Wire {
-  /** @param {(head: object) => void} told is given every frame, and {k: 'wire', open}. */
+  /** @param {(head: object) => void} told takes every frame, and {k: 'wire', open}. */
   constructor(told) {
     this.told = told;
     this.waiting = new Map();
@@ -36,7 +36,7 @@ export class Wire {
     this.socket.onopen = () => this.told({ k: 'wire', open: true });
     this.socket.onmessage = (event) => this.take(unpack(event.data));
     this.socket.onclose = () => {
-      for (const done of this.waiting.values()) done({ ok: false, kind: 'silent', text: 'the server is gone' });
+      for (const done of this.waiting.values()) done({ ok: false, kind: 'silent', text: 'the page\'s server is gone' });
       this.waiting.clear();
       this.told({ k: 'wire', open: false });
       setTimeout(() => this.connect(), 700);
@@ -52,7 +52,7 @@ export class Wire {
   /** Ask for something; resolves to {ok, kind, text, details}, and never fails. */
   ask(what) {
     if (this.socket.readyState !== WebSocket.OPEN) {
-      return Promise.resolve({ ok: false, kind: 'silent', text: 'the server is gone' });
+      return Promise.resolve({ ok: false, kind: 'silent', text: 'the page\'s server is gone' });
     }
     const id = ++this.number;
     this.socket.send(JSON.stringify({ id, ...what }));

@@ -1,12 +1,12 @@
 // Copyright 2026 The mlmem_ros authors
 // SPDX-License-Identifier: Apache-2.0
-// Zoom and pan of a plot: wheel or two fingers, and drag; both across time and along the chain.
+// Zoom a plot by the wheel or two fingers, and pan it by dragging: along time, and along the chain.
 
 /**
  * Return a uPlot plugin.
  *
- * @param {object} view get() and set(x, y) the ranges [low, high]; all() shows everything;
- *   y is null where only time can be moved.
+ * @param {object} view get() and set(x, y, zoom) the ranges [low, high]; all() shows everything;
+ *   y is null if only time can be changed.
  */
 export function zoomable(view) {
   const pointers = new Map();

@@ -32,25 +32,33 @@ WANTED = (
     'probe_right.gain_decay',
     'scale.time',
     'scale.length',
-    'time.tick',
     'time.speed',
 )
-"""Parameters that a page needs."""
+"""Parameters of a node that a page needs."""
+
+
+def grouped(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return parameters by group and name."""
+    groups: dict[str, dict[str, Any]] = {}
+    for name, value in parameters.items():
+        group, _, key = name.partition('.')
+        groups.setdefault(group, {})[key] = value
+    return groups
 
 
 @dataclass(frozen=True)
-class Element:
+class About:
     """An element as a page shows it.
 
     Attributes:
         design: The element.
         stride: Every stride-th cell is shown.
-        about: What the page gets, ready for JSON.
+        json: What the page gets.
     """
 
     design: Design
     stride: int
-    about: dict[str, Any]
+    json: dict[str, Any]
 
     @property
     def phases(self) -> tuple[float, float]:
@@ -60,29 +68,28 @@ class Element:
     @property
     def length(self) -> float:
         """Its length in metres: end displacement over strain."""
-        return float(self.design.N * self.about['scale']['length'])
+        return float(self.design.N * self.json['scale']['length'])
 
     @classmethod
-    def of(cls, parameters: Mapping[str, Any], node: str) -> Element:
-        """Make one from parameters; those that are missing have their defaults.
+    def of(cls, groups: Mapping[str, Mapping[str, Any]], node: str) -> About:
+        """Make one from parameters.
 
         Args:
-            parameters: Values by the names of the node's parameters.
+            groups: Values by group and name: design, actuator, probe, probe_right and scale; from
+                a running node also faults and time.
             node: Full name of the node.
 
         Raises:
-            DesignError: They do not describe an element. TypeError: The design is not given.
+            DesignError: They do not describe an element.
         """
-        given = {
-            each.name: parameters[f'design.{each.name}']
-            for each in fields(Design)
-            if f'design.{each.name}' in parameters
-        }
-        design = Design(**given)
-        scale = {'time': 1e-4, 'length': 0.01}
-        scale |= {name: float(parameters.get(f'scale.{name}', scale[name])) for name in scale}
+        design = Design(**groups['design'])
         stride = math.ceil(design.N / ROWS)
-        about = {
+        actuator, scale = groups['actuator'], groups['scale']
+        by_hand = ActuatorSettings(
+            max_rate=actuator['max_rate'], hand_rate=actuator['hand_rate']
+        ).by_hand
+        probes = {'left': groups['probe'], 'right': groups['probe_right']}
+        json = {
             'node': node,
             'cells': design.N,
             'rows': len(range(0, design.N, stride)),
@@ -93,23 +100,14 @@ class Element:
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
             'substrate': design.substrate,
-            'max_strain': float(parameters.get('actuator.max_strain', 0.08)),
-            'hand_rate': ActuatorSettings(
-                max_rate=float(parameters.get('actuator.max_rate', 1e-4)),
-                hand_rate=float(parameters.get('actuator.hand_rate', 0.0)),
-            ).by_hand,
-            'scale': scale,
-            'tick': float(parameters.get('time.tick', 20.0)) * scale['time'],
-            'speed': float(parameters.get('time.speed', 1.0)),
+            'max_strain': actuator['max_strain'],
+            'hand_rate': by_hand,
+            'scale': {'time': scale['time'], 'length': scale['length']},
             'probes': {
-                end: {
-                    'threshold': float(parameters.get(f'{group}.v_th', 0.0)),
-                    'gain': float(parameters.get(f'{group}.gain_decay', 0.0)),
-                }
-                for end, group in (('left', 'probe'), ('right', 'probe_right'))
+                end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
+                for end, probe in probes.items()
             },
-            'faults': {
-                name.partition('.')[2]: parameters[name] for name in FAULTS if name in parameters
-            },
+            'faults': groups.get('faults', {}),
+            'speed': groups.get('time', {}).get('speed', 1.0),
         }
-        return cls(design, stride, about)
+        return cls(design, stride, json)

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.view.actions import Actions, BadRequest
 from mlmem_ros.view.activity import Activity
+from mlmem_ros.view.requests import Requests
 
 ABOUT = {'max_strain': 0.08, 'hand_rate': 1e-4, 'scale': {'time': 1e-4}}
 
@@ -29,8 +29,10 @@ def client():
 
 
 @pytest.fixture
-def actions(client):
-    return Actions(client, lambda: SimpleNamespace(about=ABOUT))
+def requests(client):
+    requests = Requests(client, Activity())
+    requests.about = SimpleNamespace(json=ABOUT)
+    return requests
 
 
 @pytest.mark.parametrize(
@@ -50,8 +52,8 @@ def actions(client):
         ),
     ],
 )
-def test_a_request(actions, client, asked, sent):
-    actions.ask(asked)
+def test_a_request(requests, client, asked, sent):
+    requests.send(asked)
     assert client.sent == [sent]
 
 
@@ -74,15 +76,15 @@ def test_a_request(actions, client, asked, sent):
         {'do': 'fault', 'name': 'stuck_cell', 'value': 'x'},
     ],
 )
-def test_what_is_no_request_is_not_sent(actions, client, asked):
-    with pytest.raises(BadRequest):
-        actions.ask(asked)
+def test_what_is_no_request_is_not_sent(requests, client, asked):
+    with pytest.raises(ValueError, match=r'must be|no request'):
+        requests.send(asked)
     assert not client.sent
 
 
-def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(actions, client):
+def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, client):
     """From one end of its range to the other within the rate, which a cubic exceeds by a half."""
-    actions.ask({'do': 'strain', 'strain': -0.03})
+    requests.send({'do': 'strain', 'strain': -0.03})
     ((name, (times, strains, rates), _),) = client.sent
     assert name == 'follow'
     assert strains == [-0.03]
@@ -91,8 +93,8 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(actions, clien
     assert fastest < ABOUT['hand_rate'] / ABOUT['scale']['time']
 
 
-def test_healing_leaves_no_fault(actions, client):
-    actions.ask({'do': 'heal'})
+def test_healing_leaves_no_fault(requests, client):
+    requests.send({'do': 'heal'})
     ((_, (values,), _),) = client.sent
     assert values['faults.actuator_stuck'] is False
     assert values['faults.damping_factor'] == 1.0
@@ -101,22 +103,24 @@ def test_healing_leaves_no_fault(actions, client):
 
 def test_a_procedure_is_known_from_the_page_that_asked_or_from_the_diagnostics():
     activity = Activity()
-    assert activity.told() == {}
+    assert activity.now() == {}
     assert activity.asked({'do': 'write', 'level': 3})
-    assert activity.told()['doing']['name'] == 'write'
-    assert activity.told()['doing']['level'] == 3
+    assert activity.now()['doing']['name'] == 'write'
+    assert activity.now()['doing']['level'] == 3
     assert not activity.asked({'do': 'erase'})  # it will be refused: a write runs
     activity.ended('write')
-    assert activity.told() == {}
-    activity.running('')
+    assert activity.now() == {}
+    activity.reported('')
     assert not activity.asked({'do': 'strain'})
 
 
 def test_an_action_tells_how_far_it_is_whoever_asked_for_it():
     activity = Activity()
-    activity.tells('erase', SimpleNamespace(phase='quieting', share=0.25, strain=0.0, attempts=1))
-    doing = activity.told()['doing']
+    activity.progress(
+        'erase', SimpleNamespace(phase='quieting', share=0.25, strain=0.0, attempts=1)
+    )
+    doing = activity.now()['doing']
     assert (doing['name'], doing['phase'], doing['share']) == ('erase', 'quieting', 0.25)
     activity.ended('erase')
     activity.asked({'do': 'read'})
-    assert 'share' not in activity.told()['doing']
+    assert 'share' not in activity.now()['doing']
