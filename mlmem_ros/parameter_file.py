@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's ROS parameter file, read without ROS: the design and the settings it gives.
+"""A node's ROS parameter file, read without ROS: the design and settings in it.
 
-Names, types and ranges are the node's; parameters of the node alone are left to it.
+Names, types and ranges are checked as by the node; what concerns only the node is ignored.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ OF_THE_NODE = (
     'publish', 'record', 'state', 'files', 'faults', 'target_level', 'autostart', 'view',
     'use_sim_time',
 )  # fmt: skip
-"""Groups and names of the node that a design does not have."""
+"""Groups and names that concern only the node."""
 
 OF_THE_NODE_TOO = ('time.speed', 'design.check')
-"""Names of the node in groups of the device."""
+"""Names that concern only the node, in groups of the device."""
 
 
 class ParameterFileError(ValueError):
-    """A file that is not a node's parameter file: the message names what and where."""
+    """A file is not a node's parameter file; the message says what is wrong, and where."""
 
 
 def load(source: str) -> Preset:
-    """Return the design and the settings of a parameter file, or a preset by its name.
+    """Return the design and settings of a parameter file, or a preset by its name.
 
     Args:
         source: Path of a file, or the name of a preset.
@@ -59,7 +59,7 @@ def load(source: str) -> Preset:
 
 
 def node_parameters(config: str) -> str | dict[str, str]:
-    """Return a configuration as a launch file passes it to a node: parameters, or their file.
+    """Return what a launch file passes to a node for a configuration: parameters, or a file.
 
     Args:
         config: Path of a file, or the name of a preset.
@@ -79,7 +79,7 @@ def node_parameters(config: str) -> str | dict[str, str]:
 
 
 def parse(text: str, name: str = 'the file') -> Preset:
-    """Parse a parameter file's text: its preset's design and settings, with its changes.
+    """Return the preset that a parameter file's text names, with the changes in it.
 
     Args:
         text: YAML, as `/**: {ros__parameters: {design: {preset: case_2}, write: ...}}`.
@@ -123,44 +123,35 @@ def parse(text: str, name: str = 'the file') -> Preset:
 def text_of(design: Design, settings: Settings) -> str:
     """Return the parameter file of a design and settings, which `parse` reads back.
 
-    It names the nearest preset and lists the differences.
+    It names the nearest preset and lists what differs.
     """
-    given = {'design': design, **settings.groups()}
+    wanted = {'design': design, **settings.groups()}
     candidates = {
         name: {
-            group: _differences(given[group], values)
+            group: _differences(wanted[group], values)
             for group, values in {'design': known.design, **known.settings.groups()}.items()
         }
-        for name, known in {DEFAULT: preset(DEFAULT), **PRESETS}.items()  # it wins a tie
+        for name, known in {DEFAULT: preset(DEFAULT), **PRESETS}.items()  # DEFAULT wins a tie
     }
     name = min(candidates, key=lambda name: sum(map(len, candidates[name].values())))
     differences = candidates[name]
     groups = {'design': {'preset': name, **differences.pop('design')}, **differences}
-    lines = ['/**:', '  ros__parameters:']
-    for group, values in groups.items():
-        lines += [f'    {group}:'] if values else []
-        lines += [f'      {key}: {_scalar(value)}' for key, value in values.items()]
-    return '\n'.join(lines) + '\n'
+    given = {group: values for group, values in groups.items() if values}
+    text: str = yaml.safe_dump({'/**': {'ros__parameters': given}}, sort_keys=False)
+    return text
 
 
 def _differences(given: Any, default: Any) -> dict[str, Any]:
     pairs = ((field.name, getattr(given, field.name)) for field in dataclasses.fields(given))
-    return {key: value for key, value in pairs if value != getattr(default, key)}
-
-
-def _scalar(value: Any) -> str:
-    """Return a value in YAML; a double has a point, or ROS would take it for an integer."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    text = str(value)
-    if isinstance(value, float) and '.' not in text:
-        mantissa, e, exponent = text.partition('e')
-        text = f'{mantissa}.0{e}{exponent}'
-    return text
+    return {
+        key: float(value) if isinstance(value, float) else value  # a search leaves NumPy's
+        for key, value in pairs
+        if value != getattr(default, key)
+    }
 
 
 def _parameters(text: str, name: str) -> Mapping[str, Any]:
-    """Return what is under `ros__parameters`, of `/**` and one node together."""
+    """Return what is below `ros__parameters`, of `/**` and one node merged."""
     try:
         content = yaml.load(text, yaml.BaseLoader)  # every scalar stays text
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
@@ -189,7 +180,7 @@ def _parameters(text: str, name: str) -> Mapping[str, Any]:
 
 
 def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator[tuple[str, str]]:
-    """Yield dotted names, and the text of their values."""
+    """Yield dotted names and the text of their values."""
     for key, value in parameters.items():
         if isinstance(value, Mapping):
             yield from _flat(value, name, f'{above}{key}.')
@@ -200,7 +191,7 @@ def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator
 
 
 def _typed(text: str, kind: str, key: str, name: str) -> Any:
-    """Return a value of the node's declared type; ROS does not convert integers to doubles."""
+    """Return a value of the declared type; like ROS, it converts no integer to a double."""
     if kind == 'str':
         return text
     if kind == 'bool' and text.lower() in ('true', 'false'):

@@ -21,22 +21,22 @@ from .line import Line
 from .reply import Reply, Steps
 
 SHORTEST = 0.1
-"""Least seconds for an element to answer, however late the others were."""
+"""Seconds that an element gets to answer at least, however late the others were."""
 
 
 class MemoryBank:
     """Writes and reads one word in several elements at once.
 
-    Requests go to all elements at the same time, so that a bank takes as long as its slowest
-    element. The replies are used like those of a `MemoryClient`, and raise `BankFailed`.
+    Requests go to all elements at the same time, so a bank takes as long as its slowest element.
+    The replies are used like those of a `MemoryClient`, and raise `BankFailed`.
 
-    Without check digits a word is not written in one stroke: if the power fails during a write,
-    some elements hold the new digit and some the old one, undetectably. With them (`check`) the
-    last elements hold the check digits of a code; it corrects wrong or unreadable digits as far as
-    it can and reports them in `Word.corrected`; a read raises `TornWord` if a write has not ended,
-    and `LostWord` if the code cannot correct it. `contract.word_code` says how, and with what
-    probability of error. A write then takes three strokes: the last element is erased, the others
-    are written, and then it. One client at a time may write.
+    Without check digits, a power failure during a write goes unnoticed: some elements hold the new
+    digit, others the old one. With check digits (`check`), the last elements hold those of a code.
+    It corrects wrong or unreadable digits as far as it can, and reports them in `Word.corrected`;
+    a read raises `TornWord` if a write was interrupted, and `LostWord` if the code cannot correct
+    the word. `contract.word_code` describes the code and its probability of error. A write then
+    takes three strokes: erase the last element, write the others, write the last one. Only one
+    client at a time may write.
 
     Attributes:
         elements: The clients, the least significant digit first, check digits last.
@@ -48,10 +48,10 @@ class MemoryBank:
 
         Args:
             elements: Clients on the same node, the least significant digit first.
-            base: How many levels every element has (or how many of them to use), at least 2.
-            check: How many elements, the last ones, hold check digits: two of them correct one
-                wrong or two unreadable elements, which takes a base that is a power of two, and
-                fewer elements than that.
+            base: Levels of every element, or how many of them to use; at least 2.
+            check: How many of the elements, the last ones, hold check digits. Two correct one
+                wrong or two unreadable elements. The base must then be a power of two, greater
+                than the number of elements.
 
         Raises:
             ValueError: There is no such word.
@@ -79,9 +79,9 @@ class MemoryBank:
 
         Args:
             node: A node of the robot.
-            elements: Their number: the launch argument `elements`.
+            elements: The launch argument `elements`.
             namespace: The launch argument `namespace`.
-            base: How many levels an element has.
+            base: Levels of every element.
             check: How many of the elements hold check digits.
         """
         names = [f'{namespace.rstrip("/")}/element_{place}/mlmem' for place in range(elements)]
@@ -111,11 +111,7 @@ class MemoryBank:
         return self.code.digits(word)
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
-        """Wait until all elements are available.
-
-        Args:
-            timeout: Longest wait in seconds.
-        """
+        """Wait until all elements are available, at most `timeout` seconds."""
 
         def steps() -> Steps[None]:
             replies = {place: each.ready(timeout) for place, each in enumerate(self.elements)}
@@ -131,9 +127,8 @@ class MemoryBank:
         Args:
             word: 0 ... `size` - 1.
             timeout: Longest wait for the answer in seconds.
-            spare: How many elements may fail, except the last one; they are reported in
-                `Word.corrected`. At most half the number of check digits: a broken element's digit
-                counts as wrong.
+            spare: How many elements may fail, at most half as many as check digits; the last
+                must not. They are reported in `Word.corrected`.
 
         Raises:
             ValueError: The word or `spare` is out of range.
@@ -158,11 +153,7 @@ class MemoryBank:
         return Reply(self._line, 'read', steps(), timeout + 5.0)
 
     def erase(self, timeout: float = 60.0) -> Reply[Word]:
-        """Make all elements blank.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Make all elements blank, waiting at most `timeout` seconds for the answer."""
         return self._changing('erase', (BLANK,) * len(self.elements), timeout)
 
     def _changing(
@@ -189,7 +180,7 @@ class MemoryBank:
             if under_way:
                 raise RequestRefused({'error': 'busy: the bank is being written'})
             said: dict[int, Decoded] = {}
-            if self.code.check:  # an absent element is noticed before the seal is broken
+            if self.code.check:  # notice an absent element before breaking the seal
                 looks = {place: each.read(timeout) for place, each in enumerate(self.elements)}
                 _, errors = yield from _together(looks)
                 failed.update({p: e for p, e in errors.items() if type(e) is not RequestFailed})
@@ -221,7 +212,7 @@ def _together(
     """Return answers and errors of the elements, by index, when all have ended."""
     try:
         yield list(replies.values())
-    finally:  # cancelled: so are the parts
+    finally:  # cancel the parts, too
         for reply in replies.values():
             reply.cancel()
     answers: dict[int, Any] = {}

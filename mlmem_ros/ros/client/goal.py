@@ -27,17 +27,12 @@ ClientOf = Callable[[str, Any], Any]
 
 
 class Action:
-    """Access to an action of a node. Its ROS entities are created on demand."""
+    """Access to an action of a node, named like its request.
+
+    Its ROS entities are created on demand.
+    """
 
     def __init__(self, line: Line, name: str, kind: Any, client_of: ClientOf) -> None:
-        """Prepare.
-
-        Args:
-            line: How to reach the node.
-            name: Of the request, and of the action.
-            kind: Its type.
-            client_of: Creates clients of its services.
-        """
         self.name = name
         self._line = line
         self._impl, self._goal = kind.Impl, kind.Goal
@@ -47,7 +42,7 @@ class Action:
 
     @property
     def served(self) -> bool:
-        """Whether the node serves it, as far as the graph is known."""
+        """Whether the node serves it, as far as is known."""
         node = self._line.node
         return bool(node.count_services(f'{self._line.peer}/{self.name}/_action/send_goal'))
 
@@ -61,12 +56,12 @@ class Action:
         return Call(self._client('send_goal', self._impl.SendGoalService), request)
 
     def result(self, number: UUID) -> Call:
-        """Return the call that is answered when the goal has ended."""
+        """Return the call that gets an answer when the goal has ended."""
         request = self._impl.GetResultService.Request(goal_id=number)
         return Call(self._client('get_result', self._impl.GetResultService), request)
 
     def cancel(self, number: UUID) -> None:
-        """Ask to cancel a goal; its result says how it ends."""
+        """Ask to cancel a goal; its result will say how it ended."""
         client = self._client('cancel_goal', CancelGoal)
         client.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=number)))
 
@@ -95,9 +90,9 @@ class Action:
 
 
 class Goal(Reply[T]):
-    """A requested procedure, by the node's action if it has one, otherwise by its service.
+    """A requested procedure: a goal of the node's action if there is one, else a service call.
 
-    It is used like any reply. If the node serves actions, it gives feedback meanwhile::
+    Use it like any reply. If the node serves actions, it gives feedback meanwhile::
 
         goal = self.memory.write(5)
         async for feedback in goal:
@@ -116,16 +111,16 @@ class Goal(Reply[T]):
         service: Steps[T],
         timeout: float,
     ) -> None:
-        """Send it.
+        """Send the request.
 
         Args:
             line: How to reach the node.
             what: Its name, for messages.
-            action: The action, if served.
+            action: The action, if its type is known.
             arguments: Of the goal.
             kind: The type of the answer.
-            there: The wait for the node.
-            service: The conversation if it is not a goal.
+            there: Waits for the node.
+            service: The conversation if the node does not serve the action.
             timeout: Longest time for all of it in seconds.
         """
         self._action = action
@@ -136,12 +131,13 @@ class Goal(Reply[T]):
         super().__init__(line, what, self._converse(there, kind, service), timeout)
 
     def cancel_goal(self) -> bool:
-        """Make the node stop it and release the strain; it stops nothing else.
+        """Make the node stop this procedure, and nothing else, and release the strain.
 
-        The answer is then a `RequestFailed`, once the strain is zero.
+        The reply then raises `RequestFailed`, once the strain is zero.
 
         Returns:
-            Whether that is possible: without actions, `MemoryClient.abort` stops whatever runs.
+            Whether that is possible. Without actions it is not; `MemoryClient.abort` stops
+            whatever runs.
         """
         if self._action is None or self.done() or self.cancelled():
             return False
@@ -156,12 +152,12 @@ class Goal(Reply[T]):
         return self
 
     async def __anext__(self) -> Any:
-        """Wait for the next feedback; any from before the first wait is lost."""
+        """Wait for the next feedback; what came before the first wait is lost."""
         while not self._news:
             self._heard = Future(executor=self._line.node.executor)
             if self.done() or self.cancelled():
                 raise StopAsyncIteration
-            if not self._news:  # nor has any arrived meanwhile
+            if not self._news:  # none has arrived meanwhile
                 await self._heard
         return self._news.popleft()
 
@@ -191,7 +187,7 @@ class Goal(Reply[T]):
         if end is not None:
             if self._action is not None:
                 self._action.forget(self._request.goal_id)
-            self._wake()  # here, because the events executor resumes awaiters after callbacks
+            self._wake()
 
     def _wake(self) -> None:
         """Resume whoever waits for feedback."""

@@ -14,9 +14,9 @@ from rclpy.node import Node
 
 @dataclass(frozen=True)
 class Call:
-    """One service call: the client it goes through, and the request.
+    """One service call: an rclpy client, and the request.
 
-    A request of None is not sent: it only waits until the service is available.
+    Without a request it only waits until the service is available.
     """
 
     client: Any
@@ -29,7 +29,7 @@ class Call:
                 with self.client.handle:
                     kind = self.client.srv_type.Response
                     header, response = self.client.handle.take_response(kind)
-            except InvalidHandle:  # destroyed meanwhile, e.g. by a shutdown of ROS
+            except InvalidHandle:  # destroyed meanwhile, for example by a shutdown of ROS
                 return
             if header is None:
                 return
@@ -42,11 +42,11 @@ class Call:
 
 @dataclass(frozen=True)
 class Line:
-    """How a conversation reaches its peer.
+    """How a conversation reaches a memory node.
 
     Attributes:
         node: The robot's node.
-        group: Callback group of everything the conversation runs in the executor.
+        group: Callback group of all that the conversation runs in the executor.
         peer: Full name of the memory node, for messages.
         patience: Seconds to wait for a service to appear.
     """

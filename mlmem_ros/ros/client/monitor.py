@@ -41,7 +41,7 @@ class Status:
 
 @dataclass
 class View:
-    """The latest state received from an element; None if not received yet.
+    """The latest state received from an element; None stands for what has not come yet.
 
     Attributes:
         name: Full name of the node.
@@ -96,11 +96,11 @@ class Monitor:
     """
 
     def __init__(self, client: MemoryClient, parameters: Mapping[str, Any]) -> None:
-        """Listen.
+        """Subscribe.
 
         Args:
             client: A client of the node.
-            parameters: The node's parameters, at least those that are `WANTED`.
+            parameters: The node's parameters, at least those in `WANTED`.
         """
         self.view = View(
             client.name,

@@ -43,7 +43,7 @@ NO_END = (SetStrain, FollowTrajectory, Disturb, SetFaults)
 """Commands that do not start a procedure."""
 
 PATIENCE = 120.0
-"""Longest wait in seconds for a procedure to end, on a machine slower than the recorder's."""
+"""Longest wait in seconds for a procedure to end, on a machine slower than the recording one."""
 
 
 @dataclass(frozen=True)
@@ -88,16 +88,16 @@ class Played:
 def play(session: SessionData, name: str, progress: Progress) -> Played:
     """Send the commands of a session to a node and listen to how its procedures end.
 
-    The node is read first, because the session starts from what it holds.
+    The node is read first, since the session depends on its content.
 
     Args:
-        session: The recorded session; its stamped commands are sent, or without any (another
-            recorder's bag) its command messages.
+        session: The recorded session. Its stamped commands are sent; if it has none (another
+            recorder's bag), its command messages.
         name: Name of the node.
         progress: Called with milliseconds done and to do.
 
     Returns:
-        What was received, along with what was recorded.
+        How procedures ended in the node and in the recording.
 
     Raises:
         RequestError: There is no such node, it is busy, or a procedure did not end.
@@ -120,9 +120,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
         )
-        wait_until(
-            lambda: heard, f'the outcome of a read of {name}'
-        )  # latched, and not one of ours
+        wait_until(lambda: heard, f'the outcome of a read of {name}')  # of ours, and latched
         heard.clear()
         start = time.monotonic()
         for due, command in schedule:
@@ -160,7 +158,7 @@ def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:
 def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
     """Yield what the node holds, if the session began with another content.
 
-    The start of a session of a real element is unknown.
+    With what a session of a real element began is unknown.
     """
     if session.header is not None and not session.header.simulated:
         return
@@ -168,7 +166,7 @@ def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
         present = describe_level(client.read().wait().level)
     except RequestRefused:
         raise
-    except RequestFailed as error:  # it was read, but could not be decoded
+    except RequestFailed as error:  # the echo could not be decoded
         present = str(error)
     recorded = _content_before(session)
     if present != recorded:
@@ -179,7 +177,7 @@ def _other_content(session: SessionData, client: MemoryClient) -> Iterator[str]:
 
 
 def _content_before(session: SessionData) -> str:
-    """Return what a read shows of the state in which a session began."""
+    """Return what a read shows of the state with which a session began."""
     if session.header is None:
         return describe_level(BLANK)  # as `replay_commands` does
     element = element_of(session)

@@ -23,23 +23,21 @@ POLL = 0.05
 """Seconds between two checks of clock and graph while a request is pending."""
 
 TAKE = 0.002
-"""Seconds between two checks for an answer by a waiting thread."""
+"""Seconds between two checks for an answer in a waiting thread."""
 
 GRACE = 1.0
-"""Seconds that a node may be missing from the graph before an answer is given up."""
-
+"""Seconds that a node may be missing from the graph before its answer is given up."""
 
 Steps = Generator[Call | Sequence['Reply[Any]'], Any, T]
-"""A conversation: yields a call and is sent its response, or yields replies and resumes when all
-have ended; returns its result."""
-
+"""A conversation: it yields a call and is sent the response, or yields replies and resumes when
+all have ended; it returns the result."""
 
 End = Callable[[], None]
 """Settles a reply: with a result, with an error, or as cancelled."""
 
 
 class Reply(Future, Generic[T]):
-    """The result of a request, which is sent as the reply is created.
+    """The future answer to a request, which is sent when the reply is created.
 
     In a coroutine, such as an `async def` callback, await it::
 
@@ -52,16 +50,16 @@ class Reply(Future, Generic[T]):
         content = client.write(5).wait()
 
     or attach `add_done_callback`. Either way the result is the answer, or a `RequestError` is
-    raised. `cancel` ends the interest in the answer; it does not stop the element, which
-    `MemoryClient.abort` does.
+    raised. `cancel` gives up the answer; it does not stop the element, as `MemoryClient.abort`
+    does.
     """
 
     def __init__(self, line: Line, what: str, steps: Steps[T], timeout: float) -> None:
         """Begin a conversation.
 
         Args:
-            line: How to reach the peer.
-            what: Its name, for messages.
+            line: How to reach the memory node.
+            what: What is requested, for messages.
             steps: The conversation.
             timeout: Longest time for all of it in seconds.
         """
@@ -93,8 +91,8 @@ class Reply(Future, Generic[T]):
     def wait(self) -> T:
         """Block this thread until the answer comes.
 
-        The waiting thread takes the answer itself, so it works whether or not anybody spins the
-        node, even in a callback; but that thread does nothing else meanwhile.
+        The thread takes the answer itself. So this works whether or not anybody spins the node,
+        even in a callback.
 
         Returns:
             The answer.
@@ -110,7 +108,7 @@ class Reply(Future, Generic[T]):
         return answer
 
     def cancel(self) -> None:
-        """End the interest in the answer."""
+        """Give up the answer."""
         self._tell(self._do(lambda: super(Reply, self).cancel))
 
     # --- going on, in whatever thread ------------------------------------------------------
@@ -139,7 +137,7 @@ class Reply(Future, Generic[T]):
     def _do(self, work: Callable[[], End | None]) -> End | None:
         """Do one thing at a time; return how the conversation ends, if it does."""
         with self._turn:
-            if self._over or self._busy:  # busy: the running turn will see what has arrived
+            if self._over or self._busy:  # the running turn will see what has arrived
                 return None
             self._busy = True
             try:
@@ -155,7 +153,7 @@ class Reply(Future, Generic[T]):
             return end
 
     def _tell(self, end: End | None) -> None:
-        """Settle, out of turn: those notified may use this and other replies."""
+        """Settle, without the lock: callbacks may use this and other replies."""
         if end is not None:
             end()
             self._told.set()
@@ -171,7 +169,7 @@ class Reply(Future, Generic[T]):
                 step = self._steps.send(None if self._sent is None else self._sent.result())
             except StopIteration as end:
                 return partial(self.set_result, end.value)
-            except Exception as error:  # the requester gets it
+            except Exception as error:  # for the caller
                 return partial(self.set_exception, error)
             self._step, self._sent = step, None
             self._asked = self._seen = time.monotonic()
@@ -188,7 +186,7 @@ class Reply(Future, Generic[T]):
         return all(part.done() or part.cancelled() for part in self._step)
 
     def _watch(self) -> End | None:
-        """Send what could not be sent yet, resume, and give up what is hopeless."""
+        """Send what could not be sent yet, resume, and give up if there is no hope."""
         self._looked = time.monotonic()
         if isinstance(self._step, Call) and self._sent is None:
             self._send(self._step)
@@ -206,12 +204,12 @@ class Reply(Future, Generic[T]):
             self._sent.set_result(None)
         else:
             self._sent = call.client.call_async(call.request)
-            # otherwise the rest would be a task, after which the events executor resumes nobody
+            # or the callback would be a task, after which the events executor resumes nobody
             self._sent._set_executor = lambda executor: None
             self._sent.add_done_callback(self._go_on)
 
     def _hopeless(self, now: float) -> str:
-        """Return why there will be no answer, or nothing."""
+        """Return why there will be no answer; empty while there may be one."""
         peer, patience = self._line.peer, min(self._line.patience, self._timeout)
         if not self._line.node.context.ok():
             return f'{peer}: ROS was shut down during {self._what}'
@@ -225,13 +223,9 @@ class Reply(Future, Generic[T]):
                 self._seen = now
             elif self._sent is not None and now - self._seen > GRACE:
                 return f'{peer} went away during {self._what}'
-        if self._left() < 0.0:
+        if now - self._begun > self._timeout:
             return f'{peer} did not answer {self._what} within {self._timeout:g} s'
         return ''
-
-    def _left(self) -> float:
-        """Return the seconds until the time-out."""
-        return self._begun + self._timeout - time.monotonic()
 
     def _release(self) -> None:
         """Clean up the timer and the pending request."""

@@ -24,12 +24,12 @@ POLL = 0.02
 """Seconds between two checks of a condition."""
 
 TURN = 10.0
-"""Seconds per spin: waiting without a time-out is not safe with this executor."""
+"""Seconds per spin; this executor must not wait without a time-out."""
 
 
 @contextmanager
 def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
-    """Join the ROS graph with a client, its node and a thread that spins it, and leave it again.
+    """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
 
     ::
 
