@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Iterator
@@ -21,7 +22,7 @@ G = 9.81
 """Standard gravity in m/s^2, the unit of accelerations here."""
 
 IMU_RATE = 200.0
-"""IMU messages per second, except for sines, which are updated every tick."""
+"""IMU messages per second; a sine is updated every tick."""
 
 STEPS_PER_SECOND = 2.0
 HARMONICS = 8
@@ -30,7 +31,7 @@ SLAM_EVERY = 0.3
 SPECTRA = ('white', 'walk', 'slams', 'sine', 'noise')
 
 BINS = 10
-"""Of the confidence, from 0 to 1."""
+"""Bins of the confidence, from 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +40,10 @@ class Shaking:
 
     Attributes:
         spectrum: 'white' (every message drawn anew, within the amplitude), 'walk' (two footfalls
-            in a second, with harmonics, and impacts of 20 to 90 Hz that ring for 30 ms), 'slams'
-            (almost nothing, with sudden bursts of 5 ms), 'sine', or 'noise' (white, of both
+            per second, with harmonics, and impacts of 20 to 90 Hz that ring for 30 ms), 'slams'
+            (almost nothing, with sudden bursts of 5 ms), 'sine', or 'noise' (white, in both
             sensors).
-        amplitude: In g; of noise the standard deviation in cells.
+        amplitude: In g; for noise, the standard deviation in cells.
         frequency: Of a sine, in Hz.
     """
 
@@ -61,11 +62,11 @@ class Shaking:
         """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
         random = np.random.Generator(np.random.PCG64(seed))
         each = {'white': _white, 'walk': _walk, 'slams': _slams}.get(self.spectrum)
-        told: Iterator[float] = _held(each(random), tick) if each else itertools.repeat(0.0)
+        course: Iterator[float] = _held(each(random), tick) if each else itertools.repeat(0.0)
         if self.spectrum == 'sine':
             omega, phase = 2.0 * math.pi * self.frequency, random.uniform(0.0, 2.0 * math.pi)
-            told = (math.sin(omega * n * tick + phase) for n in itertools.count())
-        return (self.amplitude * G * share for share in told)
+            course = (math.sin(omega * n * tick + phase) for n in itertools.count())
+        return (self.amplitude * G * share for share in course)
 
 
 def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
@@ -109,10 +110,12 @@ class Counts:
     """How reads ended.
 
     Attributes:
-        right, undecodable, wrong: How many.
-        moved: How many were not counted because the wall had moved.
-        ticks: How long they took in total.
-        confidences: Reads by confidence, shape (2, BINS): wrong ones and right ones.
+        right: Reads that gave the true level.
+        undecodable: Reads that gave no level.
+        wrong: Reads that gave another level.
+        moved: Reads that were not counted because the wall had moved.
+        ticks: How long all reads took.
+        confidences: Wrong and right reads by confidence, shape (2, BINS).
     """
 
     right: int = 0
@@ -129,7 +132,7 @@ class Counts:
 
     @property
     def lies(self) -> Rate:
-        """The fraction of reads that were wrong without notice."""
+        """The fraction of reads that were wrong."""
         return Rate(self.wrong, self.reads)
 
     @property
@@ -139,18 +142,13 @@ class Counts:
 
     def add(self, other: Counts) -> None:
         """Add the counts of other reads."""
-        for name in ('right', 'undecodable', 'wrong', 'moved', 'ticks'):
-            setattr(self, name, getattr(self, name) + getattr(other, name))
-        self.confidences = self.confidences + other.confidences
+        for each in dataclasses.fields(self):
+            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
 
     def calibrated(self) -> list[tuple[float, float]]:
-        """Return, by bin with reads, its highest confidence and the fraction that is right."""
-        wrong, right = self.confidences
-        return [
-            ((n + 1) / BINS, float(right[n] / (right[n] + wrong[n])))
-            for n in range(BINS)
-            if right[n] + wrong[n]
-        ]
+        """Return the upper end of every bin that has reads, and the fraction that is right."""
+        right, reads = self.confidences[1], self.confidences.sum(axis=0)
+        return [((n + 1) / BINS, float(right[n] / reads[n])) for n in np.flatnonzero(reads)]
 
 
 def count(
@@ -162,7 +160,7 @@ def count(
     reads: int,
     seed: int,
 ) -> Counts:
-    """Read an element again and again, and count.
+    """Read an element repeatedly, and count.
 
     Args:
         design: The element.

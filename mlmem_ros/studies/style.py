@@ -67,7 +67,7 @@ def save_figure(figure: Figure, stem: Path) -> list[Path]:
     """Write a figure as PNG and SVG, the same bytes for the same data; return the files."""
     png, svg = stem.with_suffix('.png'), stem.with_suffix('.svg')
     figure.savefig(png, dpi=DPI, metadata={'Software': None})
-    figure.set_layout_engine('none')  # it stays where it was put
+    figure.set_layout_engine('none')  # or the layout would change for the SVG
     figure.savefig(svg, dpi=2 * DPI, metadata={'Date': None})
     return [png, svg]
 

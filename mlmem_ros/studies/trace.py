@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Watching a device or a chain while it works, for the x-t figures."""
+"""A device or a chain observed while it works, for the x-t figures."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ class Trace:
 
 
 def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
-    """Apply a command, advance until its procedure has ended, and note every tick.
+    """Apply a command, advance until its procedure has ended, and record every tick.
 
     Args:
         element: The device.
         command: A command that starts a procedure.
-        trace: The observations are appended to it.
+        trace: Observations are appended to it.
 
     Returns:
-        How it ended.
+        How the procedure ended.
     """
     element.apply(command)
     while True:
@@ -86,7 +86,7 @@ def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
 
 
 def wall_position(design: Design, configuration: Array) -> float:
-    """Return where the only wall of a configuration is; NaN for none or several."""
+    """Return the position of the only wall of a configuration; NaN for none or several."""
     found = walls(design, configuration)
     return found[0].position if len(found) == 1 else float('nan')
 

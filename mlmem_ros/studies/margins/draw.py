@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A map as a picture: the colour of a point tells at which level it fails."""
+"""A map as a picture: the colour of a point shows at which level it fails."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNFIT_COLOR = '#b0b0b0'
 PASS_COLOR = '#d5e8d4'
 
 LONGEST_LINE = 60
-"""Characters of an axis label that fit beside the map."""
+"""Characters of an axis label that fit along the map."""
 
 SIGNS = {
     'echo': ('.', INK, 'right wall, wrong echo'),
@@ -95,7 +95,7 @@ def _draw_signs(axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
 
 
 def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
-    """Draw the nearest failure, and the contour of all points as far away."""
+    """Draw the line to the nearest failure, and the contour of points as far away."""
     if margins.nearest is None or margins.distance is None or not margins.passed:
         return
     x_0, y_0 = shmoo.x.operating, shmoo.y.operating
@@ -123,7 +123,7 @@ def _label(axis: Axis) -> str:
 
 
 def _places(axis: Axis, values: Array) -> Array:
-    """Return where values are drawn: a zero on a logarithmic axis at the map's edge."""
+    """Return where to draw values: on a logarithmic axis, zero at the edge of the map."""
     return np.where(values == 0.0, axis.low, values) if axis.log else values
 
 

@@ -24,21 +24,21 @@ from .particle import FORESEEN, StepForecast, forecast_rate
 from .study import Tolerance
 
 FORECAST = 5000
-"""Steps of a forecast without simulation."""
+"""Steps per rate of the forecast."""
 
 DASHED = {'linestyle': '--', 'linewidth': 0.8}
 
 ELEMENT = 0.1
-"""Fraction of elements that may have a failing step."""
+"""Fraction of elements with a failing step for which the scatter is given."""
 
 
 @dataclass(frozen=True)
 class Counted:
-    """A study as its ledger has it.
+    """A study as recorded in its ledger.
 
     Attributes:
         name: Of its folder.
-        study: The design's, with the kinds and what was tried that were counted.
+        study: Its definition, with the kinds and things tried that were counted.
         rows: Its points.
     """
 
@@ -53,7 +53,8 @@ class Counted:
     def in_an_element(self, kind: str) -> str:
         """Return the scatter at which `ELEMENT` of all elements have a failing step.
 
-        From the curve as far as it goes; beyond, by interpolating logarithms between two counts.
+        It is on the fitted curve, or beyond its end interpolated between two counts, in
+        logarithms.
         """
         amounts, rates = self.study.rates(self.rows, kind, STEP)
         steps = self.study.design.levels - 1
@@ -70,11 +71,11 @@ class Counted:
 
 
 def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
-    """Return what the ledger of a folder holds.
+    """Read the ledger of a study.
 
     Args:
         folder: Of the study.
-        tried: What to read; all by default.
+        tried: The things tried to read; all by default.
 
     Raises:
         CampaignError: It is not the ledger of a tolerance study, or holds no rows.
@@ -96,15 +97,15 @@ def load_counted(folder: Path, tried: Sequence[str] = ()) -> Counted:
 
 
 def draw(all_counted: Sequence[Counted]) -> Any:
-    """Return the figure: a row for what is tried, a panel for every kind that lets it fail.
+    """Return the figure: a row for each thing tried, a panel for each kind that makes it fail.
 
-    Dashed: the wall as a particle, without simulation.
+    Dashed: the forecast with the wall as a particle, without simulation.
     """
     shown = {
         tried: [kind for kind in KINDS if any(_fails(one, kind, tried) for one in all_counted)]
         for tried in WORDS
     }
-    shared = min(2, len(all_counted))  # what only one of several has is in its own figure
+    shared = min(2, len(all_counted))  # what only one study has is in its own figure
     shown = {
         tried: kinds
         for tried, kinds in shown.items()
@@ -138,7 +139,7 @@ def draw(all_counted: Sequence[Counted]) -> Any:
 def _forecast(
     one: Counted, kind: str, amounts: Sequence[float], rates: Sequence[Rate]
 ) -> tuple[list[float], list[float]]:
-    """Return the amounts around which failures begin, and the rates from the particle."""
+    """Return the amounts around which failures begin, and the forecast rates."""
     design = one.study.design
     forecast = StepForecast(design, one.study.settings)
     some = [
@@ -155,7 +156,7 @@ def _fails(one: Counted, kind: str, tried: str) -> bool:
 
 
 def table(all_counted: Sequence[Counted]) -> list[list[str]]:
-    """Return a table in words, headings first: a line for every kind and what is tried."""
+    """Return a table of text, headings first: a line for every kind and thing tried."""
     lines = [['chance', 'what fails', *(one.name for one in all_counted)]]
     for tried, words in WORDS.items():
         for kind in KINDS:

@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One random element: every level read from an end, or every step up tried once.
+"""One random element: every level is read from an end, or every step up is tried once.
 
 Each level is tried on its own: the wall is put where it rests in this element (by Newton's
-method), and read from there, or driven on by a write of the next level. So one element gives a
-sample of every step or read, and a failed step does not spoil the others.
+method), and read, or driven on by a write of the next level. So one element samples every step or
+read, and a failed step does not spoil the others.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -29,10 +29,8 @@ from ...physics.equilibrium import resting_wall
 from ..climb import blank_element
 from ..trace import wall_position
 
-T = TypeVar('T')
-
 LONG_TICK = 100.0
-"""Tick of a read: waits are longer than with the instrument's, the material is the same."""
+"""Tick of a read: it rounds waits up, and does not change the material."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +40,8 @@ class Chance:
     Attributes:
         scatter: Of the fabrication.
         noise: Of the transducers' signals, in cells.
-        vibration: Of the acceleration of the base, in lattice constants per time unit squared:
-            drawn anew for every tick of the instrument, with straight lines between.
+        vibration: Of the base's acceleration, in lattice constants per time unit squared: drawn
+            anew for every tick of the instrument, and linear between.
     """
 
     scatter: Scatter = field(default_factory=Scatter)
@@ -55,21 +53,21 @@ STEP = 'step'
 """Name of a step up as the thing tried; a read is named by its end."""
 
 ARRIVED = 1.0
-"""Distance in cells within which a wall counts as at its rest position in this element. A wall
-that stops on its way reads as the nearest level, but the next cycle does not find it there."""
+"""Distance in cells from its rest position in this element within which a wall has arrived. One
+that stops on its way reads as the nearest level, but the next cycle starts from the wrong place."""
 
 KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
 """Names of what may be random."""
 
 
 def chance(kind: str, amount: float) -> Chance:
-    """Return randomness in one quantity only."""
+    """Return randomness of one kind only."""
     changed: dict[str, Any] = {kind: amount}
     return Chance(**changed) if kind in ('noise', 'vibration') else Chance(Scatter(**changed))
 
 
 def wanted(design: Design, tried: str) -> tuple[int, ...]:
-    """Return what `outcomes` should be."""
+    """Return what `outcomes` gives for an ideal element."""
     return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
 
 
@@ -83,7 +81,7 @@ def outcomes(
 ) -> tuple[int, ...]:
     """Make a random element and try its steps up, or its reads from an end.
 
-    It is read with the calibration of the ideal element: it has none of its own.
+    It is read with the calibration of the ideal element.
 
     Args:
         design: The intended element.
@@ -91,12 +89,12 @@ def outcomes(
         by: What is random.
         seed: Of the element: the same gives the same outcome.
         tried: `STEP`, or the end that is read from.
-        levels: From which, or of which; by default all that there are.
+        levels: The levels to step from or to read; by default all.
 
     Returns:
-        Of steps, for every one of these levels, the level to which a write of the next one took
-        the wall; `UNDECODABLE` unless exactly one wall is at rest at a level, or if the start
-        level pins none. For reads, the decoded level.
+        For every one of these levels the level to which a write of the next one took the wall, or
+        for reads the decoded level. `UNDECODABLE` if the element pins no wall at the level, and
+        for steps unless exactly one wall ends at rest at a level.
 
     Raises:
         DesignError: The element cannot be simulated with the step of the ideal one.
@@ -110,16 +108,8 @@ def outcomes(
     specimen = scattered(design, by.scatter, seed)
     element.chain.become(specimen)
     made = _Made(element, specimen, by.vibration, seed)
-    found = []
-    for level in range(len(wanted(design, tried))) if levels is None else levels:
-        pinned = made.place(level)
-        if not pinned:
-            found.append(UNDECODABLE)
-        elif tried == STEP:
-            found.append(made.step(level))
-        else:
-            found.append(made.decoded(tried))
-    return tuple(found)
+    levels = range(len(wanted(design, tried))) if levels is None else levels
+    return tuple(made.outcome(level, tried) for level in levels)
 
 
 class _Made:
@@ -134,17 +124,16 @@ class _Made:
         self._limit = element.settings.disturbance.max_acceleration
         self._random = np.random.Generator(np.random.PCG64(seed))
 
-    def place(self, level: int) -> bool:
-        """Put the wall at rest at a level, and return whether the element pins it there."""
+    def outcome(self, level: int, tried: str) -> int:
+        """Put the wall at rest at a level, and return what `outcomes` says of it."""
         try:
             self._element.chain.place(resting_wall(self._specimen, level))
-        except StateError:
-            return False
+        except StateError:  # nothing pins it there
+            return UNDECODABLE
         self._element.transducer.settle()
-        return True
+        return self._step(level) if tried == STEP else self._decoded(tried)
 
-    def step(self, level: int) -> int:
-        """Drive the wall to the next level, and return the level where it then rests."""
+    def _step(self, level: int) -> int:
         element, design = self._element, self._element.design
         run(element, drive(element, level, level + 1), self._shake)
         run(element, wait(element, element.settings.write.final_settle), self._shake)
@@ -159,8 +148,7 @@ class _Made:
         beside = abs(wall_position(design, configuration) - rest)
         return reached if beside < ARRIVED else UNDECODABLE
 
-    def decoded(self, end: str) -> int:
-        """Read from an end, and return the level."""
+    def _decoded(self, end: str) -> int:
         try:
             return run(self._element, probe(self._element, End(end)), self._shake).level
         except ProcedureFailed:  # it does not come to rest

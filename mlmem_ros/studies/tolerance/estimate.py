@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error rates from counts: intervals, when to stop counting, and where one in a thousand fails.
 
-The curve between scatter and failure is a fragility curve as in structural reliability, the
-normal distribution of the logarithm of the scatter. It is fitted only to the foot of the counts:
-the levels of an element fail at different scatters, and no single curve fits them all from the
-first failure to the last.
+Failure against scatter is a fragility curve as in structural reliability: a normal distribution of
+the logarithm of the scatter. It is fitted to the lowest counts only, its foot, because the levels
+of an element fail at different scatters, and no single curve fits them all from the first failure
+to the last.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.special import log_ndtr, ndtr, ndtri
 from scipy.stats import beta
 
 CONFIDENCE = 0.95
-"""Of every interval."""
+"""Confidence level of every interval."""
 
 ENOUGH = 30
 """Failures after which counting stops (inverse binomial sampling, Haldane 1945): the relative
@@ -39,9 +39,9 @@ class Rate:
     Attributes:
         failures: How many failed; an estimate where trials were screened.
         trials: Of how many.
-        clustering: Variance of the count over that of independent trials (the design effect):
-            what spoils an element may spoil all its levels at once, and screened trials count
-            more than once.
+        clustering: Variance of the count over that of independent trials (the design effect).
+            What spoils an element may spoil all its levels, and screened trials count more than
+            once.
     """
 
     failures: float
@@ -76,18 +76,18 @@ class Rate:
 def pooled(
     elements: int, each: int, failures: float, squares: float, heaviest: float = 1.0
 ) -> Rate:
-    """Return the rate of elements that were tried several times each.
+    """Return the failure rate of elements that were tried several times each.
 
     Args:
         elements: How many.
         each: Trials of every element.
-        failures: How many failed of all.
+        failures: How many trials failed.
         squares: Sum over the elements of the square of the number of their failures.
         heaviest: Largest weight of a single failure if trials were screened.
     """
     trials = elements * each
     p = failures / trials
-    if p <= 0.0:  # unseen failures may have been of the kind that is rarely simulated
+    if p <= 0.0:  # a failure that was missed may be of the kind that is rarely simulated
         return Rate(failures, trials, heaviest)
     if p >= 1.0:
         return Rate(trials, trials)
@@ -121,7 +121,7 @@ class Fragility:
 def foot(rates: Sequence[Rate]) -> int:
     """Return how many counts, in order of scatter, belong to the foot of the curve.
 
-    Those up to the first above `FOOT`, so that two of them give a slope.
+    They include the first one above `FOOT`, so that there is a slope.
     """
     steep = [i for i, rate in enumerate(rates) if rate.value > FOOT]
     return steep[0] + 1 if steep else len(rates)
@@ -132,7 +132,7 @@ def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
 
     Args:
         sigmas: Scatters above 0, rising.
-        rates: The counts at each; at least two in the foot neither none nor all.
+        rates: The counts at each. At least two in the foot must have some failures, but not all.
     """
     end = foot(rates)
     if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
@@ -154,8 +154,7 @@ def rare_scatter(
 ) -> tuple[float, float, float] | None:
     """Return the scatter at which one in a thousand fails, and its interval.
 
-    The interval is that of the parametric bootstrap: counts are drawn anew from the curve and
-    fitted again.
+    The interval is from a parametric bootstrap: counts are drawn from the curve and fitted again.
 
     Args:
         sigmas: Scatters.

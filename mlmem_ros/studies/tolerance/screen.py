@@ -1,13 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Which steps of an element to simulate: those that may fail by a forecast, few others.
+"""Which steps of an element to simulate: those that a forecast sees near failure, and few others.
 
 Unequal probability sampling (Horvitz and Thompson 1952): a step simulated with probability q
 counts 1 / q times. The estimate is unbiased however bad the forecast is; a good one makes it
-cheap. The nearer a step is to failing, told by how much the element's deviations from its design
-may be inflated before the forecast fails, the more probable it is to be simulated. The best
-probabilities go with the root of the failure rate (Neyman 1934); these are near it for the paper's
-element where two in a thousand fail.
+cheap. The probability depends on how much the element's deviations from its design can be inflated
+before the forecast fails. It should go with the root of the failure rate (Neyman 1934); these
+values are near that for the paper's element where two in a thousand fail.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ HEAVIEST = 1.0 / min(PROBABILITY.values())
 """Largest weight of one failure."""
 
 DRAWN = 16
-"""Elements drawn for each one without a screen: about the same computing time."""
+"""Elements drawn with a screen for each one without: about the same computing time."""
 
 
 def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
@@ -39,10 +38,10 @@ def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], s
         forecast: Of its design and instrument.
         specimen: The element.
         levels: Where the steps begin.
-        seed: Of the draw; the same gives the same.
+        seed: Of the draw.
 
     Returns:
-        The weight of each step, in order of levels: 0 if not simulated.
+        The weight of each step, in the order of levels: 0 if it is not to be simulated.
     """
     inflations = [inflation for inflation in PROBABILITY if inflation < math.inf]
     q = np.array([PROBABILITY[forecast.failing(specimen, level, inflations)] for level in levels])

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which amount of scatter to count next: first where failures begin, then around it.
 
-Amounts stand on a ladder. Where one in ten fails is found by bisection with a batch at every rung;
-from there counting goes down the ladder until fewer than one in a thousand fail, and up until
-half do. So every design is counted where it fails, however different from another's.
+Amounts form a ladder. Bisection with one batch per rung finds where one in ten fails; from there
+counting goes down the ladder until fewer than one in a thousand fail, and up until half do. So
+every design is counted around its own failures.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from collections.abc import Mapping
 from .estimate import ENOUGH, RARE, Rate
 
 BEGIN = 0.1
-"""Rate sought first, because a batch shows it."""
+"""Rate to find first, because one batch can show it."""
 
 HALF = 0.5
-"""Rate up to which counting goes."""
+"""Rate above which counting stops."""
 
 
 def next_rung(rates: Mapping[int, Rate], rungs: int, most: int) -> int | None:
     """Return the rung to count next; None if the curve is known.
 
     Args:
-        rates: What was counted, by rung; the largest scatter is on the last.
+        rates: What was counted, by rung; the last rung has the largest scatter.
         rungs: How many there are.
         most: Trials at a rung after which counting stops there.
     """
@@ -58,7 +58,7 @@ def counted(rate: Rate | None, most: int) -> bool:
 
 
 def trials_wanted(rate: Rate | None, most: int) -> int:
-    """Return how many more trials to make: what is likely to be enough, at most as many again."""
+    """Return how many more trials to make: likely enough, but at most as many again."""
     if rate is None:
         return 1
     likely = math.ceil(rate.trials * (ENOUGH / max(rate.effective[0], 1.0) - 1.0))
