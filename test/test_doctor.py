@@ -9,7 +9,7 @@ from collections import namedtuple
 
 import pytest
 
-from mlmem_ros.cli import checkup, doctor, warming
+from mlmem_ros.cli import checkup, doctor
 from mlmem_ros.cli.checkup import Diagnosis
 from mlmem_ros.cli.main import main
 from mlmem_ros.device.presets import PRESETS
@@ -126,13 +126,14 @@ def test_a_row_of_the_table():
 
 
 def test_warming_does_all_that_a_first_start_has_to(monkeypatch, capsys):
-    """Every loop with every substrate, and every preset's check; a bar tells how far it is."""
-    names = [name for name, _ in warming.steps()]
+    """Every loop with every substrate, and every preset's check."""
+    names = [name for name, _ in doctor.first_start()]
     assert len(names) == 2 * len(INTEGRATORS) + len(PRESETS)
     assert f'design check of {next(iter(PRESETS))}' in names
     done = []
     steps = [(name, lambda name=name: done.append(name)) for name in names]
-    monkeypatch.setattr(warming, 'steps', lambda: steps)
-    assert warming.warm(aside=False) < 10.0
+    monkeypatch.setattr(doctor, 'first_start', lambda: steps)
+    monkeypatch.setattr(checkup, 'examine', lambda *_: [])
+    assert main(['doctor', '--warm']) == 0
     assert done == names
-    assert '━' in capsys.readouterr().out
+    assert f'warm  {names[-1]}' in capsys.readouterr().out

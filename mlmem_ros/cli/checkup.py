@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a machine needs, checked item by item. Each check reports what it found, with advice."""
+"""What a machine needs, checked item by item; each check reports what it found, with advice."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from pathlib import Path
 from ..packages import advice
 from ..verdict import Verdict
 
+PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
+
 PYTHONS = ((3, 10), (3, 14))
 """Oldest and newest tested Python."""
 
@@ -29,7 +31,7 @@ LIBRARIES = {
     'matplotlib': 'pictures',
     'scipy': 'figures and tolerance',
 }
-"""Python packages, and the only use that needs them; without the others no node starts."""
+"""Python packages, and what needs them; without those that are empty here no node starts."""
 
 INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
 """ROS packages whose messages the node and its client use."""
@@ -41,6 +43,14 @@ LAST_SAFE_DOMAIN = 101
 """Greatest one whose ports Linux does not use."""
 
 ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
+
+CACHE_ADVICE = 'set NUMBA_CACHE_DIR to a writable folder'
+
+PROCESSOR_ADVICE = 'use one from 2013 or later; a virtual machine must expose it (CPU model: host)'
+
+NODE_ADVICE = 'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID'
+
+CLOCK_ADVICE = 'start what publishes /clock, or the node with use_sim_time: false'
 
 
 @dataclass(frozen=True)
@@ -69,27 +79,27 @@ def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
         records: Where sessions will be recorded.
     """
     yield check_python(sys.version_info[:2])
-    for name in LIBRARIES:
-        yield check_library(name)
-    yield check_compile_cache()
-    yield check_processor()
+    libraries = [check_library(name) for name in LIBRARIES]
+    yield from libraries
+    if not any(library.verdict is FAIL for library in libraries):
+        yield check_compile_cache()
+        yield check_processor()
     ros = check_ros()
     yield ros
     yield check_domain(os.environ.get('ROS_DOMAIN_ID'))
     yield check_log_folder(log_folder())
     yield check_disk(records)
-    if ros.verdict is not Verdict.FAIL:
+    if ros.verdict is not FAIL:
         yield check_node(node, wait)
 
 
 def check_python(version: tuple[int, ...]) -> Diagnosis:
     """Check the version of Python."""
-    seen = '.'.join(map(str, version))
-    if not PYTHONS[0] <= version <= PYTHONS[1]:
-        oldest, newest = ('.'.join(map(str, bound)) for bound in PYTHONS)
-        verdict = Verdict.FAIL if version < PYTHONS[0] else Verdict.WARN
-        return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
-    return Diagnosis('Python', Verdict.PASS, seen)
+    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *PYTHONS))
+    if PYTHONS[0] <= version <= PYTHONS[1]:
+        return Diagnosis('Python', PASS, seen)
+    verdict = FAIL if version < PYTHONS[0] else WARN
+    return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
 
 
 def check_library(name: str) -> Diagnosis:
@@ -99,79 +109,62 @@ def check_library(name: str) -> Diagnosis:
     except Exception as error:  # a broken installation may raise anything
         use = LIBRARIES.get(name)
         seen = f'{error}: no {use}' if use else str(error)
-        return Diagnosis(name, Verdict.WARN if use else Verdict.FAIL, seen, advice(name))
-    return Diagnosis(name, Verdict.PASS, getattr(module, '__version__', '') or _version(name))
+        return Diagnosis(name, WARN if use else FAIL, seen, advice(name))
+    return Diagnosis(name, PASS, getattr(module, '__version__', '') or _version(name))
 
 
 def check_compile_cache() -> Diagnosis:
-    """Check whether compiled kernels can be cached, or every start compiles them again."""
+    """Check whether compiled kernels can be cached."""
+    from ..physics import NOH_BATHE
+    from ..physics.jit import cache_folder
+
     what = 'compiled kernels'
-    try:
-        from ..physics import NOH_BATHE
-        from ..physics.jit import cache_folder
-    except ImportError as error:
-        return Diagnosis(what, Verdict.FAIL, str(error), advice('numba'))
     if (folder := cache_folder(NOH_BATHE.advance)) is not None and _writable(folder):
-        return Diagnosis(what, Verdict.PASS, f'kept in {folder}')
-    return Diagnosis(
-        what,
-        Verdict.WARN,
-        'cannot be cached: every start takes some seconds longer',
-        'set NUMBA_CACHE_DIR to a writable folder',
-    )
+        return Diagnosis(what, PASS, f'kept in {folder}')
+    seen = 'cannot be cached: every start takes some seconds longer'
+    return Diagnosis(what, WARN, seen, CACHE_ADVICE)
 
 
 def check_processor() -> Diagnosis:
     """Check whether the processor has the instruction that makes the kernels fast."""
-    what = 'processor'
-    try:
-        from ..physics.jit import fused
-    except ImportError as error:
-        return Diagnosis(what, Verdict.FAIL, str(error), advice('numba'))
+    from ..physics.jit import fused
+
     if fused():
-        return Diagnosis(what, Verdict.PASS, 'multiplies and adds in one instruction')
-    return Diagnosis(
-        what,
-        Verdict.WARN,
-        'has no fused multiply-add: same results, a hundred times slower, not in real time',
-        'use one from 2013 or later; a virtual machine must expose it (CPU model: host)',
-    )
+        return Diagnosis('processor', PASS, 'multiplies and adds in one instruction')
+    seen = 'has no fused multiply-add: same results, a hundred times slower, not in real time'
+    return Diagnosis('processor', WARN, seen, PROCESSOR_ADVICE)
 
 
 def check_ros() -> Diagnosis:
     """Check for rclpy, its middleware and the message packages."""
     try:
-        import rclpy
         from rclpy.utilities import get_rmw_implementation_identifier
 
         for package in INTERFACES:
             importlib.import_module(package)
-        del rclpy
         middleware = get_rmw_implementation_identifier()
     except Exception as error:  # the middleware is loaded here and may raise anything
-        return Diagnosis('ROS 2', Verdict.FAIL, str(error), ROS_ADVICE)
+        return Diagnosis('ROS 2', FAIL, str(error), ROS_ADVICE)
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
-        seen = f'{distribution}, {middleware}'
-        return Diagnosis('ROS 2', Verdict.WARN, seen, 'only Jazzy is tested')
-    return Diagnosis('ROS 2', Verdict.PASS, f'rclpy {_version("rclpy")}, {middleware}')
+        return Diagnosis('ROS 2', WARN, f'{distribution}, {middleware}', 'only Jazzy is tested')
+    return Diagnosis('ROS 2', PASS, f'rclpy {_version("rclpy")}, {middleware}')
 
 
 def check_domain(value: str | None) -> Diagnosis:
     """Check ROS_DOMAIN_ID: nodes of another domain are invisible."""
     what = 'ROS_DOMAIN_ID'
     if not value:
-        local = os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE', '') in ('LOCALHOST', 'OFF')
-        if local:
-            return Diagnosis(what, Verdict.PASS, 'not set: 0, on this machine only')
+        if os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') in ('LOCALHOST', 'OFF'):
+            return Diagnosis(what, PASS, 'not set: 0, on this machine only')
         seen = 'not set: 0, shared with everybody on this network'
-        return Diagnosis(what, Verdict.WARN, seen, 'give your robot its own number')
+        return Diagnosis(what, WARN, seen, 'give your robot its own number')
     if not value.isdecimal() or int(value) > LAST_DOMAIN:
-        return Diagnosis(what, Verdict.FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
+        return Diagnosis(what, FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
     if int(value) > LAST_SAFE_DOMAIN:
         advice = f'above {LAST_SAFE_DOMAIN} Linux may use its ports for something else'
-        return Diagnosis(what, Verdict.WARN, value, advice)
-    return Diagnosis(what, Verdict.PASS, value)
+        return Diagnosis(what, WARN, value, advice)
+    return Diagnosis(what, PASS, value)
 
 
 def log_folder() -> Path:
@@ -185,9 +178,9 @@ def log_folder() -> Path:
 def check_log_folder(folder: Path) -> Diagnosis:
     """Check whether ROS can write its log files."""
     if _writable(folder):
-        return Diagnosis('ROS logs', Verdict.PASS, f'go to {folder}')
+        return Diagnosis('ROS logs', PASS, f'go to {folder}')
     seen = f'{folder} cannot be written'
-    return Diagnosis('ROS logs', Verdict.FAIL, seen, 'set ROS_LOG_DIR to a writable folder')
+    return Diagnosis('ROS logs', FAIL, seen, 'set ROS_LOG_DIR to a writable folder')
 
 
 def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnosis:
@@ -200,14 +193,13 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnos
     """
     what = 'room for records'
     existing = _existing(folder)
+    if not _writable(folder):
+        return Diagnosis(what, FAIL, f'{existing} cannot be written', 'name another folder')
     free = shutil.disk_usage(existing).free
     seen = f'{free / 1e9:.1f} GB free in {existing}'
-    if not _writable(folder):
-        seen = f'{existing} cannot be written'
-        return Diagnosis(what, Verdict.FAIL, seen, 'name another folder')
     if free >= plenty:
-        return Diagnosis(what, Verdict.PASS, seen)
-    verdict = Verdict.WARN if free >= least else Verdict.FAIL
+        return Diagnosis(what, PASS, seen)
+    verdict = WARN if free >= least else FAIL
     return Diagnosis(what, verdict, seen, 'delete old sessions, or record elsewhere')
 
 
@@ -226,22 +218,16 @@ def check_node(name: str, wait: float) -> Diagnosis:
         with standalone(name) as client:
             client.ready(wait).wait()
             values = client.parameters('design.preset', 'design.N', 'use_sim_time').wait()
-            timeless = values['use_sim_time'] and not client.node.count_publishers('/clock')
+            clocks = client.node.count_publishers('/clock')
     except RequestError:
-        return Diagnosis(
-            what,
-            Verdict.WARN,
-            f'does not answer within {wait:g} s',
-            'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID',
-        )
+        return Diagnosis(what, WARN, f'does not answer within {wait:g} s', NODE_ADVICE)
     except Exception as error:  # rclpy could not start at all
-        return Diagnosis(what, Verdict.FAIL, str(error).splitlines()[0], 'see the lines above')
-    seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
-    if timeless:
+        return Diagnosis(what, FAIL, str(error).splitlines()[0], 'see the lines above')
+    if values['use_sim_time'] and not clocks:
         seen = 'answers, but waits for a /clock that nobody publishes'
-        advice = 'start what publishes /clock, or the node with use_sim_time: false'
-        return Diagnosis(what, Verdict.WARN, seen, advice)
-    return Diagnosis(what, Verdict.PASS, seen)
+        return Diagnosis(what, WARN, seen, CLOCK_ADVICE)
+    seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
+    return Diagnosis(what, PASS, seen)
 
 
 def _version(name: str) -> str:

@@ -54,7 +54,7 @@ STEP = 'step'
 
 ARRIVED = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One
-that stops on its way reads as the nearest level, but the next cycle starts from the wrong place."""
+that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
 
 KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
 """Names of what may be random."""
