@@ -138,10 +138,10 @@ def check_processor() -> Diagnosis:
 def check_ros() -> Diagnosis:
     """Check for rclpy, its middleware and the message packages."""
     try:
+        for package in ('rclpy', *INTERFACES):
+            importlib.import_module(package)
         from rclpy.utilities import get_rmw_implementation_identifier
 
-        for package in INTERFACES:
-            importlib.import_module(package)
         middleware = get_rmw_implementation_identifier()
     except Exception as error:  # the middleware is loaded here and may raise anything
         return Diagnosis('ROS 2', FAIL, str(error), ROS_ADVICE)
