@@ -38,10 +38,21 @@ def refused(capfd):
     return refused
 
 
+@pytest.fixture(scope='module', autouse=True)
+def frequent_reports():
+    """Let nodes of this process report to /diagnostics ten times a second, instead of once."""
+    from mlmem_ros.ros.node import diagnostics
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(diagnostics, 'PERIOD', 0.1)
+        yield
+
+
 @pytest.fixture(scope='module')
 def memory(start_shared):
     """An eight-level element ten times faster than by default, for all tests of a module."""
-    return start_shared({'scale.time': 1e-5})
+    calm = {'publish.field_every': 100, 'publish.wall_every': 100}  # robots take every message
+    return start_shared({'scale.time': 1e-5, **calm})
 
 
 @pytest.fixture(scope='module')

@@ -26,14 +26,6 @@ LIFE = Path(__file__).parent.parent / 'data' / 'life'
 MLMEM = [sys.executable, '-m', 'mlmem_ros.cli.main']
 
 
-def mlmem(*arguments, within=60):
-    done = subprocess.run(
-        [*MLMEM, *arguments], capture_output=True, text=True, timeout=within, check=False
-    )
-    assert 'Traceback' not in done.stderr
-    return done
-
-
 def complaint(status, told, said):
     """Return the one line with which a command gives up."""
     assert (status, told) == (1, '')
@@ -53,15 +45,15 @@ def inside(capsys):
 
 
 def test_write_read_erase(memory, robot, inside):
-    written = mlmem('write', '3')
-    assert (written.returncode, written.stderr) == (0, '')
-    (line,) = written.stdout.splitlines()
+    status, written, complaint = inside('write', '3')
+    assert (status, complaint) == (0, '')
+    (line,) = written.splitlines()
     assert line.startswith('level 3 (code 011), echo delay ')
     assert robot.latest('level').data == 3
 
     status, read, complaint = inside('read')
     assert (status, complaint) == (0, '')
-    delays = [float(re.search(r'delay ([\d.]+)', told)[1]) for told in (written.stdout, read)]
+    delays = [float(re.search(r'delay ([\d.]+)', told)[1]) for told in (written, read)]
     assert delays[1] == pytest.approx(delays[0], abs=10.0)  # levels are 105 apart
 
     status, erased, complaint = inside('erase')

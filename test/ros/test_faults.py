@@ -75,7 +75,7 @@ def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
     seen = len(fields)
 
     def bent():
-        """Shake on: one message holds for 10 ms here, and a field comes every 4."""
+        """Shake on: one message holds for 10 ms here, and a field comes every 20."""
         robot.send_message('disturbance', imu(5e-4 * UNIT))
         return next((field for field in fields[seen:] if mean(field) < rest - 1e-3), None)
 

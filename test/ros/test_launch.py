@@ -14,8 +14,8 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from closed_bag import check_closed
 from robot import Robot
-from test_signals import check_closed
 
 from mlmem_ros.device import PRESETS, preset
 from mlmem_ros.parameter_file import text_of

@@ -43,18 +43,6 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
     assert 'element.json is in use by /first (process' in line
 
 
-def test_an_acknowledged_write_survives_a_kill(start, tmp_path):
-    kept = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
-    first = start(kept, name='kept', apart=True)
-    with Robot('/kept', 'kept_robot') as robot:
-        assert robot.write(6).success
-    first.signal(9)
-    first.exit_status()
-    start(kept, name='again')
-    with Robot('/again', 'again_robot') as robot:
-        assert robot.trigger('read')['level'] == 6
-
-
 def test_the_level_is_the_content_and_not_what_is_heard_on_the_way(start):
     """A kink is listened for: it hears other levels, and none while two walls are there."""
     slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0, 'scale.time': 1e-5}

@@ -89,13 +89,14 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
     assert report.levels == [-1, 1, 1]
 
 
-def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
+def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path):
     bag = tmp_path / 'session'
+    kept = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
     node = start(
-        {'record.path': str(bag), 'record.sync_interval': 0.1, 'scale.time': 1e-5}, apart=True
+        {**kept, 'record.path': str(bag), 'record.sync_interval': 0.1}, name='killed', apart=True
     )
-    with Robot() as robot:
-        assert robot.write(0).success
+    with Robot(node.element) as robot:
+        assert robot.write(6).success
         robot.wait(lambda: load(bag).echoes, 'a synced chunk with the echo')
         node.signal(signal.SIGKILL)
         node.exit_status()
@@ -104,8 +105,10 @@ def test_a_killed_node_leaves_every_synced_chunk(start, tmp_path):
     report = replay(survived)
     assert report.levels_agree
     assert report.difference is None
-    assert not report.whole  # its end is missing, which is told
+    assert not report.whole  # its end is missing, and the report says so
     assert any('was not closed' in line for line in report.lost)
+    with Robot(start(kept, name='again').element) as robot:
+        assert robot.trigger('read')['level'] == 6
 
 
 def test_a_removed_directory_stops_the_recording_and_not_the_device(start, tmp_path):

@@ -8,8 +8,6 @@ import xml.etree.ElementTree as ET
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-import pytest
-
 from mlmem_ros.contract.errors import RequestFailed, RequestRefused
 from mlmem_ros.contract.goals import action_types
 from mlmem_ros.ros.client.standalone import standalone
@@ -70,15 +68,20 @@ def listed(enclave, rule):
     return {name.replace('~', f'{namespace}/{profile.get("node")}', 1) for name in names}
 
 
-def used(robot, name, kind):
-    """Return what a node has on the graph, once nothing more has been discovered for a second."""
+def used(robot, name):
+    """Return what a node has on the graph by rule, once nothing more has come for a second."""
     robot.wait(lambda: name in robot.node.get_node_names(), name)
-    find = getattr(robot.node, f'get_{kind}_names_and_types_by_node')
-    found, since = set(), time.monotonic()
+    find = {
+        'publish': robot.node.get_publisher_names_and_types_by_node,
+        'subscribe': robot.node.get_subscriber_names_and_types_by_node,
+        'reply': robot.node.get_service_names_and_types_by_node,
+        'request': robot.node.get_client_names_and_types_by_node,
+    }
+    found, since = {}, time.monotonic()
 
     def settled():
         nonlocal found, since
-        now = {topic for topic, _ in find(name, '/')}
+        now = {rule: {topic for topic, _ in ask(name, '/')} for rule, ask in find.items()}
         if now != found:
             found, since = now, time.monotonic()
         return time.monotonic() - since > SETTLED
@@ -108,17 +111,11 @@ def test_the_policy_is_well_formed():
                     assert expression.text[0] in '~/'
 
 
-@pytest.mark.parametrize(
-    ('rule', 'kind'),
-    [('publish', 'publisher'), ('subscribe', 'subscriber'), ('reply', 'service')],
-)
-def test_the_node_may_do_what_it_does(robot, rule, kind):
+def test_the_node_may_do_what_it_does(robot):
     robot.next('wall')
-    assert used(robot, 'mlmem', kind) == allowed('/mlmem', rule) - ON_DEMAND
-
-
-def test_the_node_asks_nobody(robot):
-    assert used(robot, 'mlmem', 'client') == allowed('/mlmem', 'request') == set()
+    for rule, names in used(robot, 'mlmem').items():
+        assert names == allowed('/mlmem', rule) - ON_DEMAND, rule
+    assert allowed('/mlmem', 'request') == set()  # it asks nobody
 
 
 def test_a_client_may_do_what_it_does(robot):
@@ -145,9 +142,10 @@ def test_a_client_may_do_what_it_does(robot):
         unused = {f'{action}/_action/cancel_goal' for action in listed('/mlmem_client', 'call')}
         if ACTIONS_BUILT:
             unused.add('/mlmem/self_test')  # which an action is asked for, then
-        assert used(robot, name, 'client') == allowed('/mlmem_client', 'request') - unused
-        assert used(robot, name, 'publisher') == allowed('/mlmem_client', 'publish')
-        for service in used(robot, name, 'service'):
+        found = used(robot, name)
+        assert found['request'] == allowed('/mlmem_client', 'request') - unused
+        assert found['publish'] == allowed('/mlmem_client', 'publish')
+        for service in found['reply']:
             assert any(fnmatchcase(service, known) for known in allowed('/mlmem_client', 'reply'))
     assert set(listed('/mlmem_client', 'subscribe')) == LISTENING
 
