@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from mlmem_ros.cli.console import plain_table
 from mlmem_ros.cli.main import SUBCOMMANDS, main
-from mlmem_ros.cli.output import print_json
+from mlmem_ros.cli.output import plain_table, print_json
 from mlmem_ros.session.data import load
 
 LIFE = Path(__file__).parent / 'data' / 'life'

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .command import JSON, command, option
-from .console import complain, plain_console
-from .output import print_json
+from .output import complain, plain_console, print_json
 
 if TYPE_CHECKING:
     from ..bench.comparison import Comparison

@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .command import JSON, command, option
-from .console import plain_console, plain_table
-from .output import print_json
+from .output import plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console

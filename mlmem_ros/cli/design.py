@@ -26,8 +26,7 @@ from typing import TYPE_CHECKING
 
 from .campaigns import JOBS, evaluated
 from .command import JSON, command, option, tasks
-from .console import complain, plain_console, plain_table
-from .output import markdown, print_json
+from .output import complain, markdown, plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,33 +39,24 @@ if TYPE_CHECKING:
 COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
 """Colours by verdict."""
 
-
 PROOF = (
     option(
         '--sample', type=int, metavar='N',
-        help='downward writes to try; by default all up to 16 levels, beyond that as many as '
-        'levels; every level is erased',
+        help='downward writes to try; default: all of up to 16 levels, else as many as levels',
     ),
     option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
     JOBS,
 )  # fmt: skip
 """The options of a proof."""
 
-CHECK = (
+
+@command(
+    'judge a design',
     option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
     JSON,
     option('--brief', action='store_true', help='leave out passes and quotations of the paper'),
+    text=__doc__,
 )
-
-PROVE = (
-    option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
-    option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
-    *PROOF,
-    JSON,
-)
-
-
-@command('judge a design', *CHECK, text=__doc__)
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
     from ..analysis import checks
@@ -81,7 +71,14 @@ def check(arguments: argparse.Namespace) -> int:
     return 1 if report.verdict is checks.Verdict.FAIL else 0
 
 
-@command('simulate designs', *PROVE, text=__doc__)
+@command(
+    'simulate designs',
+    option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
+    option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
+    *PROOF,
+    JSON,
+    text=__doc__,
+)
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""
     from ..parameter_file import load
@@ -102,7 +99,7 @@ TASKS = {'check': check, 'prove': prove}
         type=int,
         default=0,
         metavar='TRIALS',
-        help='try this many strokes down of either kind, and throws (CMA-ES)',
+        help='try this many strokes of either kind, and throws (CMA-ES)',
     ),
     option('--prove', action='store_true', help='simulate the found design'),
     *PROOF,
@@ -154,9 +151,8 @@ def _find(arguments: argparse.Namespace) -> int:
             }
         )
     if arguments.output is None:
-        print(
-            text, end='', file=sys.stderr if arguments.json else sys.stdout
-        )  # and nothing else, so that it can be piped
+        # nothing else, so that it can be piped
+        print(text, end='', file=sys.stderr if arguments.json else sys.stdout)
     else:
         arguments.output.write_text(text, encoding='utf-8')
         console.print(f'written: {arguments.output}', highlight=False)

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 from .campaigns import JOBS
 from .command import JSON, command, option
-from .console import complain, plain_console, plain_table
-from .output import print_json
+from .output import complain, plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -12,7 +12,7 @@ from importlib import import_module
 from .. import __version__
 from ..packages import missing
 from .command import Command, add_commands
-from .console import complain
+from .output import complain
 
 SUBCOMMANDS = {
     'demo': 'demo',

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING
 
 from ..clipped import printable
 from .command import JSON, command, option
-from .console import complain
-from .output import print_json
+from .output import complain, print_json
 
 if TYPE_CHECKING:
     from ..ros.client.play import Played

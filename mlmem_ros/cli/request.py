@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands that make one request to a running node, and print its answer."""
+"""Commands that make one request to a running node and print its answer."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..words import describe_level
-from .command import JSON, NODE, Command, Option, one_of, option, wait
-from .console import complain
-from .output import print_json
+from .command import JSON, NODE, Command, Option, command, one_of, option, wait
+from .output import complain, print_json
 
 if TYPE_CHECKING:
     from ..contract.answers import Answer, Calibrated, Decoded, Done, Recorded, SelfTested
@@ -28,11 +27,10 @@ def _request(
     describe: Callable[[SomeAnswer], str],
     *options: Option,
     more: str = '',
-    succeeded: Callable[[SomeAnswer], bool] = lambda answer: True,
 ) -> Command:
     """Return the command of a request.
 
-    Its exit status is 0 on success, 1 on failure or if no node answers.
+    Its exit status is 0 on success, 1 on failure, on a failed self-test or if no node answers.
 
     Args:
         summary: What it does; the help begins with it.
@@ -40,7 +38,6 @@ def _request(
         describe: Puts the answer into words.
         options: Its own options.
         more: The rest of the help.
-        succeeded: Returns whether an answer is a success.
     """
 
     def run(arguments: argparse.Namespace) -> int:
@@ -59,14 +56,14 @@ def _request(
             print_json(_as_dict(answer))
         else:
             print(describe(answer))
-        return 0 if succeeded(answer) else 1
+        return 0 if getattr(answer, 'passed', True) else 1
 
     text = f'{summary[0].upper()}{summary[1:]}.\n\n{more}'.rstrip()
-    return Command(summary, text, (*options, NODE, wait(5.0), JSON), run)
+    return command(summary, *options, NODE, wait(5.0), JSON, text=text)(run)
 
 
 def _as_dict(answer: Answer) -> dict[str, Any]:
-    """Return an answer as plain values: as parsed, and all that the node said."""
+    """Return an answer as plain values: the parsed ones, and everything from the node."""
     fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
     said = fields.pop('details')
     return {**fields, 'measured': said} if 'checks' in fields else {**said, **fields}
@@ -131,8 +128,7 @@ abort = _request(
     'stop what the element behind a running node does, and release its strain',
     lambda client, _: client.abort(),
     _stopped,
-    more='The answer comes once the element is at rest; whoever started the procedure is told '
-    'too.',
+    more='The answer comes once the element is at rest. The request that is stopped fails.',
 )
 calibrate = _request(
     'make the element behind a running node learn its echo delays, and restore its content',
@@ -145,9 +141,8 @@ self_test = _request(
     lambda client, _: client.self_test(),
     _tested,
     more="""\
-It writes and reads every level, and tests actuator and transducers: some twenty times as long as
-a write. Exit status 0 means that every check passed.""",
-    succeeded=lambda tested: tested.passed,
+It writes and reads every level and tests actuator and transducers: some twenty times as long as a
+write. Exit status 0 means that every check passed.""",
 )
 record = _request(
     'make a running node start or end recording a session',
@@ -158,6 +153,6 @@ record = _request(
         option('--stop', action='store_true', help='end the recording'),
     ),
     more="""\
-The bag is on the machine of the node, below its `files.root`. Where the path exists the time is
-added to its name; without a path the node takes its `record.path`.""",
+The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
+added to its name; without a path, the node takes its `record.path`.""",
 )

@@ -14,8 +14,7 @@ import sys
 from dataclasses import replace
 
 from .command import JSON, command, option
-from .console import complain
-from .output import print_json
+from .output import complain, print_json
 
 
 @command(

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import campaigns
 from .command import JSON, command, option
-from .console import complain, plain_console, plain_table
-from .output import markdown, print_json
+from .output import complain, markdown, plain_console, plain_table, print_json
 
 if TYPE_CHECKING:
     from rich.console import Console

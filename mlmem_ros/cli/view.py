@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem view`: the element behind a running node in a browser, or recorded sessions.
 
-Serves one page on this machine and prints its address, until Ctrl-C. With a session it shows that
-one, with two both side by side and their differences. With --start it starts its own element. With
---host other machines can open the page, given the address with the token.
+Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
+the given session; two sessions stand side by side, with their differences. With --start it starts
+an element of its own. With --host other machines can open the page by the printed address, which
+holds a token.
 """
 
 from __future__ import annotations
@@ -21,15 +22,13 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from .command import JSON, NODE, command, option
-from .console import complain
-from .output import print_json
+from .output import complain, print_json
 
 if TYPE_CHECKING:
     from ..view.live import Live
 
-
 SMOOTH = 15
-"""Ticks between two pictures of an element started by this command: 33 a second."""
+"""Ticks between two pictures of an element that --start starts: 33 a second."""
 
 
 @command(
@@ -45,7 +44,7 @@ SMOOTH = 15
     option(
         '--until-eof',
         action='store_true',
-        help='end when standard input closes, as a child process does',
+        help='end when standard input closes: for a parent process',
     ),
     JSON,
     text=__doc__,
@@ -53,22 +52,19 @@ SMOOTH = 15
 def view(arguments: argparse.Namespace) -> int:
     """Serve the page; return the exit status."""
     if len(arguments.session) > 2 or (arguments.session and arguments.start):
-        return complain('view', 'show one or two sessions, or use --start without any', 2)
+        return complain('view', 'give one or two sessions, or --start without any', 2)
+    from ..bag.errors import BagError
+
     try:
         asyncio.run(_serve(arguments))
     except OSError as error:
         return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
-    except _NoSession as error:
+    except BagError as error:
         return complain('view', error, 1)
     return 0
 
 
-class _NoSession(Exception):
-    """A session cannot be shown."""
-
-
 async def _serve(arguments: argparse.Namespace) -> None:
-    from ..bag.errors import BagError
     from ..ros.node_process import node_arguments, node_process
     from ..view.guard import LOOPBACK, Guard
     from ..view.server import Server, serve
@@ -102,10 +98,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
             stack.enter_context(node_process(node_arguments(arguments.node, smooth)))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)
-        try:
-            await server.check()
-        except BagError as error:
-            raise _NoSession(str(error)) from error
+        await server.check()
         await serve(server, arguments.host, arguments.port, ready, over)
 
 

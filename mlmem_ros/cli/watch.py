@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem watch`: show the element behind a running node in the terminal, until Ctrl-C.
 
-Level and code, the wall in its chain, strain, last echo, last procedure, rates and health.
+Shows level and code, the walls in the chain, strain, last echo, last procedure, rates and health.
 Exit status 0; 1 when no node answers.
 """
 
@@ -12,18 +12,19 @@ import argparse
 import time
 
 from .command import JSON, NODE, command, option, wait
-from .console import complain, plain_console
-from .output import print_json
+from .output import complain, plain_console, print_json
 
 FIRST_REPORT = 3.0
-"""Longest wait in seconds for the first health report, which comes once a second."""
+"""Longest wait in seconds for the first health report; there is one every second."""
+
+PERIOD = 0.1
+"""Seconds between two pictures."""
 
 
 @command(
     'show the element behind a running node in the terminal',
     NODE,
     wait(5.0),
-    option('--rate', type=float, default=10.0, help='pictures per second'),
     option('--once', action='store_true', help='print one picture and exit'),
     JSON,
     text=__doc__,
@@ -37,8 +38,6 @@ def watch(arguments: argparse.Namespace) -> int:
     from ..ros.client.standalone import standalone, wait_until
     from .dashboard import dashboard
 
-    if not 0.1 <= arguments.rate <= 60.0:
-        return complain('watch', f'rate must be from 0.1 to 60; got {arguments.rate:g}', 2)
     if arguments.json and not arguments.once:
         return complain('watch', '--json must be given with --once', 2)
     console = plain_console()
@@ -56,7 +55,7 @@ def watch(arguments: argparse.Namespace) -> int:
             with Live(console=console, auto_refresh=False) as live:
                 while True:
                     live.update(dashboard(monitor.view, console.width), refresh=True)
-                    time.sleep(1.0 / arguments.rate)
+                    time.sleep(PERIOD)
     except RequestError as error:
         return complain('watch', error, 1)
     except KeyboardInterrupt:

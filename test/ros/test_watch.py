@@ -197,8 +197,3 @@ def test_no_node_is_told(capsys):
     assert main(['watch', '--node', 'nobody', '--wait', '0.2']) == 1
     line = 'mlmem watch: no memory node answers as /nobody within 0.2 s'
     assert capsys.readouterr().err.startswith(line)
-
-
-def test_a_rate_that_is_none(capsys):
-    assert main(['watch', '--rate', '0']) == 2
-    assert capsys.readouterr().err == 'mlmem watch: rate must be from 0.1 to 60; got 0\n'
