@@ -7,10 +7,10 @@ the lost time is skipped, not caught up.
 
 Waking up costs more than a tick. So while there is nothing to decide, at rest or within a
 procedure, ticks are deferred and run several at a time, one period before the tick that ends the
-rest, which then comes on time: it publishes a stream, or resumes the procedure. A command ends
-such a rest and takes effect in the tick it falls into. Messages of a shaking base do not end it:
-they are deferred with the ticks, and still fall into their own. Without a pace all ticks go in
-runs, each up to the next that the listener waits for.
+rest. That tick, which publishes a stream or resumes the procedure, comes on time. A command ends
+the rest and takes effect in the tick into which it falls. Messages of a shaking base do not end
+the rest; they are deferred with the ticks and still take effect in their own. Without a pace all
+ticks run in batches, each up to the next that the listener waits for.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
 LONGEST_SLEEP = 0.1
-"""Seconds after which a sleeping loop checks whether the clock has jumped."""
+"""Longest sleep in seconds before the loop checks whether the clock has jumped."""
 
 LONGEST_REST = 0.04
-"""Most seconds to defer ticks: catching up takes less than a tick, for which a command waits."""
+"""Longest time to defer ticks, in seconds: a command waits while they are made up for."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -85,12 +85,12 @@ class Loop:
             listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Multiple of the scale's real time; 0 runs as fast as possible.
-            batch: Ticks that may be deferred and run at a time: the listener is served on time if
-                every tick that matters to it is a multiple of this number.
+            batch: Most ticks to defer and run together: ticks that matter to the listener must be
+                multiples of this number to be on time.
             publish_every: No run of ticks extends beyond a multiple of this number.
-            heard: Returns whether anybody waits for the ticks that are multiples of `batch`: if
-                not, they are deferred with the others, and longer.
-            failed: Called in the loop's thread once a failure has stopped it.
+            heard: Returns whether anybody waits for the ticks that are multiples of `batch`; if
+                not, they are deferred like the others, and longer.
+            failed: Called in the loop's thread after a failure has stopped it.
         """
         self.element = element
         self.statistics = LoopStatistics()
@@ -102,7 +102,7 @@ class Loop:
         self._heard = heard
         self._failed = failed
         self._box = Mailbox(speed)
-        self._answers: deque[Future[Outcome | None]] = deque()  # of procedures under way
+        self._answers: deque[Future[Outcome | None]] = deque()  # of running procedures
         self._pace(speed)
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
 
@@ -113,7 +113,7 @@ class Loop:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the loop after the present tick; pending requests are refused."""
+        """End the loop after the present tick, and refuse pending requests."""
         self._end(Ending.STOP)
 
     def finish(self) -> None:
@@ -124,7 +124,7 @@ class Loop:
         self._box.end(ending)
         if self._thread.is_alive():
             self._thread.join()
-        self._box.close(Refused(SHUT_DOWN))  # of a loop that was never started
+        self._box.close(Refused(SHUT_DOWN))  # if it was never started
 
     @property
     def speed(self) -> float:
@@ -137,14 +137,14 @@ class Loop:
 
     @property
     def tick_seconds(self) -> float:
-        """Real time that a tick stands for; times ticks per second it is the speed factor."""
+        """Real time of a tick at speed 1, in seconds."""
         return self.element.tick * self.element.settings.scale.time
 
     def cancel(self, command: Command) -> Future[Outcome | None]:
         """Abort the procedure of exactly this command in the next tick.
 
         Returns:
-            The outcome of that abort once the strain is zero; None if the procedure has ended.
+            The outcome of the abort once the strain is zero; None if the procedure has ended.
         """
         return self._box.submit(Cancel(command))
 
@@ -156,10 +156,10 @@ class Loop:
         """Hand in a command for the next tick.
 
         Returns:
-            Its result: the outcome of a procedure when it ends, None for a set-point once it is
-            accepted, the exception `Refused` if it is not.
+            The outcome of a procedure when it ends; None for a set-point once it is accepted;
+            the exception `Refused` if the command is not accepted.
         """
-        if isinstance(command, Disturb):  # before it replaces one that is in range
+        if isinstance(command, Disturb):  # check it before it replaces a valid one
             try:
                 self.element.base.check(command.acceleration)
             except Refused as refusal:
@@ -177,7 +177,8 @@ class Loop:
     def pause(self, paused: bool) -> Future[int]:
         """Pause or resume time.
 
-        Returns: The number of ticks done; when pausing, after the last one under way.
+        Returns:
+            The number of ticks done; when pausing, including the one in progress.
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
@@ -185,7 +186,7 @@ class Loop:
         """Run one tick while paused.
 
         Returns:
-            The number of ticks done, once it is run; `Refused` if time is running.
+            The number of ticks done after it; the exception `Refused` if time is running.
         """
         return self._box.single_tick()
 
@@ -197,7 +198,7 @@ class Loop:
             self._run_ticks()
             if self._box.ending is Ending.FINISH:
                 self._let_go()
-        except Exception as failure:  # anything: a failed device must say so, and stop
+        except Exception as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
         self._box.close(refusal)
@@ -228,7 +229,7 @@ class Loop:
     def _make_up(self, due: float, ticks: int) -> float:
         """Run deferred ticks, the first due at a given time; return when the next is due.
 
-        In one go up to each that the listener waits for, or that an acceleration falls into.
+        Each run ends at a tick that the listener waits for, or into which an acceleration falls.
         """
         latest = due + ticks * self._period
         while ticks:
@@ -246,19 +247,19 @@ class Loop:
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
 
-        Without a pace, and unless a single tick is requested, it may be a run of ticks.
+        Without a pace it may be a run of ticks, unless a single tick was requested.
         """
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._period > 0.0 or asked_for
         self._advance(1 if paced else self._longest_run, commands)
-        if asked_for and (done := self._box.take_single_tick()) is not None:
-            done.set_result(self.element.ticks)
+        if asked_for and (done := self._box.take(self._box.single_ticks)) is not None:
+            done[0].set_result(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
 
     def _advance(self, most: int, commands: list[Stamped]) -> None:
-        """Run a tick, or several without decisions; publish what happened, then answer."""
+        """Run a tick, or several without decisions; publish the events, then answer."""
         events = self.element.advance(most)
         self._listener(commands, events)
         for event in events:
@@ -267,62 +268,62 @@ class Loop:
 
     @property
     def _until_published(self) -> int:
-        """Ticks up to the next that the listener waits for."""
+        """Ticks until the next that the listener waits for."""
         return self._publish_every - self.element.ticks % self._publish_every
 
     @property
     def _longest_run(self) -> int:
-        """Ticks of a run without a pace: it delays a command no longer than a rest does."""
+        """Ticks of a run without a pace: it delays a command no longer than a rest would."""
         busy = self.statistics.busy
         return max(1, min(self._until_published, int(LONGEST_REST / busy) if busy > 0.0 else 1))
 
     def _after(self, due: float, now: float) -> float:
-        """Return when the next tick is due; lost time is counted and skipped."""
+        """Return when the next tick is due; count and skip lost time."""
         if self._period == 0.0:
             return now
         lag = now - (due + self._period)
         borne = max(self._period, self._pacer.slack)
         if lag > borne and self.element.foreseen:  # deferred ticks may be late
-            put_off = self._at_once > 1 if self._heard() else self._unheard > 0
-            borne = max(borne, LONGEST_REST if put_off else 0.0)
+            deferred = self._at_once > 1 if self._heard() else self._unheard > 0
+            borne = max(borne, LONGEST_REST if deferred else 0.0)
         skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
 
     def _wait(self, due: float) -> _Turn | None:
-        """Make pending calls, and wait until ticks are to run; None: the loop is to end."""
+        """Make pending calls and wait until ticks are due; None if the loop is to end."""
         box = self._box
         while True:
             if overdue := self._overdue(due):
                 return _Turn(due, overdue)
-            while (call := box.take_call()) is not None:
+            while (call := box.take(box.calls)) is not None:
                 _make(*call)
             with box.changed:
                 if box.ending is not Ending.NOT:
                     return None
                 if box.held:
-                    box.changed.wait_for(lambda: not box.held or box.call_waits)
+                    box.changed.wait_for(lambda: not box.held or bool(box.calls))
                     due = self._pacer.now()
                     continue
                 if box.speed != self._paced:
                     self._pace(box.speed)
                 now = self._pacer.now()
-                if box.single_tick_waits:
+                if box.single_ticks:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + self._period)  # do not wait for a clock that jumped back
                 batch = self._due(now - due)
                 wake = due + max(0, batch - 1) * self._period
                 if now >= wake:
                     return _Turn(due, batch)
-                if not box.call_waits:
+                if not box.calls:
                     self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
 
     def _pace(self, speed: float) -> None:
-        """Set a speed: how long a tick lasts, and how many a rest may defer."""
+        """Set the speed: the period of a tick, and how many ticks a rest may defer."""
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
         self._unheard = int(LONGEST_REST / self._period) if speed > 0.0 else 0
-        longest = LONGEST_REST + 1e-9  # rounding must not lose a rest of that length
+        longest = LONGEST_REST + 1e-9  # tolerates rounding
         self._at_once = max(
             ticks
             for ticks in range(1, self._batch + 1)
@@ -330,34 +331,34 @@ class Loop:
         )
 
     def _due(self, late: float) -> int:
-        """Return the ticks of a batch if the next is late by a given time; 0: none is due."""
+        """Return the ticks of a batch if the next is late by a given time; 0 if none is due."""
         in_time = self._at_once - self.element.ticks % self._at_once
         ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
-        if not ticks or not (self._box.command_waits or self._box.call_waits):
+        if not ticks or not (self._box.commands or self._box.calls):
             return ticks
         return min(ticks, max(0, int(late / self._period)))
 
     def _overdue(self, due: float) -> int:
-        """Return how many put-off ticks come before a call: it finds, or holds, the present."""
+        """Return how many deferred ticks come before a pending call, which needs them done."""
         box = self._box
         with box.changed:
-            if not box.call_waits or box.ending is not Ending.NOT or box.speed != self._paced:
+            if not box.calls or box.ending is not Ending.NOT or box.speed != self._paced:
                 return 0
             return self._due(self._pacer.now() - due)
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
-        while (asked := self._box.take_command()) is not None:
+        while (asked := self._box.take(self._box.commands)) is not None:
             taken += self._apply(*asked)
         return taken + self._shaken(math.inf)
 
     def _shaken(self, before: float) -> list[Stamped]:
-        """Give the base the accelerations it reported before a time."""
+        """Apply the accelerations of the base from before a time."""
         asked = self._box.take_shake(before)
         return self._apply(*asked) if asked is not None else []
 
     def _apply(self, command: Command | Cancel, answer: Future[Outcome | None]) -> list[Stamped]:
-        """Give the device a command; return it with its tick if it is accepted."""
+        """Apply a command; return it with its tick if it is accepted."""
         if isinstance(command, Cancel):
             if not self.element.runs(command.of):
                 answer.set_result(None)
@@ -380,7 +381,7 @@ class Loop:
 
 
 def _make(function: Callable[[], T], answer: Future[T]) -> None:
-    """Call a function for a requester, who also gets any exception it raises."""
+    """Call a function, and answer with its result or its exception."""
     try:
         result = function()
     except Exception as failure:

@@ -32,7 +32,7 @@ class LoopStatistics:
     busy: float = 0.0
 
     def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
-        """Take the times of equal ticks; ignored if the clock jumped back within them."""
+        """Count ticks of equal times, in seconds; a time is at least 0 if the clock jumps back."""
         busy = max(0.0, busy)
         self.ticks += ticks
         weight = max(1.0 - (1.0 - LATENESS_MEMORY) ** ticks, ticks / self.ticks)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The whole state of an idle device as plain values, restored to the bit; and its hash."""
+"""The whole state of an idle device as plain values, restored bit by bit; and its hash."""
 
 from __future__ import annotations
 
@@ -29,15 +29,13 @@ from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading
 
 MOST = 1e12
-"""Greatest displacement, velocity or acceleration that a snapshot may tell: far from any's."""
-
-_STRAINS = ('told', 'drive', 'strain')
+"""Largest accepted displacement, velocity or acceleration: far beyond any real one."""
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
-    """Return the state of a device: all that its future depends on beside design and settings.
+    """Return the state of a device: all that its future depends on, beside design and settings.
 
-    The content of a real element is in the element.
+    The content of a real element stays in the element.
 
     Returns:
         Values for JSON; floating-point numbers keep every bit.
@@ -46,11 +44,15 @@ def take(element: MemoryElement) -> dict[str, Any]:
         Refused: A procedure runs.
     """
     if element.procedure:
-        raise Refused(f'busy: {element.procedure} is running; a snapshot is of an idle device')
+        raise Refused(f'busy: {element.procedure} is running; only an idle device has a snapshot')
+    material = {}
+    if element.simulated:
+        chain = element.chain
+        material = {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': _encode(chain.state())}
     return {
         'design': dataclasses.asdict(element.design),
         'ticks': element.ticks,
-        **(_material(element) if element.simulated else {}),
+        **material,
         'recent': _encode(element.transducer.recent),
         'actuator': {
             **dataclasses.asdict(element.actuator.motion),
@@ -67,31 +69,25 @@ def take(element: MemoryElement) -> dict[str, Any]:
     }
 
 
-def _material(element: MemoryElement) -> dict[str, Any]:
-    chain = element.chain
-    return {'steps': chain.steps_done, 'V_N': chain.V_N, 'state': _encode(chain.state())}
-
-
 def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
-    """Set the state that `take` returned, on a device of the same design and settings.
+    """Restore the state that `take` returned to a device of the same design and settings.
 
-    A real element is in the state that it is in: it is given back what was learnt and counted
-    alone, and its content is what an echo will say. A calibration for other pulses or detectors
-    than the device's is not taken: the device keeps its own.
+    A real element keeps its content, so only its calibration and statistics are restored. A
+    calibration for other pulses or detectors than the device's is ignored.
 
     Raises:
-        StateError: The snapshot is not one of such a device; nothing is changed.
+        StateError: The snapshot is not of such a device; nothing is changed.
         Refused: A procedure runs.
     """
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running')
     try:
         if element.simulated and 'state' not in snapshot:
-            raise ValueError('it was taken of a real element, or damaged')
+            raise ValueError('it is of a real element, or damaged')
         calibration = Calibration.from_dict(snapshot['calibration'])
         calibration.check(element.design.levels)
         key = calibration_key(element.design, element.settings)
-        same_pulses = snapshot.get('calibration_key', key) == key  # a replay leaves it out
+        same_pulses = snapshot.get('calibration_key', key) == key  # not in a replay
         statistics = MemoryStatistics.from_dict(snapshot['statistics'], element.design.levels)
         if not element.simulated:
             if snapshot['design'] != dataclasses.asdict(element.design):
@@ -100,13 +96,18 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             element.statistics = statistics
             return
         motion, strain, elapsed = _motion(snapshot['actuator'])
-        linkage, base, faults = _disorders(snapshot)
+        linkage, base = LinkageState(**snapshot['linkage']), BaseState(**snapshot['base'])
+        if base.silence != int(base.silence):
+            raise ValueError(f'silence must be a whole number of ticks; got {base.silence}')
+        faults = Faults(**snapshot['faults'])
         specimen = element.specimen(faults)
         element.base.check(base.acceleration)
         element.base.check(base.target)
         ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
         for given in (*ends, strain):
             element.actuator.check(given)
+        if not all(map(math.isfinite, (linkage.drive, linkage.strain))):
+            raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
         design = snapshot['design']
         reading = _reading(snapshot['reading'], element.design.levels)
         ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])
@@ -114,7 +115,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         V_N = float(snapshot['V_N'])
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, Refused) as error:
         raise StateError(
-            f'this is no snapshot of a device: {printable(repr(error), 300)}'
+            f'this is not a snapshot of a device: {printable(repr(error), 300)}'
         ) from error
     agree = {
         'its design': design == dataclasses.asdict(element.design),
@@ -126,7 +127,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         and math.isclose(V_N, element.design.end_displacement(linkage.strain)),
     }
     if wrong := [what for what, right in agree.items() if not right]:
-        raise StateError(f'this is no snapshot of such a device: {", ".join(wrong)} must agree')
+        raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=V_N, steps_done=steps)
     element.chain.become(specimen)
     element.linkage.state, element.base.state, element.faults = linkage, base, faults
@@ -134,11 +135,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.transducer.release()
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
-    if same_pulses:
-        element.calibration = calibration
-    element.reading = reading
-    element.statistics = statistics
-    element.ticks = ticks
+    element.calibration = calibration if same_pulses else element.calibration
+    element.reading, element.statistics, element.ticks = reading, statistics, ticks
 
 
 def _clock(count: Any) -> int:
@@ -165,7 +163,9 @@ def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
             tuple(map(float, values[name])) for name in ('times', 'strains', 'rates')
         )
         if not 2 <= len(times) == len(strains) or len(rates) not in (0, len(times)):
-            raise ValueError('every point of a profile has a time, a strain and maybe a rate')
+            raise ValueError(
+                'points of a profile have times and strains, and all or none have rates'
+            )
         if times[0] != 0.0 or not all(a < b for a, b in itertools.pairwise(times)):
             raise ValueError('the times of a profile increase from 0')
         if not all(map(math.isfinite, rates)):
@@ -175,19 +175,8 @@ def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
         start, target, duration = (float(values[name]) for name in ('start', 'target', 'duration'))
         motion = Ramp(start, target, duration)
     if not (0.0 <= motion.duration < math.inf and 0.0 <= elapsed < math.inf):
-        raise ValueError(f'a move takes a finite time; got {elapsed} of {motion.duration}')
+        raise ValueError(f'a move must take a finite time; got {elapsed} of {motion.duration}')
     return motion, strain, elapsed
-
-
-def _disorders(snapshot: Mapping[str, Any]) -> tuple[LinkageState, BaseState, Faults]:
-    """Return what may be wrong with a device."""
-    linkage = LinkageState(**snapshot['linkage'])
-    if not all(math.isfinite(getattr(linkage, name)) for name in _STRAINS):
-        raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
-    base = BaseState(**snapshot['base'])
-    if base.silence != int(base.silence):
-        raise ValueError(f'silence must be a whole number of ticks; got {base.silence}')
-    return linkage, base, Faults(**snapshot['faults'])
 
 
 def _reading_values(reading: Reading | None) -> dict[str, Any] | None:

@@ -376,7 +376,8 @@ def test_healthy_faults_leave_every_bit(written):
 
 
 def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
-    first, second = suffering(written(1), **dataclasses.asdict(ILL)), rig.device()
+    once = rig.with_group('write', attempts=1)
+    first, second = suffering(written(1, **once), **dataclasses.asdict(ILL)), rig.device(**once)
     first.apply(SetStrain(0.03))
     rig.ticks(first, 9)
     taken = json.loads(json.dumps(snapshot.take(first), allow_nan=False))

@@ -161,7 +161,7 @@ def test_a_file_of_no_trims_is_refused(trained, tmp_path, trims, message):
     with pytest.raises(StateError, match=message):
         calibration_file.load(path, 'key', BITS_2.design.levels)
     taken = {**snapshot.take(trained), 'calibration': values}
-    with pytest.raises(StateError, match='no snapshot of a device'):
+    with pytest.raises(StateError, match='not a snapshot of a device'):
         snapshot.restore(made_by_chance(), taken)
 
 

@@ -238,12 +238,11 @@ def test_every_level_is_read_from_both_ends(written, level, end):
 
 
 @pytest.mark.parametrize('level', [0, 6, 7])
-@pytest.mark.parametrize('ends', ['l', 'r', 'rl', 'llrr'])
-def test_one_read_does_not_disturb_the_next(level, ends):
-    """Each waits for the waves of the one before: from either end, time and again."""
+def test_one_read_does_not_disturb_the_next(level):
+    """Each waits for the waves of the one before: from the same end or the other, repeatedly."""
     element = rig.device(level)
-    for end in 3 * ends:
-        reading = rig.succeed(element, Read({'l': 'left', 'r': 'right'}[end]))
+    for end in 3 * ('left', 'left', 'right', 'right'):
+        reading = rig.succeed(element, Read(end))
         assert reading.level == level
         assert reading.level_margin > 0.9
     assert rig.holds(element, level)
@@ -456,7 +455,7 @@ def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
 # --- calibrate --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize('level', [None, 0, 3])
+@pytest.mark.parametrize('level', [None, 3])
 def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written, level):
     element = rig.device() if level is None else written(level)
     factory = element.calibration
@@ -470,12 +469,7 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
         # a wall that came by strain still creeps by a tenth of a cell; levels are 25 apart
         np.testing.assert_allclose(new, known, atol=0.1 * np.abs(np.diff(known)).max())
     assert element.calibration.right.blank == pytest.approx(factory.right.blank, abs=5.0)
-
-
-def test_a_calibration_can_be_used(written):
-    element = written(5)
-    rig.succeed(element, Calibrate())
-    for level in (6, 2):
+    for level in (4, 1):  # and it can be used
         reading = rig.succeed(element, Write(level))
         assert reading.level_margin > 0.9
         assert rig.holds(element, level)

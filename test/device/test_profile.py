@@ -196,7 +196,7 @@ def test_a_damaged_profile_in_a_snapshot_is_refused(change):
     rig.ticks(element, 10)
     taken = snapshot.take(element)
     taken['actuator'] |= change
-    with pytest.raises(snapshot.StateError, match='no snapshot of a device'):
+    with pytest.raises(snapshot.StateError, match='not a snapshot of a device'):
         snapshot.restore(rig.device(), taken)
 
 

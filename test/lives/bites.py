@@ -51,22 +51,22 @@ def division_by_zero_at_full_speed(_):
         if self._at_once == 1 or not self.element.resting:
             return 0
         ticks = -(self.element.ticks + 1) % self._at_once
-        return min(ticks, max(0, int(late / self._period))) if self._box.command_waits else ticks
+        return min(ticks, max(0, int(late / self._period))) if self._box.commands else ticks
 
     return due
 
 
-@_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take_single_tick'))
+@_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take'))
 def queue_cleared_between_look_and_pop(end, _):
     def hasty_end(self, ending):
         self._box.close(Refused(loop.SHUT_DOWN))
         end(self, ending)
 
-    def take(self):
-        if self._single_ticks:
+    def take(self, queue):
+        if queue:
             threads.monotonic()
-            taken = self._single_ticks.popleft()
-            return taken if taken.set_running_or_notify_cancel() else None
+            taken = queue.popleft()
+            return taken if taken[-1].set_running_or_notify_cancel() else None
         return None
 
     return hasty_end, take
@@ -81,8 +81,10 @@ def lost_wake_up(_):
             self.paused = self.paused if paused is None else paused
             self.changed.notify_all()
         if closed is None:
-            self._calls.append((function, answer))
-        return mailbox._refused(answer, closed)
+            self.calls.append((function, answer))
+        else:
+            answer.set_exception(closed)
+        return answer
 
     return call
 
@@ -92,7 +94,7 @@ def who_waits_at_the_end_is_forgotten(_):
     def close(self, refusal):
         with self.changed:
             self._closed = self._closed or refusal
-            for queue in (self._commands, self._calls, self._single_ticks):
+            for queue in (self.commands, self.calls, self.single_ticks):
                 queue.clear()
 
     return close
