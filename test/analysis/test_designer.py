@@ -7,6 +7,7 @@ The shipped elements are those that the designer finds, but for the times and pe
 """
 
 import dataclasses
+import functools
 
 import pytest
 
@@ -28,13 +29,16 @@ BITS = pytest.mark.parametrize(
 )
 
 
+proposed = functools.cache(propose)
+
+
 def duration(settings):
     return Cycle.planned(settings.write, 1.0).duration
 
 
 @BITS
 def test_the_designer_finds_what_is_shipped(bits):
-    found = propose(2**bits)
+    found = proposed(2**bits)
     design, settings = preset(f'bits_{bits}')
     assert found.design == design
     groups = ('write', 'actuator', 'throw', *(('down_even', 'down_odd') if bits > 5 else ()))
@@ -85,7 +89,7 @@ def test_three_bits_are_the_papers():
 
 def test_the_carrier_is_clear_of_the_gratings_gaps():
     """A grating of period J throws back kappa = n pi / J; the pulse is narrower than the way."""
-    found = propose(16)
+    found = proposed(16)
     probe, J = found.settings.probe_right, found.design.J
     gaps = frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
     assert min(abs(gaps - probe.omega_c)) > 1.5 / probe.sigma

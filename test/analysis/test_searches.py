@@ -35,7 +35,7 @@ def step_lost(task, write):
     """Return the least radius at which a step is lost."""
     return nearest_failure(
         lambda off, seed: (task.departures(write, off) >= 1.0).any(),
-        *(0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45),
+        *(0.1, 0.25, 0.35, 0.45),
     )
 
 

@@ -7,6 +7,7 @@ Nothing here is imported from `mlmem_ros` but the values of a design's symbols.
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.linalg import solveh_banded
 
 
 def psi(p, D):
@@ -40,11 +41,10 @@ def s(p):
 def quasi_static(p):
     """Return V_j for V_N = 1: the interior springs of the bare substrate in balance."""
     spring = s(p)
-    matrix = np.diag(spring[:-1] + spring[1:])
-    matrix -= np.diag(spring[1:-1], 1) + np.diag(spring[1:-1], -1)
+    bands = np.array([np.append(0.0, -spring[1:-1]), spring[:-1] + spring[1:]])
     right = np.zeros(p.N - 2)
     right[-1] = spring[-1]
-    return np.concatenate(([0.0], np.linalg.solve(matrix, right), [1.0]))
+    return np.concatenate(([0.0], solveh_banded(bands, right), [1.0]))
 
 
 def forces(p, v, V):

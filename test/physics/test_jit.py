@@ -23,9 +23,9 @@ def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
 
 @pytest.mark.skipif(not jit.fused(), reason='every fma is a call')
 @INTEGRATOR
-@pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
+@pytest.mark.parametrize('substrate', ['rigid', pytest.param('elastic', marks=pytest.mark.slow)])
 def test_the_loops_are_vectorised(integrator, substrate):
-    """Cell by cell they would be ten times slower, as LLVM 14 leaves them without our setting."""
+    """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting."""
     fresh = numba.njit(**jit.SETTINGS)(integrator.advance.py_func)
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
     nothing = chain._arguments(np.empty(0), None, None, np.empty((2, 0)))

@@ -50,13 +50,13 @@ def judge_seed(seed, *, drawn):
 
 
 def test_legal_designs_are_judged():
-    assert {judge_seed(seed, drawn=seed % 2) for seed in range(8)} == {Verdict.FAIL}
+    assert {judge_seed(seed, drawn=seed % 2) for seed in range(6)} == {Verdict.FAIL}
 
 
-def test_hundreds_of_legal_designs_are_judged_by_closed_forms(monkeypatch):
+def test_a_hundred_legal_designs_are_judged_by_closed_forms(monkeypatch):
     """Without the runs and the landscapes, which take ten times as long."""
     monkeypatch.setattr(checks, 'CONCERNS', QUICK)
-    verdicts = {judge_seed(seed, drawn=False) for seed in range(100, 300)}
+    verdicts = {judge_seed(seed, drawn=False) for seed in range(100, 200)}
     assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
 
 
