@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Files that survive a power cut: the one place that asks the system for them.
+"""Files that survive a power cut.
 
-It uses only functions of `os`, each through that module, so that a test can substitute a disk of
-its own. A call that a signal interrupts is repeated by Python itself.
+It uses only functions of `os`, each through that module, so that a test can substitute its own
+disk. Python itself repeats a call that a signal interrupts.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from contextlib import suppress
 from fcntl import LOCK_EX, LOCK_NB, flock
 from pathlib import Path
 
-_AT_ONCE = 2**20  # bytes asked for when reading
+_AT_ONCE = 2**20  # bytes per read
 
 
 class DurableFile:
     """A file that is written from its beginning to its end, and synced on the way.
 
-    Nothing is buffered: what `write` accepted survives the death of the program, what `sync`
-    confirmed that of the machine.
+    Nothing is buffered: what `write` accepted survives a crash of the program, what `sync`
+    confirmed one of the machine.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -37,7 +37,7 @@ class DurableFile:
         return self._written
 
     def flush(self) -> None:
-        """Do nothing: nothing is buffered. Writers into files in general may call it."""
+        """Do nothing: nothing is buffered. Libraries call it."""
 
     def write(self, content: bytes) -> None:
         """Append bytes, all of them, in as many pieces as the system takes.
@@ -77,7 +77,7 @@ class DurableFile:
 
 
 def create(path: Path) -> DurableFile:
-    """Create a file, so that its name survives.
+    """Create a file and sync its directory.
 
     Args:
         path: The file, which must not exist.
@@ -96,13 +96,13 @@ def create(path: Path) -> DurableFile:
 
 
 def close_quietly(file: DurableFile) -> None:
-    """Close a file after an error that is already reported."""
+    """Close a file after an error that was already reported."""
     with suppress(OSError):
         file.close()
 
 
 def make_directory(path: Path, *, exist_ok: bool = False) -> None:
-    """Make a directory and its missing parents, so that their names survive.
+    """Make a directory and its missing parents, and sync theirs.
 
     Args:
         path: The directory.
@@ -130,7 +130,7 @@ def make_directory(path: Path, *, exist_ok: bool = False) -> None:
 
 
 def _sync_again(path: Path) -> None:
-    """Sync a directory in case its creator died before doing so; it need not be ours."""
+    """Sync a directory in case its creator died first; we may lack the permission."""
     with suppress(OSError):
         sync_directory(path)
 
@@ -152,7 +152,7 @@ def sync_directory(path: Path) -> None:
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Replace a file by new content, or leave it exactly as it was.
+    """Replace the content of a file, or leave it exactly as it was.
 
     Args:
         path: The file, which may not exist yet.
@@ -160,8 +160,8 @@ def write_atomically(path: Path, text: str) -> None:
 
     Raises:
         OSError: The directory is gone, the disk is full or writing is not permitted. Only if the
-            very last step fails, syncing the directory, is the new content already in place; a
-            power cut may then bring back the old one.
+            last step fails, syncing the directory, is the new content already in place; a power
+            cut may then bring back the old one.
         ValueError: The path has a NUL character, or the text lone surrogates.
     """
     content = text.encode()
@@ -205,14 +205,14 @@ class Claimed(OSError):
 
 
 class Claim:
-    """An exclusive claim on a file, until it is released or our process ends in any way."""
+    """An exclusive claim on a file, until it is released or our process ends."""
 
     def __init__(self, path: Path, owner: str) -> None:
-        """Claim a file by a lock file beside it, which stays there and means nothing without us.
+        """Claim a file by locking a file beside it, which stays there afterwards.
 
         Args:
             path: The file, which need not exist.
-            owner: Who claims it, shown to later claimants.
+            owner: Name of the claimant, shown to later ones.
 
         Raises:
             Claimed: Another claim is on it.
@@ -224,9 +224,9 @@ class Claim:
             flock(self._descriptor, LOCK_EX | LOCK_NB)
             os.write(self._descriptor, f'{owner}\n'.encode())
         except BlockingIOError:
-            told = os.read(self._descriptor, 500).decode(errors='replace')
+            text = os.read(self._descriptor, 500).decode(errors='replace')
             self.release()
-            raise Claimed(f'{path} is in use by {told.partition(chr(10))[0]}') from None
+            raise Claimed(f'{path} is in use by {text.partition(chr(10))[0]}') from None
         except BaseException:
             self.release()
             raise

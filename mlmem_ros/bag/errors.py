@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The one error that bags raise."""
+"""The error that bags raise."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
 
 
 class DamageError(Exception):
-    """A record is not what it claims to be; the text says how."""
+    """A record is damaged; the text says how."""
 
 
 @dataclass
@@ -98,7 +98,7 @@ class McapPart:
             if not MCAP0_MAGIC.startswith(magic):
                 raise BagError(f'{path} must be an MCAP file; it begins with {magic!r}.')
             self._walk(stream)
-        self._tell_unknown_channels()
+        self._find_unknown_channels()
 
     @property
     def span(self) -> tuple[int, int] | None:
@@ -187,15 +187,15 @@ class McapPart:
 
     def _walk(self, stream: BinaryIO) -> None:
         start = end = len(MCAP0_MAGIC)
-        opcode, told = 0, ''
+        opcode, note = 0, ''
         for opcode, offset, end in _spans(stream, start):
             if opcode == Opcode.DATA_END:
-                told = '; all messages precede it'
+                note = '; all messages precede it'
             elif opcode in _READ:
                 try:
                     found = _parsed(stream, offset, end)
                 except DamageError as damage:
-                    reason = f'the record is damaged: {damage}{told}'
+                    reason = f'the record is damaged: {damage}{note}'
                     self.losses.append(Loss(self.path, offset, end - offset, reason))
                 else:
                     self._take(found, offset, end, chunked=opcode == Opcode.CHUNK)
@@ -204,7 +204,7 @@ class McapPart:
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
             end = min(end, size)
             reason = 'it was truncated or damaged' if end < size else 'the file was not closed'
-            self.losses.append(Loss(self.path, end, size - end, reason + told))
+            self.losses.append(Loss(self.path, end, size - end, reason + note))
 
     def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:
         for record in found:
@@ -227,7 +227,7 @@ class McapPart:
         run.earliest = min(run.earliest, *(each.log_time for each in messages))
         run.latest = max(run.latest, *(each.log_time for each in messages))
 
-    def _tell_unknown_channels(self) -> None:
+    def _find_unknown_channels(self) -> None:
         for block in self.blocks:
             unknown = sum(n for channel, n in block.counts.items() if channel not in self.channels)
             if unknown:

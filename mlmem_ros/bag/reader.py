@@ -47,7 +47,7 @@ class BagReader:
         with storage_errors(f'read {self.path}'):
             self._parts = self._open(self._files(metadata) if directory else [self.path], metadata)
         self.metadata = metadata or self._recorded_metadata()
-        """The last metadata the recorder wrote; None when it wrote none."""
+        """The recorder's last metadata, or None if it wrote none."""
         self.topics: dict[str, TopicInfo] = {}
         """The topics by name, with the number of messages that can be read."""
         for part in self._parts:
@@ -118,11 +118,11 @@ class BagReader:
             BagError: Its type does not ship with ROS 2 Jazzy, or is another one in this bag, or
                 the bytes are not a message of it.
         """
-        told = self.topics[message.topic].type_hash
-        if told and told != jazzy.definition(message.type).hash:
+        digest = self.topics[message.topic].type_hash
+        if digest and digest != jazzy.definition(message.type).hash:
             raise BagError(
                 f'{message.topic} must have the {message.type} of ROS 2 Jazzy; '
-                f'got another one, {clipped(told)}.'
+                f'got another one, {clipped(digest)}.'
             )
         return jazzy.deserialize(message.cdr, message.type)
 

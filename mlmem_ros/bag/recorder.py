@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Record from a real-time loop: the loop hands messages over, a thread writes them."""
+"""Record from a real-time loop: the loop queues messages, a thread writes them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DROPPED_KEY = 'dropped_messages'
 """Custom data key with the number of missing messages; absent when none are."""
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
-_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins: the rest is the disk's
+_SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins; the rest is for the disk
 _POLL_INTERVAL = 0.05  # seconds; polled, because a signal would cost the loop time
 
 
@@ -68,7 +68,7 @@ class Recorder:
 
     When the disk cannot follow and the queue is full, messages are dropped and counted. The
     running count is recorded, as a message on `dropped_topic` whenever it grows and as custom
-    data, so that no gap is silent.
+    data, so every gap is known.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class Recorder:
             writer: An open bag with its topics added. It belongs to the recorder from now on.
             dropped_topic: Name of the topic (std_msgs/msg/UInt64) of the count of dropped
                 messages.
-            sync_interval: Time in seconds within which a message shall be safe on the disk.
+            sync_interval: Time in seconds within which a message should be safe on the disk.
             max_queued: Most messages that may wait.
             max_queued_bytes: Most bytes that may wait; a larger message still fits alone.
             on_error: Called once, from the recorder's thread, if the recording fails.
@@ -120,7 +120,7 @@ class Recorder:
         self._thread.start()
 
     def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
-        """Hand over a message: cheap, never blocks, never raises. Any thread may call it.
+        """Queue a message: cheap, never blocks, never raises. Any thread may call it.
 
         Args:
             topic: Name of a topic of the bag.
@@ -132,10 +132,7 @@ class Recorder:
             Whether the message was accepted. It is not when the queue is full, which is counted,
             or when the recording has failed or is closed.
         """
-        try:
-            size = len(cdr)
-        except TypeError:
-            size = 0  # not bytes: the writer reports it, in its own thread
+        size = len(cdr) if isinstance(cdr, bytes) else 0  # else the writer's thread reports it
         with self._changed:
             if not self._accepting:
                 return False

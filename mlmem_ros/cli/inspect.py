@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem inspect`: what is in a bag, what was lost, and what its echoes say. Needs no ROS.
+"""`mlmem inspect`: what a bag holds, what was lost, and its echoes decoded again. Needs no ROS.
 
 Lists topics, commands, procedures and levels, and decodes every recorded echo again from its
 waveform. Exit status 0: whole and in agreement; 1: something is lost or differs; 2: unreadable.
@@ -74,7 +74,7 @@ def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]
 
 
 def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
-    """Print and return what any bag holds."""
+    """Print and return the content of any bag."""
     from rich.text import Text
 
     span = reader.span
@@ -110,7 +110,7 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
 def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    """Print and return what a bag holds of one node."""
+    """Print and return the content of a bag for one node."""
     from ..device.commands import as_dict
     from ..session.data import load
 
@@ -151,13 +151,13 @@ def _list_commands(console: Console, session: SessionData) -> None:
         table = plain_table('commands', '>tick', 'command')
         for tick, command in session.stamped:
             if not isinstance(command, Disturb):
-                _add(table, str(tick), _said(command))
+                _add(table, str(tick), _words(command))
         console.print(table)
     elif session.commands:
         table = plain_table('command messages', '>time', 'command')
         for seconds, command in session.commands:
             if not isinstance(command, Disturb):
-                _add(table, f'{seconds:.3f} s', _said(command))
+                _add(table, f'{seconds:.3f} s', _words(command))
         console.print(table)
     commands = [command for _, command in session.stamped or session.commands]
     shakes = [command.acceleration for command in commands if isinstance(command, Disturb)]
@@ -166,8 +166,8 @@ def _list_commands(console: Console, session: SessionData) -> None:
         console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')
 
 
-def _said(command: Command) -> str:
-    """Return a command in words; of faults only the active ones."""
+def _words(command: Command) -> str:
+    """Return a command in words, with active faults only."""
     from ..device import SetFaults
 
     if isinstance(command, SetFaults):
@@ -208,7 +208,7 @@ def _rounded(text: str) -> str:
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    """Print and return what every echo says, decoded again."""
+    """Print and return every echo, decoded again."""
     if session.header is None or not session.echoes:
         return []
     from rich.text import Text

@@ -1,7 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is public in ROS: topics, messages, requests, answers; for node, clients and sessions.
+"""The public ROS interface: topics, messages, requests, answers; for node, clients and sessions.
 
-`topics`, `commands` and `told` need no ROS, `requests` and `answers` no device. Nothing here holds
-state or depends on a node.
+`topics`, `commands` and `received` need no ROS, `requests` and `answers` no device. Nothing here
+holds state or depends on a node.
 """

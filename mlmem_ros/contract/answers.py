@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a memory node answers, as typed values."""
+"""A memory node's answers as typed values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..words import BLANK
-from . import told
+from . import received
 from .errors import RequestFailed, RequestRefused
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
 @dataclass(frozen=True)
 class Answer:
-    """A request that was fulfilled.
+    """The answer to a request that succeeded.
 
     Attributes:
         details: The node's whole answer, by the names in its JSON object.
@@ -47,17 +47,16 @@ class Done(Answer):
 
 @dataclass(frozen=True)
 class Decoded(Done):
-    """What write, read and erase answer: the content as its echo says.
+    """The answer of write, read and erase: the content as decoded from its echo.
 
     Attributes:
         level: 0 ... p - 1, or -1 if the element is blank.
         code: Binary code of the level; empty if blank.
-        end: The end that was probed: left or right.
+        end: The probed end: left or right.
         delay: Echo delay in time units, or None without an echo.
         level_margin: 1 on the calibrated delay, 0 half-way to the next level.
         threshold_margin: Greatest v_c over the threshold; above 1 for an echo.
-        confidence: How much may be lost before the answer changes, from 0 to 1: the lesser of
-            the level margin and 1 - 1 / threshold margin.
+        confidence: From 0 to 1: the lesser of the level margin and 1 - 1 / threshold margin.
     """
 
     level: int
@@ -76,7 +75,7 @@ class Decoded(Done):
 
 @dataclass(frozen=True)
 class Calibrated(Decoded):
-    """What calibrate answers: the restored content and the learnt delays.
+    """The answer of calibrate: the restored content and the measured delays.
 
     Attributes:
         delays: Echo delay of every level in time units, by the end that receives it.
@@ -163,12 +162,12 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
 
     Args:
         kind: The type of a successful answer.
-        success: Whether it did.
+        success: Whether the request succeeded.
         message: Its message, one JSON object.
 
     Raises:
-        RequestRefused: The node did not take the request.
-        RequestFailed: It failed, or its answer cannot be understood.
+        RequestRefused: The node refused the request.
+        RequestFailed: It failed, or its answer is malformed.
     """
     try:
         said = json.loads(message)
@@ -180,7 +179,7 @@ def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
 
 
 def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -> SomeAnswer:
-    """Return a node's answer, by name, as a value; raises as `parse` does."""
+    """Return a node's answer, given as values by name; raises as `parse` does."""
     if not success:
         raise (RequestFailed if 'procedure' in said else RequestRefused)(said)
     values = {name: said[name] for name in _names(kind) if name in said}
@@ -192,15 +191,15 @@ def understood(kind: type[SomeAnswer], success: bool, said: Mapping[str, Any]) -
 
 
 def parse_self_test(response: Any) -> SelfTested:
-    """Return what a diagnostic_msgs/SelfTest response says.
+    """Return the answer in a diagnostic_msgs/SelfTest response.
 
     Raises:
-        RequestRefused: The test was not made.
+        RequestRefused: The test did not run.
     """
     found = {status.name.rpartition(': ')[2]: status for status in response.status}
     if 'self_test' in found:
         raise RequestRefused({'error': found['self_test'].message})
-    values = {name: told.values(status) for name, status in found.items()}
+    values = {name: received.values(status) for name, status in found.items()}
     return SelfTested(
         MappingProxyType(values),
         passed=response.passed not in (False, b'\0'),

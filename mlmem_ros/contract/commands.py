@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From messages on command topics, and requests, to device commands: live or from a bag."""
+"""Device commands from messages on command topics and from requests, live or from a bag."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from .requests import NAME, REQUESTS, STRING
 
 @dataclass(frozen=True)
 class Record:
-    """A request to the node that is not a device command: start or stop a session.
+    """A request to the node itself: start or stop recording a session.
 
     Attributes:
-        on: Whether to begin one.
-        path: Its bag; if empty, the parameter `record.path`.
+        on: Whether to start.
+        path: The bag; if empty, the parameter `record.path`.
     """
 
     on: bool = True
@@ -48,7 +48,7 @@ Make = Callable[[Any, Units], Command]
 
 
 def follow(message: Any, units: Units) -> FollowTrajectory:
-    """Turn a JointTrajectory into a command; the device judges whether it can follow it.
+    """Turn a JointTrajectory into a command; the device checks whether it can follow it.
 
     Positions are displacements of the substrate's end in m, as in `~/joint_states`, and velocities
     m/s. Stamp, accelerations and efforts are ignored: a trajectory begins when it is accepted.
@@ -124,7 +124,7 @@ OF_TOPIC: dict[str, Make] = {
 
 
 def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic, Any]:
-    """Return the topic and the message that send a command which is not a request."""
+    """Return the topic and the message for a command that is not a request."""
     if isinstance(command, SetStrain):
         return topics.STRAIN, topics.STRAIN.kind(data=command.strain)
     message = topics.DISTURBANCE.kind()
@@ -142,11 +142,11 @@ OF_REQUEST: dict[str, type[Any]] = {
     'follow': FollowTrajectory,
     'record': Record,
 }
-"""What each of `REQUESTS` becomes."""
+"""The command of each of `REQUESTS`."""
 
 
 def requested(parameters: Sequence[Any]) -> Command | Record:
-    """Return what a request asks for; the device judges its values.
+    """Return the command in a request; the device checks its values.
 
     Args:
         parameters: Of a rcl_interfaces/srv/SetParametersAtomically.
@@ -182,6 +182,6 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
 
 
 def asked(command: Command) -> tuple[str, dict[str, Any]]:
-    """Return the request for a command, with its arguments: the inverse."""
+    """Return the request for a command, with its arguments: the inverse of `requested`."""
     (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
     return name, {argument: getattr(command, argument) for argument in REQUESTS[name]}

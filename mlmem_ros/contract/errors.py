@@ -13,7 +13,7 @@ class RequestError(Exception):
 
 
 class NoAnswer(RequestError):
-    """The node did not appear or answer in time: the result of the request is unknown."""
+    """The node was not found or did not answer in time: the result of the request is unknown."""
 
 
 class RequestFailed(RequestError):
@@ -29,11 +29,11 @@ class RequestFailed(RequestError):
 
 
 class RequestRefused(RequestFailed):
-    """The node did not take the request (busy, inactive, out of range): nothing has changed."""
+    """The node refused the request (busy, inactive, out of range): nothing has changed."""
 
 
 class BankFailed(RequestError):
-    """Some elements failed to do what was asked; the others succeeded.
+    """Some elements of a bank failed; the others succeeded.
 
     Attributes:
         errors: What went wrong, by the full name of the element.

@@ -28,32 +28,28 @@ ACTIONS: dict[str, str] = {
 """The requests that are also actions, with the names of their types."""
 
 DELAYS = {'left': 'left_delays', 'right': 'right_delays'}
-"""What a calibration learns at each end, and the field that holds it."""
+"""Field of the delays that a calibration measures, by end."""
 
-
-UNTOLD = -1
-"""Number of walls when one end alone cannot tell."""
+UNKNOWN = -1
+"""Number of walls when a single end cannot determine it."""
 
 
 def action_types() -> dict[str, Any]:
-    """Return the types of `ACTIONS` by request; none if the interfaces are not built.
-
-    In a checkout Python may find their source instead, which has no types either.
-    """
+    """Return the types of `ACTIONS` by request; none if the interfaces are not built."""
     try:
         module = import_module('mlmem_interfaces.action')
         return {name: getattr(module, kind) for name, kind in ACTIONS.items()}
-    except (ImportError, AttributeError):
+    except (ImportError, AttributeError):  # a checkout has their source, without types
         return {}
 
 
 def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
-    """Return how a procedure ended as the result of an action.
+    """Return a procedure's outcome as the result of an action.
 
     Args:
         kind: The action.
-        outcome: The end of its procedure.
-        error_code: Of `kind.Result`, why it failed; `NONE` if it did not.
+        outcome: The outcome of its procedure.
+        error_code: One of `kind.Result`; `NONE` for success.
     """
     values = ended(outcome)
     for end, name in DELAYS.items():
@@ -70,7 +66,7 @@ def failed(kind: Any, error_code: int, error: str) -> Any:
     """Return the result of an action with nothing but an error."""
     result = kind.Result(error_code=error_code, error=error)
     if hasattr(result, 'level'):
-        result.level, result.walls = UNDECODABLE, UNTOLD
+        result.level, result.walls = UNDECODABLE, UNKNOWN
         result.delay = result.right_delay = math.nan
     return result
 
@@ -80,13 +76,13 @@ def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> Some
 
     Args:
         name: The request.
-        kind: What it answers when it succeeds.
-        result: Of the action.
-        goal: What was asked.
+        kind: The type of a successful answer.
+        result: Result of the action.
+        goal: Its goal.
 
     Raises:
-        RequestRefused: The node did not take the goal.
-        RequestFailed: It failed, or was canceled.
+        RequestRefused: The node refused the goal.
+        RequestFailed: It failed or was canceled.
     """
     if kind is SelfTested and not result.error_code:
         return parse_self_test(result)  # type: ignore[return-value]
@@ -99,30 +95,30 @@ def said(name: str, result: Any) -> Mapping[str, Any]:
 
     Args:
         name: The request.
-        result: Of its action.
+        result: Result of its action.
     """
     if result.error_code == result.REFUSED:
         return {'error': result.error}
     values = {
         field: None if isinstance(value, float) and math.isnan(value) else value
         for field in _fields(result)
-        if not _untold(field, value := getattr(result, field))
+        if not _is_absent(field, value := getattr(result, field))
     }
     values['procedure'] = name
     if 'margin' in values:
         values['level_margin'] = values['margin']
-    learnt = {end: list(getattr(result, field, ())) for end, field in DELAYS.items()}
-    if any(learnt.values()):
-        values['delays'] = {end: delays for end, delays in learnt.items() if delays}
+    measured = {end: list(getattr(result, field, ())) for end, field in DELAYS.items()}
+    if any(measured.values()):
+        values['delays'] = {end: delays for end, delays in measured.items() if delays}
     return values
 
 
-def _untold(field: str, value: Any) -> bool:
-    """Return whether an answer lacks this name or this value."""
+def _is_absent(field: str, value: Any) -> bool:
+    """Return whether an answer leaves out this field."""
     return (
         field in ('error_code', *DELAYS.values())
         or (field in ('error', 'reason') and value == '')
-        or (field == 'walls' and value == UNTOLD)
+        or (field == 'walls' and value == UNKNOWN)
         or (field == 'right_delay' and math.isnan(value))
     )
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""From the device's values to messages, in SI units where the message asks for them."""
+"""The device's values as messages, in SI units where the message type requires them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def level(reading: Reading | None) -> Int16:
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:
-    """Return how a procedure ended; `name` is the node's full name."""
+    """Return the outcome of a procedure; `name` is the node's full name."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
     text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     values = key_values(ended(outcome))
@@ -74,7 +74,7 @@ def refused_test(name: str, reason: str) -> DiagnosticStatus:
 
 
 def key_values(values: dict[str, Any]) -> list[KeyValue]:
-    """Return values as diagnostics carry them: as strings."""
+    """Return values as the strings that diagnostics carry."""
     return [
         KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))
         for key, value in values.items()
@@ -122,7 +122,7 @@ def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: st
 def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointState:
     """Return the substrate's end and the transducer cell v_1: m, m/s and N.
 
-    There are no forces if none is measured.
+    There are no forces if the driver measures none.
     """
     units, driver = element.units, element.driver
     force = driver.force()
@@ -151,7 +151,7 @@ def _matrix(rows: str, columns: str, values: Array) -> Float32MultiArray:
 
 
 def _floats(values: np.ndarray) -> array.array[float]:
-    """Return the values as the one type that rclpy does not check element by element."""
+    """Return the values in the only type that rclpy does not check element by element."""
     result = array.array('f')
     result.frombytes(values.tobytes())
     return result

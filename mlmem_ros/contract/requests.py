@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A request that carries its arguments, as a client sends it to `~/request`."""
+"""A request with its arguments, as a client sends it to `~/request`."""
 
 from __future__ import annotations
 

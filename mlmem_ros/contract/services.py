@@ -12,7 +12,7 @@ class Service(NamedTuple):
 
     Attributes:
         name: Below the node's name.
-        type: Of its requests and answers.
+        type: Its type.
         meaning: What it does, for the reference page.
     """
 

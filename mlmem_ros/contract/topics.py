@@ -26,8 +26,7 @@ SENSOR_DATA = Qos(5, reliability='best_effort')
 """For subscribers to a stream of which only the newest sample matters."""
 
 STREAM = Qos(5)
-"""For the streams we publish: shallow, and reliable, so that every subscriber matches, default
-displays included; one that asks for best effort gets it."""
+"""For the streams we publish: shallow, and reliable, so that every subscriber matches."""
 
 RELIABLE = Qos(10)
 """Every message counts, for subscribers."""
@@ -44,8 +43,8 @@ class Topic(NamedTuple):
 
     Attributes:
         name: Below the node's name.
-        type: Of its messages.
-        qos: With which the node publishes or subscribes.
+        type: Type of its messages.
+        qos: QoS of the node's publisher or subscription.
         meaning: What a message means, for the reference page.
     """
 
@@ -157,7 +156,7 @@ VIEWS = (IMAGE, MARKERS)
 """Views for people, made only while somebody subscribes."""
 
 OF_A_SIMULATION = (FIELD, WALL, *VIEWS)
-"""What nobody can know of a real element: not published then."""
+"""Unknown for a real element, and then not published."""
 
 DIAGNOSTICS = Topic(
     '/diagnostics',

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a bank of elements answers: one word, and the corrections made to it."""
+"""The answer of a bank of elements: one word, and the corrections made to it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .word_code import WordCode, WordError
 
 @dataclass(frozen=True)
 class Corrected:
-    """A digit that the code has corrected.
+    """A digit that the code corrected.
 
     Attributes:
         element: Full name of the element.
@@ -32,16 +32,15 @@ class Corrected:
 
 @dataclass(frozen=True)
 class Word:
-    """What a bank holds.
+    """The content of a bank.
 
     Attributes:
         digits: Level of every element, the least significant first, check digits last; -1 if
             blank.
-        base: How many levels an element has.
+        base: Levels used per element.
         answers: Every element's answer, in the same order; None if it could not be read.
-        check: How many of the digits are check digits.
-        corrected: The digits that differ from what their elements hold, until the word is written
-            again.
+        check: Number of check digits.
+        corrected: The digits that differ from what their elements hold.
     """
 
     digits: tuple[int, ...]
@@ -84,7 +83,7 @@ def word_of(
 
     Args:
         code: Over the digits.
-        names: Of all elements.
+        names: Names of all elements.
         answers: The answers, by the index of the element.
         errors: Why no answer came, by the index of the element.
 

@@ -66,18 +66,18 @@ class WordCode:
     """Encodes words as the digits of elements, and decodes what is read from them.
 
     Attributes:
-        elements: How many there are.
+        elements: Number of elements.
         base: Levels used per element.
-        check: How many elements, the last ones, hold check digits; 0: no code, no seal.
+        check: Number of check digits, held by the last elements; 0: no code, no seal.
     """
 
     def __init__(self, elements: int, base: int, check: int = 0) -> None:
         """Make a code.
 
         Args:
-            elements: How many there are.
+            elements: Number of elements.
             base: Levels used per element, at least 2; with check digits a power of two.
-            check: How many of them hold check digits.
+            check: Number of check digits.
 
         Raises:
             ValueError: There is no such code; the message suggests the nearest one.
@@ -113,7 +113,7 @@ class WordCode:
 
     @property
     def size(self) -> int:
-        """How many words there are: 0 ... size - 1."""
+        """Number of words: 0 ... size - 1."""
         return int(self.base ** (self.elements - self.check))
 
     def chance(self, unreadable: int = 0) -> float:
@@ -122,11 +122,11 @@ class WordCode:
         It bounds the probability that damage beyond what the code can correct passes for a word.
 
         Args:
-            unreadable: How many of the digits could not be read.
+            unreadable: Number of digits that could not be read.
         """
         left, check = self.elements - unreadable, self.check - unreadable
         if check < 0:
-            return 0.0  # they are refused
+            return 0.0  # such readings are refused
         near = sum(comb(left, wrong) * (self.base - 1) ** wrong for wrong in range(check // 2 + 1))
         return float(near / self.base**check)
 
@@ -144,9 +144,9 @@ class WordCode:
         return self._checked([word // self.base**place % self.base for place in places])
 
     def strokes(self, digits: Sequence[int]) -> tuple[Stroke, ...]:
-        """Return how to write digits, or to erase if all are blank, stroke by stroke.
+        """Return the strokes that write digits, or erase them if all are blank.
 
-        Each begins when all elements of the previous stroke have confirmed their level.
+        Each stroke begins when all elements of the previous one have confirmed their level.
         """
         whole = dict(enumerate(digits))
         if not self.check:
@@ -156,14 +156,14 @@ class WordCode:
         return ({seal: BLANK}, whole, *([last] if last[seal] != BLANK else []))
 
     def decode(self, read: Sequence[int | None]) -> tuple[int, ...]:
-        """Return the corrected digits of what was read; all of them are blank after an erasure.
+        """Return the corrected digits; all of them are blank after an erasure.
 
         Args:
             read: Level of every element, -1 where it is blank, None where it could not be read.
 
         Raises:
             TornWord: A write has not ended.
-            LostWord: The digits do not decode to a word, or are too few.
+            LostWord: Too many digits are unreadable, or they are too far from any word.
         """
         levels = [BLANK if level is None else level for level in read]
         if all(level == BLANK for level in read):
@@ -197,7 +197,7 @@ class WordCode:
         return digits
 
     def _checked(self, data: Sequence[int]) -> tuple[int, ...]:
-        """Return data digits with their check digits behind them."""
+        """Return data digits followed by their check digits."""
         if not self.check:
             return tuple(data)
         with _FIELD:

@@ -17,7 +17,7 @@ from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..bag.repairing import LOST
 from ..clipped import clipped
-from ..contract import told, topics
+from ..contract import received, topics
 from ..contract.commands import OF_TOPIC, Make
 from ..device import Command, Refused, Settings
 from ..device.units import Units
@@ -37,8 +37,7 @@ class RecordedEcho:
         t: Times since the pulse began in time units, shape (n,).
         v_m: Displacement magnitude, shape (n,).
         v_c: Its moving average, shape (n,).
-        level: The level published with it, by `~/level` or by the outcome of the procedure it
-            ended, or None.
+        level: The level published with it by `~/level` or `~/outcome`, or None.
     """
 
     time: float
@@ -58,16 +57,15 @@ class SessionData:
         header: Where a replay starts, or None for another recorder's bag.
         stamped: Commands with the tick at which they took effect; empty without a header.
         commands: Messages on the command topics: seconds and the requested command.
-        refused: Messages on these topics that are not valid commands: seconds and why.
+        refused: Messages on these topics that are not valid commands: seconds and reason.
         hashes: Hashes of the state.
         field_time: Seconds of every configuration.
         configuration: Delta_j over time, one array of shape (N,) each.
-        strain_time: Seconds of every sample of the substrate's end.
-        end_displacement: Substrate end displacement in metres.
+        strain_time: Seconds of every `end_displacement`.
+        end_displacement: Displacement of the substrate's end in metres.
         echoes: Every probe, in order.
-        outcomes: How every procedure ended: seconds, and its keys and values.
-        lost: What was recorded but cannot be read, or was dropped from the recording: one line
-            each.
+        outcomes: Outcome of every procedure: seconds, and its keys and values.
+        lost: What cannot be read, or was dropped from the recording: one line each.
     """
 
     node: str
@@ -88,14 +86,15 @@ class SessionData:
     @property
     def design(self) -> Design:
         """The element, from the header; raises BagError without one."""
-        return self._head().design
+        return self.require_header().design
 
     @property
     def settings(self) -> Settings:
         """The instrument's settings, from the header; raises as `design` does."""
-        return self._head().settings
+        return self.require_header().settings
 
-    def _head(self) -> Header:
+    def require_header(self) -> Header:
+        """Return the header; raises BagError without one."""
         if self.header is None:
             raise BagError(
                 f'the bag holds no session of {self.node}: another recorder wrote it, '
@@ -130,24 +129,21 @@ def _is_decoded(values: Mapping[str, str]) -> bool:
         return False
 
 
-def load(
-    path: str | PathLike[str] | BagReader, node: str = '', units: Units | None = None
-) -> SessionData:
+def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
     """Read what a bag holds of a memory node.
 
     Args:
         path: The bag, or a reader that opened it.
         node: Full name of the node; by default the only one in the bag.
-        units: The SI values of the units of a bag without a header; by default Case II's.
 
     Raises:
         BagError: The bag cannot be read, holds no node or several, or a message is not what its
-            topic requires; the text names the message and what is wrong with it.
+            topic requires; the error names the message and the fault.
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
     session = SessionData(node, reader.span[0] if reader.span else 0, None)
-    collector = _Collector(session, units or Units())
+    collector = _Collector(session)
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
     for message in reader.messages(handlers):
         seconds = (message.log_time - session.start) / 1e9
@@ -167,10 +163,9 @@ Handler = Callable[[float, Any], None]
 class _Collector:
     """Sorts messages into a `SessionData`."""
 
-    def __init__(self, session: SessionData, units: Units) -> None:
+    def __init__(self, session: SessionData) -> None:
         self._session = session
-        self._units = units
-        self._untold = False  # whether the level of the last echo may still come
+        self._level_is_due = False  # for the last echo
         self._dropped = 0
 
     def handlers(self) -> dict[str, tuple[str, Handler]]:
@@ -216,29 +211,29 @@ class _Collector:
         known.append(configuration)
 
     def _joint_states(self, seconds: float, message: Any) -> None:
-        self._session.end_displacement.append(told.displacement(message))
+        self._session.end_displacement.append(received.displacement(message))
         self._session.strain_time.append(seconds)
 
     def _echo(self, seconds: float, message: Any) -> None:
-        t, v_m, v_c = told.echo(message)
+        t, v_m, v_c = received.echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
-        self._untold = True
+        self._level_is_due = True
 
     def _level(self, _: float, message: Any) -> None:
-        self._tell(int(message.data))
+        self._set_level(int(message.data))
 
-    def _tell(self, level: int) -> None:
+    def _set_level(self, level: int) -> None:
         echoes = self._session.echoes
-        if self._untold:
+        if self._level_is_due:
             echoes[-1] = replace(echoes[-1], level=level)
-            self._untold = False
+            self._level_is_due = False
 
     def _outcome(self, seconds: float, message: Any) -> None:
-        values = told.values(message)
+        values = received.values(message)
         if _is_decoded(values):  # from the echo just before
-            self._tell(int(values['level']))
+            self._set_level(int(values['level']))
         self._session.outcomes.append((seconds, values))
-        self._untold = False
+        self._level_is_due = False
 
     def _count_dropped(self, _: float, message: Any) -> None:
         self._dropped = max(self._dropped, int(message.data))
@@ -246,20 +241,17 @@ class _Collector:
     def _command(self, make: Make) -> Handler:
         def take(seconds: float, message: Any) -> None:
             header = self._session.header  # the first message of a session
-            units = Units(header.design, header.settings.scale) if header else self._units
+            units = Units(header.design, header.settings.scale) if header else Units()
             try:
                 self._session.commands.append((seconds, make(message, units)))
-            except Refused as refusal:  # by the node, too
+            except Refused as refusal:  # as the node did
                 self._session.refused.append((seconds, str(refusal)))
 
         return take
 
 
 def _lost(reader: BagReader, node: str) -> Iterator[str]:
-    """Yield what cannot be read of a node: stretches of files, and messages by count.
-
-    What a repair could not save is still lost.
-    """
+    """Yield what cannot be read of a node, and what an earlier repair could not save."""
     yield from map(str, reader.losses)
     yield from filter(None, reader.custom_data.get(LOST, '').splitlines())
     missing = []

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How long a replay of a session is: as its records say, if they are plausible.
+"""The length of a session by its records, if they are plausible.
 
-A session records a state hash at a fixed interval of ticks. So its records cannot lie far apart,
-which tells a forged or damaged tick from one that was reached.
+A session records a state hash at a fixed interval of ticks. So a record far from all others has a
+forged or damaged tick.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..bag.errors import BagError
 from .data import SessionData
 from .records import MOST_HASH_EVERY, Header
 
-_HASHES_MISSING = 100  # missing in a row, at most: from damage or a slow disk
+_HASHES_MISSING = 100  # in a row, at most, because of damage or a slow disk
 
 
 def longest_silence(header: Header) -> int:
@@ -26,12 +26,12 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
     """Return the tick before which a session ends.
 
     Args:
-        session: What was recorded.
-        first: The tick with which it begins.
+        session: The session.
+        first: Its first tick.
         silence: The most ticks that may lie between two of its records.
 
     Raises:
-        BagError: A record has a tick that was not reached, or is of another element.
+        BagError: A record has an implausible tick, or belongs to another element.
     """
     hashed = [recorded.tick for recorded in session.hashes]
     ticks = sorted([first, *hashed, *(tick for tick, _ in session.stamped)])

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a session records for a replay besides the topics: its start, its commands, hashes.
+"""What a session records for a replay besides the topics: its start, commands and state hashes.
 
-It is JSON in std_msgs/msg/String messages on three topics of its own, so every tool that opens the
-bag keeps it, even when it splits the bag.
+They are JSON in std_msgs/msg/String messages on topics of their own, so every tool that opens the
+bag keeps them, even when it splits the bag.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import dataclasses
 import functools
 import json
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
@@ -33,15 +33,12 @@ COMMAND = 'session/command'
 """Topic of the commands, each with the tick at which it took effect."""
 
 STATE_HASH = 'session/state_hash'
-"""Topic of hashes of the material's state, each with its tick; the last one ends the session."""
+"""Topic of the hashes of the state, each with its tick; the last one ends the session."""
 
 DROPPED = 'session/dropped'
 """Topic of the running count of messages dropped from the recording."""
 
 STRING = 'std_msgs/msg/String'
-
-PACKAGES = ('mcap', 'rosbags', 'rclpy')
-"""Packages whose versions are recorded although the results do not depend on them."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
     Args:
         element: An idle device.
         node: The node's full name.
-        parameters: The node's parameters, for the record; a replay uses design and settings.
+        parameters: The node's parameters; a replay uses design and settings instead.
 
     Raises:
         Refused: A procedure runs.
@@ -78,7 +75,6 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
             'design': dataclasses.asdict(element.design),
             'settings': element.settings.as_dict(),
             'parameters': dict(parameters),
-            'packages': _found(PACKAGES),
             'initial': snapshot.take(element),
         }
     )
@@ -104,16 +100,12 @@ def versions() -> dict[str, str]:
         'mlmem_ros': __version__,
         'arithmetic': ARITHMETIC,
         'python': platform.python_version(),
-        **_found(('numpy', 'numba', 'llvmlite')),
+        **{name: _version(name) for name in ('numpy', 'numba', 'llvmlite')},
         'machine': platform.machine(),
     }
 
 
-def _found(packages: Iterable[str]) -> dict[str, str]:
-    return {name: _version(name) for name in packages}
-
-
-@functools.cache  # it is looked up on the disk, which no tick may wait for
+@functools.cache  # looked up on the disk, for which no tick may wait
 def _version(package: str) -> str:
     try:
         return metadata.version(package)

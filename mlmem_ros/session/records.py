@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The records of a session, checked: header, commands and state hashes, from JSON to values.
+"""The records of a session as checked values: header, commands and state hashes.
 
-`session` writes them. Nothing in a file is trusted: every value returned is finite, of the right
-type and within bounds; anything else is refused with the name of the field.
+`messages` writes them as JSON. Nothing in a file is trusted: every value returned is finite, of
+the right type and within bounds; anything else is refused with the name of the field.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ MOST_TICKS = 2**53
 """Ticks of a device's clock: 500 000 years at the default pace."""
 
 MOST_HASH_EVERY = 10**6
-"""Ticks between two hashes, as `record.hash_every` has it at most; its default is 500."""
+"""Upper bound of `record.hash_every`, the ticks between two hashes; its default is 500."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """Where a session began.
+    """The start of a session.
 
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        initial: The state of the device, for `snapshot.restore` to judge.
-        versions: What the results may depend on: versions by name.
+        initial: The state of the device, which `snapshot.restore` checks.
+        versions: Versions of all that the results may depend on, by name.
         hash_every: Ticks between two hashes.
     """
 
@@ -127,15 +127,15 @@ def read_state_hash(text: str) -> StateHash:
     """Parse a state hash from JSON; raises as `read_header` does."""
     values = _object(text)
     tick = _whole(values, 'tick', 0, MOST_TICKS)
-    digest, told = values.get('hash'), values.get('v')
+    digest, numbers = values.get('hash'), values.get('v')
     if not isinstance(digest, str) or len(digest) != 32:
         _refuse('hash', '32 hexadecimal digits', digest)
-    if not isinstance(told, list) or not all(isinstance(each, str) for each in told):
-        _refuse('v', 'a list of hexadecimal numbers', told)
+    if not isinstance(numbers, list) or not all(isinstance(each, str) for each in numbers):
+        _refuse('v', 'a list of hexadecimal numbers', numbers)
     with naming('v'):
-        v = np.array([float.fromhex(number) for number in told])
+        v = np.array([float.fromhex(number) for number in numbers])
     if not np.isfinite(v).all():
-        _refuse('v', 'finite', told)
+        _refuse('v', 'finite', numbers)
     return StateHash(tick, digest, v)
 
 

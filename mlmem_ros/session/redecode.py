@@ -20,13 +20,13 @@ from .records import naming
 
 @dataclass(frozen=True)
 class Redecoded:
-    """What a recorded waveform says.
+    """A recorded waveform, decoded again.
 
     Attributes:
-        end: The end that was probed, identified by the pulse itself.
+        end: The probed end, identified by the pulse itself.
         delay: Delay of the first crossing, or None.
         level: The calibrated level nearest to the delay (-1 for blank), or None without an echo.
-        level_margin: How clear that is: 1 on the calibrated delay, 0 half-way to the next.
+        level_margin: 1 on the calibrated delay, 0 half-way to the next.
         threshold_margin: Greatest v_c over the threshold.
     """
 
@@ -38,11 +38,11 @@ class Redecoded:
 
     @property
     def confidence(self) -> float:
-        """How much may be lost before the answer changes; see `device.reading.confidence`."""
+        """From 0 to 1; see `device.reading.confidence`."""
         return confidence(self.level_margin, self.threshold_margin)
 
     def agrees(self, recorded: int | None) -> bool:
-        """Whether it is the level published at the time (true if undecodable or none was).
+        """Whether this is the level that was published; true if none was, or it was undecodable.
 
         An echo alone does not show the phases of the ends, which can make it undecodable.
         """
@@ -55,11 +55,10 @@ def calibration_of(session: SessionData) -> Calibration:
     Raises:
         BagError: Its header has none.
     """
-    levels = session.design.levels
-    assert session.header is not None
+    header = session.require_header()
     with naming('the calibration in the session header'):
-        calibration = Calibration.from_dict(session.header.initial['calibration'])
-        calibration.check(levels)
+        calibration = Calibration.from_dict(header.initial['calibration'])
+        calibration.check(header.design.levels)
     return calibration
 
 

@@ -32,7 +32,7 @@ Progress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
 
 MOST_TICKS = 10**9
-"""Most ticks for a replay by message stamps: three weeks of a robot's time."""
+"""Most ticks of a replay by message stamps: three weeks at the default pace."""
 
 PROGRESS_EVERY = 500
 """Ticks between two calls of a progress callback."""
@@ -42,20 +42,19 @@ def element_of(session: SessionData) -> MemoryElement:
     """Return the device of a session in the state where the session began.
 
     Raises:
-        BagError: The header is missing, describes no device, or a real one.
+        BagError: The header is missing or invalid, or describes a real element.
     """
-    design, settings = session.design, session.settings
-    assert session.header is not None
-    if not session.header.simulated:
+    header = session.require_header()
+    if not header.simulated:
         raise BagError(
             'a session of a real element cannot be replayed, since its state is unknown; '
             'mlmem inspect decodes its echoes again'
         )
-    unknown = DelayTable(tuple(float(level) for level in range(design.levels)))
+    unknown = DelayTable(tuple(float(level) for level in range(header.design.levels)))
     with naming('the initial state in the session header'):
-        element = MemoryElement(design, settings, Calibration(unknown, unknown))
-        initial = dict(session.header.initial)
-        # Its delays belong to exactly these settings, however a later version makes the key.
+        element = MemoryElement(header.design, header.settings, Calibration(unknown, unknown))
+        initial = dict(header.initial)
+        # The delays belong to exactly these settings, even if a later version changes the key.
         initial.pop('calibration_key', None)
         snapshot.restore(element, initial)
     return element
@@ -69,15 +68,14 @@ def replay(session: SessionData, progress: Progress | None = None) -> ReplayRepo
         progress: Called periodically.
 
     Raises:
-        BagError: The header is missing or describes no device, the records are not a session's, or
-            the material diverges.
+        BagError: The header is missing or invalid, the records are implausible, or the material
+            diverges.
     """
-    element = element_of(session)
-    assert session.header is not None
+    element, header = element_of(session), session.require_header()
     report = _report_of(session)
-    report.other_build = _other_build(session.header.versions)
+    report.other_build = _other_build(header.versions)
     player = _Player(element, report, session)
-    silence = longest_silence(session.header)
+    silence = longest_silence(header)
     player.play(session.stamped, last_tick(session, element.ticks, silence), progress)
     # A killed recorder leaves no hash at the end.
     player.finish(session, ticks=silence)
@@ -90,13 +88,12 @@ def replay_commands(
     """Run the commands in any recorder's bag through a device, at their stamps.
 
     Args:
-        element: The device they go to.
-        session: What the bag holds.
+        element: The device.
+        session: Content of the bag.
         progress: Called periodically.
 
     Returns:
-        The report; there are no states to compare, but levels and endings where they were
-        recorded.
+        The report. It compares levels and endings if they were recorded; there are no states.
 
     Raises:
         BagError: The stamps span too long a time, or the material diverges.
@@ -138,14 +135,14 @@ class _Player:
             due[tick].append(given)
         first = self._element.ticks
         self._stops = sorted({*due, *self._hashes})
-        told = first
+        reported = first
         while (now := self._element.ticks) < last:
             for given in due.get(now, ()):
                 self._apply(given)
             self._run(last)
             now = self._element.ticks
-            if progress and (now == last or now - told >= PROGRESS_EVERY):
-                told = now
+            if progress and (now == last or now - reported >= PROGRESS_EVERY):
+                reported = now
                 progress(now - first, last - first)
 
     def finish(self, session: SessionData | None = None, ticks: int = MOST_TICKS) -> None:
@@ -173,7 +170,7 @@ class _Player:
             self._report.refused.append(f'tick {self._element.ticks}: {refusal}')
 
     def _run(self, last: int) -> None:
-        """Advance by a run of ticks, to the next event that is due, or to the last."""
+        """Advance by a run of ticks, at most to the next command or hash, or to the last tick."""
         begun = self._element.ticks
         place = bisect_right(self._stops, begun)
         stop = min([last, *self._stops[place : place + 1]])
@@ -217,7 +214,7 @@ class _Player:
 
 
 def _report_of(session: SessionData) -> ReplayReport:
-    """Return an empty report, with what was recorded and what is missing."""
+    """Return a report that holds only what was recorded and what is missing."""
     return ReplayReport(
         recorded_levels=[echo.level for echo in session.echoes],
         recorded_endings=[ending(values) for _, values in session.outcomes],

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a replay compared, how much agrees, what was missing, and the verdict."""
+"""The report of a replay: what it compared, what agrees, what was missing, and the verdict."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ..device import BLANK, UNDECODABLE, Outcome
 ROUNDING = 1e-6
 """Greatest difference, in cells, that another build's rounding can cause.
 
-Rounding every displacement at every tick, by four times a processor's rounding, moves the recorded
-lives by less than 1e-12 cells: they forget. A greater difference has another cause.
+Rounding every displacement at every tick, by four times a processor's rounding, changes the golden
+sessions by less than 1e-12 cells. A greater difference has another cause.
 """
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Where a replay departs from the recording.
+    """The first difference between a replay and the recording.
 
     Attributes:
         tick: The first hashed tick whose state differs.
@@ -33,12 +33,12 @@ class Difference:
 
 @dataclass
 class ReplayReport:
-    """How a replay went.
+    """Result of a replay.
 
     Attributes:
         ticks: Ticks run.
         commands: Commands applied.
-        refused: Commands the replay refused, with reasons.
+        refused: Commands that the replay refused, with reasons.
         hashes: State hashes compared.
         equal_hashes: Those that are equal.
         difference: The first that differs, or None.
@@ -51,7 +51,7 @@ class ReplayReport:
         outcomes: How the procedures ended in the replay.
         recorded_endings: How they ended in the recording; see `ending`.
         lost: What is missing from the recording, one line each.
-        foreign: Whether another recorder wrote the bag: it guarantees levels, not bits.
+        foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
     """
 
@@ -132,7 +132,7 @@ class ReplayReport:
         """The verdict in one sentence, with any reason against it in capitals."""
         if not self.compared:
             return (
-                'NOTHING TO COMPARE: the bag tells neither ~/outcome, nor ~/echo and ~/level, '
+                'NOTHING TO COMPARE: the bag has neither ~/outcome, nor ~/echo and ~/level, '
                 'nor states of a session'
             )
         if not self.levels_agree:
@@ -184,20 +184,21 @@ class ReplayReport:
 
 
 def ending(values: Mapping[str, Any]) -> str:
-    """Return in words how a procedure ended, from its outcome or `~/outcome`.
+    """Return in words how a procedure ended, such as `write 3`, `erase blank` or `write failed`.
 
-    Such as `write 3`, `erase blank` or `write failed`: the same words mean the same.
+    Args:
+        values: Of its outcome, or of `~/outcome`.
     """
     procedure = str(values.get('procedure', 'a procedure'))
     if 'error' in values:
         return f'{procedure} failed'
     level = str(values.get('level', ''))
-    said = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}.get(level, level)
-    return f'{procedure} {said}'.rstrip()
+    words = {str(BLANK): 'blank', str(UNDECODABLE): 'undecodable'}.get(level, level)
+    return f'{procedure} {words}'.rstrip()
 
 
 def comparable(recorded: Sequence[object]) -> int:
-    """Return how many there are to compare with, that is, not None."""
+    """Return how many values there are to compare with, that is, not None."""
     return len(recorded) - list(recorded).count(None)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..contract import told
+from ..contract import received
 
 COUNTS = 8000
 """The active phase in a picture of integers; the inactive phase is 0."""
@@ -74,7 +74,7 @@ def thinned(message: Any) -> NDArray[np.float32]:
     Raises:
         ValueError: It is not an echo.
     """
-    t, _, v_c = told.echo(message)
+    t, _, v_c = received.echo(message)
     group = math.ceil(len(t) / SAMPLES)
     whole = len(t) // group * group
     t, v_c = t[:whole].reshape(-1, group)[:, -1], v_c[:whole].reshape(-1, group).max(axis=1)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..contract import told, topics
+from ..contract import received, topics
 from .about import About
 from .frames import counts, packed
 
@@ -70,7 +70,7 @@ class Pictures:
             doing: What else the picture shows.
         """
         field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
-        strain = 0.0 if joints is None else told.displacement(joints) / about.length
+        strain = 0.0 if joints is None else received.displacement(joints) / about.length
         column = None  # a real element publishes none
         if field is not None and len(field.data) == about.design.N:
             column = counts(np.asarray(field.data)[:: about.stride], about.phases)

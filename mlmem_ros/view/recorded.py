@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
 from ..clipped import clipped
-from ..contract import told, topics
+from ..contract import received, topics
 from ..contract.commands import OF_REQUEST
 from ..device import Command, Disturb, FollowTrajectory, Read, SetFaults, SetStrain, Write
 from ..session.messages import COMMAND, HEADER
@@ -169,7 +169,7 @@ class _Collector:
         self._fields.add(t, counts(data, self._about.phases))
 
     def _joints(self, t: float, message: Any) -> None:
-        self._strains.add(t, round(told.displacement(message) / self._about.length, 6))
+        self._strains.add(t, round(received.displacement(message) / self._about.length, 6))
 
     def _wall(self, t: float, message: Any) -> None:
         self._walls.add(t, [round(float(site), 3) for site in message.data])
@@ -185,7 +185,7 @@ class _Collector:
 
     def _outcome(self, t: float, message: Any) -> None:
         good = int(message.level[0] if isinstance(message.level, bytes) else message.level) == 0
-        values = told.values(message)
+        values = received.values(message)
         text = str(message.message)
         if not good:
             text = f'{values.get("procedure", "it")} failed: {text}'

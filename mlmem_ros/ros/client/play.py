@@ -11,7 +11,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ...contract import told, topics
+from ...contract import received, topics
 from ...contract.commands import asked, published
 from ...contract.errors import RequestFailed, RequestRefused
 from ...device import (
@@ -107,7 +107,7 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
     begun = 0
 
     def listen(status: DiagnosticStatus) -> None:
-        heard.append(ending(told.values(status)))
+        heard.append(ending(received.values(status)))
 
     def all_ended() -> None:
         wait_until(lambda: len(heard) >= begun, f'the end of a procedure of {name}', PATIENCE)
