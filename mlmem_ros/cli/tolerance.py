@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from . import campaigns
 from .command import JSON, command, option
@@ -105,19 +105,25 @@ def _report(
 
     headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
     table = plain_table('scatter at which one in a thousand fails', *headings)
-    for kind in study.kinds:
-        table.add_row(kind, *(study.in_words(rows, kind, tried) for tried in study.tried))
+    rare = {
+        kind: {tried: study.rare(rows, kind, tried) for tried in study.tried}
+        for kind in study.kinds
+    }
+    for kind, found in rare.items():
+        table.add_row(kind, *(text for _, text in found.values()))
     console.print(table)
     files = [save_table(rows, arguments.output / 'batches.csv')]
     with styled():
         files += save_figure(draw(study, rows), arguments.output / 'tolerance')
     console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
     if arguments.json:
-        rare: dict[str, dict[str, Any]] = {kind: {} for kind in study.kinds}
-        for kind, tried in study.curves:
-            amount, text = study.rare(rows, kind, tried), study.in_words(rows, kind, tried)
-            rare[kind][tried] = {'amount': amount, 'text': text}
-        print_json({'one_in_a_thousand': rare, 'files': files})
+        rates = {
+            kind: {
+                tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()
+            }
+            for kind, found in rare.items()
+        }
+        print_json({'one_in_a_thousand': rates, 'files': files})
 
 
 def _compare(console: Console, arguments: argparse.Namespace) -> int:

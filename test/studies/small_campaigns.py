@@ -15,10 +15,12 @@ def noisy_square(common, values, seed):
 
 
 def slow_and_logged(common, values, seed):
-    """Tell on disk that this point was computed, and by whom."""
-    with open(common['log'], 'a', encoding='utf-8') as log:
+    """Note on disk that this point was computed, and by whom; slowly until told to hurry."""
+    folder = Path(common['folder'])
+    with (folder / 'computed.txt').open('a', encoding='utf-8') as log:
         log.write(f'{values["x"]} {os.getpid()}\n')
-    time.sleep(0.05)
+    if not (folder / 'hurry').exists():
+        time.sleep(0.05)
     return {'y': values['x']}
 
 
@@ -38,8 +40,8 @@ def squares(n=12, seed=5, factor=2):
 
 
 def logged(folder, n=60):
-    log = str(folder / 'computed.txt')
-    return Campaign('logged', slow_and_logged, {'log': log}, [{'x': x} for x in range(n)])
+    points = [{'x': x} for x in range(n)]
+    return Campaign('logged', slow_and_logged, {'folder': str(folder)}, points)
 
 
 def main(folder):

@@ -65,7 +65,7 @@ def test_processes_give_the_table_that_one_gives(tmp_path):
 def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeypatch):
     distributed = pytest.importorskip('distributed')
     here = table(squares(), tmp_path / 'here.jsonl')
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(1, threads_per_worker=1, dashboard_address=None) as cluster:
         address = cluster.scheduler_address
         with workers(1, address) as executor:
             assert table(squares(), tmp_path / 'there.jsonl', executor) == here
@@ -78,7 +78,7 @@ def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeyp
 
 def test_a_cluster_that_is_not_there_is_told(monkeypatch):
     pytest.importorskip('distributed')
-    monkeypatch.setattr('mlmem_ros.studies.campaign.execution.PATIENCE', '0.5s')
+    monkeypatch.setattr('mlmem_ros.studies.campaign.execution.PATIENCE', '0.1s')
     with (
         pytest.raises(CampaignError, match=r'no Dask scheduler answers at .tcp://127\.0\.0\.1:9'),
         workers(1, 'tcp://127.0.0.1:9'),
@@ -128,6 +128,7 @@ def test_a_killed_campaign_goes_on_and_computes_nothing_twice(tmp_path):
     pids = {int(line.split()[1]) for line in log.read_text().splitlines()}
     wait_until(lambda: all(ended(pid) for pid in pids))  # the workers end with their parent
 
+    (tmp_path / 'hurry').touch()
     with Ledger(path, campaign) as ledger:
         kept = set(ledger.rows)
         assert 8 <= len(kept) < 60

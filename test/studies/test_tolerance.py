@@ -156,7 +156,8 @@ def test_counting_stops_where_enough_has_failed_and_a_killed_study_goes_on(tmp_p
         'much fails: no longer than needed'
     )
     assert amounts[0] < CURVE.sigma(RARE) < amounts[-1]
-    _, low, high = study.rare(rows, 'alpha', 'step')
+    (_, low, high), text = study.rare(rows, 'alpha', 'step')
+    assert f'({low:.2g} to {high:.2g})' in text
     assert low < CURVE.sigma(1e-3) < high
 
 

@@ -162,7 +162,7 @@ def table(all_counted: Sequence[Counted]) -> list[list[str]]:
         for kind in KINDS:
             if any(one.has(kind, tried) for one in all_counted):
                 cells = [
-                    one.study.in_words(one.rows, kind, tried) if one.has(kind, tried) else ''
+                    one.study.rare(one.rows, kind, tried)[1] if one.has(kind, tried) else ''
                     for one in all_counted
                 ]
                 lines.append([kind, words, *cells])

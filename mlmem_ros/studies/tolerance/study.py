@@ -187,22 +187,22 @@ class Tolerance:
 
     def rare(
         self, rows: Sequence[Row], kind: str, tried: str
-    ) -> tuple[float, float, float] | None:
-        """Return the amount at which one in a thousand fails, with its interval."""
-        return rare_scatter(*self.rates(rows, kind, tried), seed=self.seed)
+    ) -> tuple[tuple[float, float, float] | None, str]:
+        """Return the amount at which one in a thousand fails, with its interval, and as text.
 
-    def in_words(self, rows: Sequence[Row], kind: str, tried: str) -> str:
-        """Return the amount at which one in a thousand fails, with its interval, as text."""
-        if (found := self.rare(rows, kind, tried)) is not None:
-            return f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
+        Returns:
+            None if the counts determine none; the text then says what was counted.
+        """
         amounts, rates = self.rates(rows, kind, tried)
+        if (found := rare_scatter(amounts, rates, seed=self.seed)) is not None:
+            return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
         failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
         words = []
         if failing > 0:
             words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
         if failing < len(rates):
             words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
-        return ', '.join(words)
+        return None, ', '.join(words)
 
 
 def _by_level(rows: Sequence[Row], name: str) -> dict[int, float]:
