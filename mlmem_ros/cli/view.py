@@ -12,11 +12,9 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import os
 import secrets
 import signal
 import socket
-import sys
 import webbrowser
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
@@ -41,11 +39,6 @@ SMOOTH = 15
     ),
     option('--port', type=int, help='port (default: 8742, or a free one)'),
     option('--browser', action='store_true', help='also open the page in the browser'),
-    option(
-        '--until-eof',
-        action='store_true',
-        help='end when standard input closes: for a parent process',
-    ),
     JSON,
     text=__doc__,
 )
@@ -73,13 +66,6 @@ async def _serve(arguments: argparse.Namespace) -> None:
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, over.set)
-    if arguments.until_eof:
-
-        def listen() -> None:
-            if not os.read(sys.stdin.fileno(), 1):
-                over.set()
-
-        loop.add_reader(sys.stdin, listen)
     token = '' if arguments.host in LOOPBACK else secrets.token_urlsafe(24)
 
     def ready(port: int) -> None:

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element in service: life cycle, requests, recording, state file; independent of ROS.
+"""An element in service: life cycle, requests, recording, state file. No ROS here.
 
-Every call is answered: it raises nothing but `REFUSALS`, and no request waits for a hung disk.
+Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 """
 
 from .errors import REFUSALS, Overdue

@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # the choices are known without ROS
     from .journal import Journal
 
 CHOICES = ('refuse', 'warn', 'skip')
-"""What to do about a design that fails: refuse to configure, warn, or skip the check."""
+"""Whether to refuse to configure a design that fails, to warn, or to skip the check."""
 
 Found = tuple[str, str, str]
 """A finding: its name, verdict and text."""
@@ -65,7 +65,7 @@ def check_design(design: Design, settings: Settings, mode: str, log: Journal) ->
             log.warning(f'design check: {name}: {text}')
 
 
-@lru_cache(maxsize=16)  # a node is mostly configured again without changes
+@lru_cache(maxsize=16)  # nodes are mostly configured again without changes
 def findings(design: Design, settings: Settings) -> list[Found]:
     """Return the findings that are not a pass, new or from the disk."""
     path, key = _path(), _key(design, settings)

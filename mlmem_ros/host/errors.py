@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Errors with which a request may be answered."""
+"""Errors that answer a request."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ class Overdue(Exception):
 
 
 REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagError, Overdue)
-"""Expected errors, with a message for the user; every other exception is a defect."""
+"""Expected errors, with a message for the user; any other exception is a defect."""

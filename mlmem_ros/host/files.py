@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where the node may write: anywhere it is told to, or only below one folder."""
+"""Where the node may write: anywhere, or only below one folder."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..device import SettingsError
 
 
 def confined(path: str, root: str) -> Path:
-    """Return the path that a parameter names, which lies below the root.
+    """Return the path that a parameter names, below the root.
 
     Args:
-        path: The parameter's value; `~` is the home folder, a relative path starts at the root.
-        root: The folder it must stay in, after following symbolic links; empty: any.
+        path: The parameter's value. `~` is the home folder; a relative path starts at the root.
+        root: The folder that it must not leave, symbolic links included; empty: any.
 
     Raises:
-        SettingsError: It leads out of the root, or cannot be a file: `~` of an unknown user, too
-            long a part, a NUL, or a folder's own name (`/`, `.`, `..`).
+        SettingsError: It leads out of the root, or cannot be a file: `~` of an unknown user, a
+            part that is too long, a NUL, or a folder's own name (`/`, `.`, `..`).
     """
     try:
         given = Path(path).expanduser()

@@ -55,8 +55,8 @@ INACTIVE = 'inactive: configure and activate the node first'
 class Host:
     """Holds one element, from configuration to release.
 
-    Its life cycle is that of a managed node. `configure`, `activate`, `deactivate`, `release`,
-    `fail` and `tend` are called by one thread, the executor's; requests may come from any thread.
+    Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,
+    `activate`, `deactivate`, `release`, `fail` and `tend`; requests may come from any thread.
 
     Attributes:
         journal: The log.
@@ -65,7 +65,7 @@ class Host:
         sessions: Its recording.
         stopped: Why the device last stopped, until it is configured again; empty if it did not.
         refused: Requests refused since the host was made.
-        lost: How often content or recording could not be saved at the end of a life.
+        lost: How often the content or the recording could not be saved at the end of a life.
     """
 
     def __init__(
@@ -81,8 +81,8 @@ class Host:
         Args:
             log: Where log lines go.
             now: Returns the time in nanoseconds for recorded messages.
-            name: Of the node, to name the owner of its state file.
-            failed: Called in the loop's thread when the device has failed: `fail` is due.
+            name: Of the node, which owns its state file.
+            failed: Called in the loop's thread when the device has failed, to have `fail` called.
         """
         self.journal = Journal(log)
         self.element: MemoryElement | None = None
@@ -105,10 +105,10 @@ class Host:
 
     @property
     def transcript(self) -> Transcript | None:
-        """What everything is recorded in: a session, the last seconds, or None."""
+        """What takes all messages: a session, the last seconds, or None."""
         return self.sessions.transcript
 
-    # --- its life ------------------------------------------------------------------------
+    # --- life cycle ----------------------------------------------------------------------
 
     def configure(self, given: Parameters) -> MemoryElement:
         """Check the design, build the device, restore its content.
@@ -143,15 +143,15 @@ class Host:
         speed: float,
         heard: Callable[[], bool] = lambda: True,
     ) -> None:
-        """Start time, and record if a path is set.
+        """Start time, and a recording if a path is set.
 
         Args:
             given: The configuration, with the present faults and recording.
-            plan: Of the session.
+            plan: What a session records.
             listener: Called after ticks with their events.
             pacer: The clock.
             speed: Multiple of real time; 0: as fast as possible.
-            heard: Returns whether anybody subscribes to streams; a recording counts.
+            heard: Returns whether anybody subscribes to a stream.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
@@ -194,7 +194,7 @@ class Host:
 
         Raises:
             Refused: The node is not active.
-            StateError: The device has since failed: `fail` is due.
+            StateError: The device has failed: `fail` is due.
         """
         loop = self.open_loop()
         loop.finish()
@@ -204,7 +204,7 @@ class Host:
         self._put_away(loop.element)
 
     def fail(self) -> None:
-        """Release a failed device, saving what can be saved."""
+        """Save what can be saved of a failed device, and release it."""
         loop, self.loop = self.loop, None
         element = self.element
         if loop is not None and element is not None:
@@ -228,7 +228,7 @@ class Host:
         self.element = self._store = None
 
     def close(self) -> None:
-        """Shut down, whatever the device is doing: hold, save and release it."""
+        """Shut down, whatever the device is doing: stop, save and release it."""
         if self.loop is not None:
             try:
                 self.deactivate()
@@ -237,7 +237,7 @@ class Host:
         self.release()
 
     def tend(self) -> None:
-        """Save at intervals, and answer overdue requests; call it about once a second."""
+        """Save at intervals, and answer overdue requests; call it once a second."""
         self.sessions.tend()
         if self._store is not None:
             self._store.tend(self.loop)
@@ -257,8 +257,8 @@ class Host:
     def submit(self, command: Command) -> Future[Outcome | None]:
         """Hand in a command for the next tick; see `Loop.submit`.
 
-        With a state file, any change of the content is safe on the disk before the outcome is
-        reported; an outcome that could not be saved is not a success.
+        With a state file, the outcome comes after the changed content is safe on the disk; if it
+        cannot be saved, the outcome is a failure.
         """
         return self._counted(lambda loop: self._kept(loop, command))
 
@@ -267,11 +267,11 @@ class Host:
         return self._counted(lambda loop: self._kept(loop, make(loop.element.units)))
 
     def cancel(self, command: Command) -> Future[Outcome | None]:
-        """Abort the procedure of a command that was handed in; see `Loop.cancel`."""
+        """Abort the procedure of a command; see `Loop.cancel`."""
         return self._counted(lambda loop: self._saved(loop, loop.cancel(command)))
 
     def feedback(self, command: Command) -> Feedback | None:
-        """Return the progress of a command's procedure, if it runs."""
+        """Return the progress of a command's procedure, if it is running."""
         element = self.element
         return element.feedback() if element is not None and element.runs(command) else None
 
@@ -284,13 +284,13 @@ class Host:
         return self._counted(lambda loop: loop.pause(paused))
 
     def record(self, plan: SessionPlan | None) -> Future[Path]:
-        """Begin a recording, or end it if there is no plan; see `Sessions`."""
+        """Begin a recording, or without a plan end it; see `Sessions`."""
         if plan is None:
             return self._counted(self.sessions.stop)
         return self._counted(lambda loop: self.sessions.start(plan, loop))
 
     def be_faulty(self, faults: Faults) -> None:
-        """Hand in faults while time runs; otherwise they take effect at the next activation."""
+        """Hand in faults if time runs; otherwise they take effect at the next activation."""
         if self.loop is not None:
             self.submit(SetFaults(faults))
 
@@ -320,10 +320,10 @@ class Host:
     def _saved(self, loop: Loop, told: Future[Outcome | None]) -> Future[Outcome | None]:
         return self._store.once_saved(told, loop.element) if self._store else told
 
-    # --- ends ----------------------------------------------------------------------------
+    # --- end of a life -------------------------------------------------------------------
 
     def _put_away(self, element: MemoryElement) -> bool:
-        """Save everything of a device whose time does not run; return whether it is saved."""
+        """Save all of a device whose time has stopped; return whether that succeeded."""
         self._end_recording(element)
         assert self._store is not None
         kept = self._store.keep(element)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The log that people read: no floods, no overlong lines, nothing twice."""
+"""The log for people: no floods, no overlong lines."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ AT_ONCE = 10
 """Lines about one subject that may be logged at once."""
 
 QUIET = 1.0
-"""Seconds until one more is allowed."""
+"""Seconds after which one more is allowed."""
 
 LONGEST = 500
 """Characters of a line; longer ones lose their middle."""
@@ -36,7 +36,7 @@ class Log(Protocol):
 
 
 class Journal:
-    """Writes to a log from any thread, and catches exceptions that answer no request.
+    """Writes to a log from any thread, and catches exceptions that nobody else handles.
 
     Attributes:
         caught: Number of exceptions caught.
@@ -50,7 +50,7 @@ class Journal:
         self._withheld: dict[str, int] = {}
 
     def info(self, text: str, about: str = '') -> None:
-        """Log an event; a flood of lines about one subject is thinned to one a second."""
+        """Log an event; a flood of lines about one subject is thinned to one per second."""
         if (since := self._due(about)) is not None:
             self._log.info(printable(text, LONGEST) + since)
 
@@ -97,4 +97,4 @@ class Journal:
                 return None
             self._allowed[key] = allowed - 1.0, now
             withheld = self._withheld.pop(key, 0)
-        return f' (and {withheld} times more since the last line)' if withheld else ''
+        return f' (and {withheld} more since the last line)' if withheld else ''

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The last seconds of an element, in memory: what a session holds from before its start.
+"""The last seconds of an element, in memory: what a session contains from before its start.
 
-A replay begins with the state of an idle device. So the messages are kept in segments, each
-beginning with such a state, and the oldest is dropped once the others reach back far enough.
+A replay begins with the state of an idle device. So messages are kept in segments, each beginning
+with such a state, and the oldest is dropped once the others reach back far enough.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class _Segment:
 class LastSeconds(Transcript):
     """A ring of segments.
 
-    Seconds are the element's own, counted in ticks: neither pace nor pauses matter. While a
-    procedure runs no segment can begin, so a long one is kept from its beginning; if it does not
+    Seconds are the element's own, counted in ticks: pace and pauses do not matter. No segment can
+    begin while a procedure runs, so a long procedure is kept from its beginning; if it does not
     fit into `MOST_BYTES`, the ring starts again after it.
     """
 
@@ -52,14 +52,7 @@ class LastSeconds(Transcript):
         now: Callable[[], int],
         element: MemoryElement,
     ) -> None:
-        """Start with the present state of an idle device.
-
-        Args:
-            plan: What a session holds; `record.last_seconds` says how far back.
-            journal: The log, for what is left out.
-            now: Returns the time in nanoseconds for messages.
-            element: The device.
-        """
+        """Start with the present state of an idle device; for the others see `Transcript`."""
         super().__init__(plan, journal, now)
         self._tick_seconds = element.tick * element.settings.scale.time
         self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
@@ -70,7 +63,7 @@ class LastSeconds(Transcript):
         self._begin(element)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, and the hash; begin a segment when due."""
+        """Take the commands of a tick, and the hash; begin a segment if due."""
         super().tick(element, commands)
         self._ticked = element.ticks
         newest = self._segments[-1].tick if self._segments else -self._ticks
@@ -78,7 +71,7 @@ class LastSeconds(Transcript):
             self._begin(element)
 
     def continued(self, plan: SessionPlan) -> SessionPlan:
-        """Return the plan of a session that begins here; `plan` decides only where and how."""
+        """Return the plan of a session that begins here, recorded as `plan` says."""
         return replace(self.plan, settings=plan.settings)
 
     @property
@@ -105,7 +98,7 @@ class LastSeconds(Transcript):
             return self._session()
 
     def since(self, count: int) -> list[Message]:
-        """Return what came after the messages that `hold` returned.
+        """Return what came after the first `count` messages, which `hold` returned.
 
         Raises:
             Refused: There were too many to keep.

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One session file: the topics of an element, and what a replay needs besides."""
+"""One session file: the topics of an element, and what a replay needs."""
 
 from __future__ import annotations
 
@@ -20,10 +20,12 @@ from .transcript import Message, Transcript
 
 
 class Recording(Transcript):
-    """A session file: made with all its topics, begun and ended between two ticks, closed.
+    """A session file.
+
+    It is created with all its topics, begun and ended between two ticks, and closed.
 
     Attributes:
-        full: Whether it ended itself at its maximum size.
+        full: Whether it has ended at its maximum size.
     """
 
     def __init__(
@@ -41,7 +43,7 @@ class Recording(Transcript):
             path: The bag; must not exist.
             journal: The log.
             now: Returns the time in nanoseconds for messages.
-            before: A session kept in memory, from its header on, which continues here.
+            before: The messages of a session kept in memory, which continues here.
 
         Raises:
             BagError: The path exists, or cannot be written.
@@ -76,7 +78,7 @@ class Recording(Transcript):
         self._keep(self._header(element))
 
     def go_on(self, since: Sequence[Message]) -> None:
-        """Record what came while the earlier messages were written; call it between ticks."""
+        """Record what came while earlier messages were written; call it between ticks."""
         for message in since:
             self._keep(message)
 
@@ -85,7 +87,7 @@ class Recording(Transcript):
         return not self.full and super().takes(topic)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Record the commands of a tick, and the state's hash when due."""
+        """Record the commands of a tick, and the state's hash if due."""
         if self.full:
             return
         super().tick(element, commands)
@@ -104,7 +106,7 @@ class Recording(Transcript):
             self._put_hash(element)
 
     def close(self) -> None:
-        """Write what waits and finish the bag; waits for the disk.
+        """Write what is queued, and finish the bag; waits for the disk.
 
         Raises:
             BagError: The recording has failed, now or earlier.

@@ -45,10 +45,10 @@ class State(Enum):
 class Sessions:
     """Holds the one recording of an element.
 
-    The worker's thread serves requests one by one; it alone changes `state`, opens and closes
-    files, and may hang on them. What is recorded begins and ends in the loop's thread, between two
-    ticks. While there is no recording, the last seconds may be kept in memory: a recording then
-    begins with them, and they are saved as one if the device fails.
+    A worker thread serves requests one by one. It alone changes `state`, opens and closes files,
+    and may hang on them. A recording begins and ends in the loop's thread, between two ticks.
+    While there is none, the last seconds may be kept in memory: a recording then begins with them,
+    and they are saved as a session if the device fails.
 
     Attributes:
         state: The state.
@@ -60,7 +60,7 @@ class Sessions:
         """Create it idle.
 
         Args:
-            root: The folder that confines paths; see `files`.
+            root: Returns the folder that confines paths; see `files`.
             journal: The log.
             now: Returns the time in nanoseconds for messages.
         """
@@ -74,25 +74,25 @@ class Sessions:
 
     @property
     def transcript(self) -> Transcript | None:
-        """What everything is recorded in, or None."""
+        """What takes all messages, or None."""
         return self.current or self.last
 
     def keep(self, plan: SessionPlan, element: MemoryElement) -> None:
         """Keep the last seconds of a device from now on; call it before time runs.
 
         Raises:
-            BagError: Packages that make messages are missing.
+            BagError: Packages that are needed to record are missing.
         """
         self.last = _made('last_seconds').LastSeconds(plan, self._journal, self._now, element)
         if self.current is not None:
             self.last.clear()
 
     def begin(self, plan: SessionPlan, element: MemoryElement) -> None:
-        """Begin a recording before time runs, at `record.path`; otherwise like `start`.
+        """Begin a recording before time runs, in `record.path`; otherwise like `start`.
 
         Raises:
             BagError: It cannot be written, or the path exists and `record.add_time` is off.
-            SettingsError: It leads out of `files.root`.
+            SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
         self._worker.done(STARTING, lambda: self._start(plan, element, None))
@@ -102,9 +102,9 @@ class Sessions:
 
         Returns:
             The path of the new bag, once it holds the last seconds or the present state; `Refused`
-            if a recording is under way, or a procedure runs and no last seconds are kept;
-            otherwise as `begin` raises. If the path exists and `record.add_time` is on, the time
-            is added to it.
+            if a session is being recorded, or a procedure runs and no last seconds are kept; else
+            what `begin` raises. If the path exists and `record.add_time` is on, the time is added
+            to it.
         """
         return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
 
@@ -112,30 +112,30 @@ class Sessions:
         """End the recording while time runs.
 
         Returns:
-            The path of the bag, once it is closed; `Refused` if nothing is recorded, `BagError` if
-            not all is written.
+            The path of the bag, once it is closed; `Refused` if nothing is being recorded,
+            `BagError` if not all could be written.
         """
         return self._worker.do(CLOSING, lambda: self._stop(loop.element, loop))
 
     def tend(self) -> None:
-        """Answer requests that wait too long for the disk; call it about once a second."""
+        """Answer requests that have waited too long for the disk; call it once a second."""
         self._worker.tend()
 
     def close(self, element: MemoryElement | None) -> bool:
-        """End any recording when time no longer runs; waits, but not for long.
+        """End any recording when time has stopped; waits, but not for long.
 
         Args:
-            element: The device; None if it has failed: its last seconds are saved, and since the
-                commands of the failed tick are not recorded, no hash may follow.
+            element: The device; None if it has failed. Its last seconds are then saved, without a
+                final hash, since the commands of the failed tick are not recorded.
 
         Returns:
-            Whether everything recorded is written.
+            Whether all that was recorded is written.
         """
         try:
             self._worker.done(CLOSING, lambda: self._close(element))
         except Refused:  # nothing is being recorded
             return True
-        except BagError:  # which was logged when it occurred
+        except BagError:  # logged when it occurred
             return False
         except Overdue as error:
             self._journal.error(str(error))
@@ -169,7 +169,7 @@ class Sessions:
                         lambda: self._begin(recording, element, kept)
                     ),
                 )
-            except Refused:  # a procedure began in between, the loop has ended, or it is too late
+            except Refused:  # a procedure has begun, the loop has ended, or it is too late
                 recording.close()
                 raise
         finally:
@@ -179,7 +179,7 @@ class Sessions:
         return recording.status.path
 
     def _begin(self, recording: Recording, element: MemoryElement | None, kept: int) -> None:
-        """Switch to a recording that begins with this many messages of the last seconds."""
+        """Switch to a recording, which already has `kept` messages of the last seconds."""
         last = self.last
         if last is not None and kept:
             recording.go_on(last.since(kept))
@@ -223,7 +223,7 @@ class Sessions:
 
 
 def _made(module: str) -> Any:
-    """Import a module that makes messages; only these need the packages for that."""
+    """Import a module that records; only these need the packages for that."""
     try:
         return importlib.import_module(f'{__package__}.{module}')
     except ModuleNotFoundError as error:
@@ -236,7 +236,7 @@ def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
 
 
 def _new_path(settings: RecordSettings, root: str) -> Path:
-    """Return the configured path, or one with the time if it is empty or taken."""
+    """Return the configured path; with the time added if it is empty or exists."""
     path = confined(settings.path or 'session', root)
     if settings.path and not (settings.add_time and durable.exists(path)):
         return path

@@ -31,7 +31,7 @@ class DeviceSettings(Checked):
 
 @dataclass(frozen=True)
 class PublishSettings(Checked):
-    """How often streams are published, in ticks; 0 turns a stream off."""
+    """How often streams are published, in ticks; 0: never."""
 
     field_every: int = described(20, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
     wall_every: int = described(20, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
@@ -56,15 +56,12 @@ class PublishSettings(Checked):
 
     @property
     def common_ticks(self) -> int:
-        """Largest number of ticks without a stream due inside.
-
-        The views may be that late: they are for people.
-        """
+        """Most ticks that can be run at once with all streams on time; views may be late."""
         return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
 
     @property
     def every(self) -> int:
-        """Largest number of ticks without anything published or drawn inside."""
+        """Most ticks that can be run at once without skipping a stream, view or column."""
         views = math.gcd(self.image_every, self.markers_every, self.column_every)
         return math.gcd(self.common_ticks, views)
 
@@ -139,7 +136,7 @@ class FileSettings(Checked):
 
 @dataclass(frozen=True)
 class StateSettings(Checked):
-    """Where the content is kept between two runs: the element is a non-volatile memory."""
+    """Where the content is kept between two runs, as a non-volatile memory keeps it."""
 
     path: str = described('', 'state file; empty: none, every start is blank')
     interval: float = described(

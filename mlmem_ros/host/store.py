@@ -32,10 +32,10 @@ from .worker import Worker
 
 
 class Store:
-    """Keeps the state of an element in a file, and its calibrations beside it; no path, no file.
+    """Keeps the state of an element in a file, and its calibrations beside it, if a path is set.
 
-    A worker thread writes the disk, in the order in which states were taken: neither the loop nor
-    a caller waits for it.
+    A worker thread writes to the disk, in the order in which states were taken. Neither the loop
+    nor a caller waits for it.
 
     Attributes:
         path: The state file, or None.
@@ -54,9 +54,8 @@ class Store:
         Args:
             settings: Path and interval.
             root: The folder that confines the path; see `files`.
-            journal: The log, for what is restored and what cannot be saved.
-            worker: Writes the disk. Successive stores share it, so that older pending writes come
-                first.
+            journal: The log.
+            worker: Writes to the disk. Successive stores share it: older writes come first.
             owner: Name of the owner, shown to anyone else who wants the file.
 
         Raises:
@@ -75,13 +74,13 @@ class Store:
     def new_element(
         self, design: Design, settings: Settings, driver: Driver | None = None
     ) -> MemoryElement:
-        """Return a device, with the last calibration for this design and these settings.
+        """Return a device with the last calibration for this design and these settings.
 
         A new combination is calibrated on an ideal element, which takes time, and is stored.
 
         Raises:
-            StateError: Another element keeps its state in this file; or the calibration file is
-                damaged, or cannot be read or written.
+            StateError: Another element keeps its state in this file, or the calibration file is
+                damaged or cannot be read or written.
             Overdue: The disk does not answer.
             SettingsError: It cannot be calibrated.
             DesignError: The time step exceeds the stability limit.
@@ -142,10 +141,10 @@ class Store:
     def once_saved(
         self, told: Future[Outcome | None], element: MemoryElement
     ) -> Future[Outcome | None]:
-        """Return a procedure's final outcome, once its changes are safe on the disk.
+        """Return a procedure's outcome, once its changes are safe on the disk.
 
         Args:
-            told: Its outcome, from the loop's thread as it ends.
+            told: The outcome, set in the loop's thread.
             element: The device.
 
         Returns:
@@ -161,7 +160,7 @@ class Store:
                 answer.set_exception(refusal)
                 return
             outcome = done.result()
-            if element.procedure:  # an abort, which saves the remaining content
+            if element.procedure:  # an abort, which will save the content
                 answer.set_result(outcome)
                 return
             try:
@@ -176,7 +175,7 @@ class Store:
         return answer
 
     def tend(self, loop: Loop | None) -> None:
-        """Save at intervals, and answer overdue requests; call it about once a second."""
+        """Save at intervals, and answer overdue requests; call it once a second."""
         self._worker.tend()
         if self.path is None or self._interval == 0.0 or loop is None:
             return
@@ -186,11 +185,11 @@ class Store:
             loop.call(lambda: self._keep_if_idle(loop.element))
 
     def settle(self) -> bool:
-        """Wait, but not for long, until all pending states are saved; return whether they are."""
+        """Wait, but not for long, until all states are saved; return whether they are."""
         return self._worker.wait()
 
     def close(self) -> bool:
-        """Release the file once all pending states are saved; return whether they are."""
+        """Release the file once all states are saved; return whether they are."""
         if (claim := self._claim) is not None:
             self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
             self._claim = None
@@ -214,7 +213,7 @@ class Store:
 
     def _keep_if_idle(self, element: MemoryElement) -> None:
         with self._journal.guarded('taking the state'):
-            if not element.procedure:  # otherwise the next time will do
+            if not element.procedure:  # else next time
                 self.keep(element)
 
     def _save(self, taken: dict[str, Any]) -> None:
@@ -231,7 +230,7 @@ class Store:
 
 
 def _judged(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
-    """Return an outcome to report: without a save on the disk it is not a success."""
+    """Return the outcome to report: a failure if the content is not on the disk."""
     error = saved.exception()
     if error is None or outcome is None:
         return outcome

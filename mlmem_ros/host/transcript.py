@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What of an element goes into a session, in memory or on disk."""
+"""What goes into a session, in memory or on disk."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Message = tuple[str, bytes, int]
 
 
 class Transcript(ABC):
-    """Collects the topics of an element, and what a replay needs besides."""
+    """Collects the topics of an element, and what a replay needs."""
 
     def __init__(self, plan: SessionPlan, journal: Journal, now: Callable[[], int]) -> None:
         """Create it empty.
@@ -37,14 +37,13 @@ class Transcript(ABC):
         self._types = {topic.name: topic.type for topic in plan.topics}
 
     def takes(self, topic: str) -> bool:
-        """Return whether the messages of a topic go into this session."""
+        """Return whether messages of a topic go into this session."""
         return topic in self._types
 
     def put(self, topic: str, cdr: bytes) -> None:
-        """Take a serialized message, if it is wanted; never blocks.
+        """Take a serialized message, if its topic is recorded; never blocks.
 
-        One that is not of its topic's type would spoil the bag for readers: it is left out and
-        logged.
+        A message of another type would spoil the bag for readers: it is left out and logged.
         """
         if self.takes(topic):
             try:
@@ -55,7 +54,7 @@ class Transcript(ABC):
                 self._put(topic, trimmed)
 
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
-        """Take the commands of a tick, and the state's hash when due."""
+        """Take the commands of a tick, and the state's hash if due."""
         for tick, command in commands:
             self._put(self.names.command, messages.command(tick, command))
         if element.ticks % self.plan.settings.hash_every == 0:

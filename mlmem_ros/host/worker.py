@@ -1,9 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Disk work in a thread of its own: it may hang without hanging its callers."""
+"""Disk work in a thread of its own, which may hang without hanging its callers."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -17,7 +18,7 @@ from .journal import Journal
 T = TypeVar('T')
 
 PATIENCE = 10.0
-"""Seconds after which callers are told that the disk does not answer."""
+"""Seconds after which callers learn that the disk does not answer."""
 
 
 class _Job:
@@ -35,12 +36,6 @@ class Worker:
     """Does one job after another, in a thread that lives while there are any."""
 
     def __init__(self, name: str, journal: Journal) -> None:
-        """Create it without jobs.
-
-        Args:
-            name: Name of the thread.
-            journal: The log, for defects.
-        """
         self._name = name
         self._journal = journal
         self._changed = threads.Condition()
@@ -50,12 +45,12 @@ class Worker:
         """Queue a job.
 
         Args:
-            what: Description for messages: "saving the state in ...".
+            what: Description for messages, such as "saving the state in ...".
             work: Called in the worker's thread.
-            anyway: Whether to do it even when nobody waits for it any more.
+            anyway: Whether to do it even if nobody waits for it any more.
 
         Returns:
-            What the work returns or raises; `Overdue` if it takes longer than `PATIENCE`; work
+            What the work returns or raises; `Overdue` if it takes longer than `PATIENCE`. Work
             that has not begun by then is dropped.
         """
         job = _Job(what, work, anyway)
@@ -71,47 +66,48 @@ class Worker:
 
         Raises:
             Overdue: It takes longer than `PATIENCE`.
-            Whatever the work raises.
+            What the work raises.
         """
         answer = self.do(what, work)
         self.wait()
         return answer.result()
 
     def tend(self) -> None:
-        """Answer callers who have waited too long; call it about once a second."""
+        """Answer callers who have waited too long; call it once a second."""
         now = threads.monotonic()
         with self._changed:
-            late = [job for job in self._jobs if now >= job.deadline and not job.answered]
-            for job in late:
-                job.answered = True
-        for job in late:
-            job.answer.set_exception(Overdue(job.what, PATIENCE))
+            late = self._give_up(now)
+        _answer(late, PATIENCE)
 
     def wait(self, seconds: float = PATIENCE) -> bool:
         """Wait until all jobs are done, or for a time; return whether they are.
 
-        Callers who still wait then are told that no answer comes.
+        Callers who are still waiting then get `Overdue`.
         """
         with self._changed:
             done = self._changed.wait_for(lambda: not self._jobs, seconds)
-            late = [job for job in self._jobs if not job.answered]
-            for job in late:
-                job.answered = True
-        for job in late:
-            job.answer.set_exception(Overdue(job.what, seconds))
+            late = self._give_up(math.inf)
+        _answer(late, seconds)
         return done
 
     def unless_given_up(self, step: Callable[[], T]) -> T:
-        """Do a quick step of the current job, if it is still wanted.
+        """Do a quick step of the current job, if somebody still waits for it.
 
         Raises:
-            Refused: The caller has been told that the job is overdue.
+            Refused: Its caller has got `Overdue`.
         """
         with self._changed:
             job = self._jobs[0]
             if job.answered:
                 raise Refused(f'{job.what} came too late')
             return step()
+
+    def _give_up(self, now: float) -> list[_Job]:
+        """Mark the unanswered jobs whose deadline has passed, with the lock held; return them."""
+        late = [job for job in self._jobs if now >= job.deadline and not job.answered]
+        for job in late:
+            job.answered = True
+        return late
 
     def _run(self) -> None:
         while True:
@@ -136,3 +132,8 @@ class Worker:
                 self._changed.notify_all()
                 if not self._jobs:
                     return
+
+
+def _answer(late: list[_Job], seconds: float) -> None:
+    for job in late:
+        job.answer.set_exception(Overdue(job.what, seconds))

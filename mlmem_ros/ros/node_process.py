@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`memory_node` as a process beside its parent, and its command line."""
+"""Processes that end with their parent, `memory_node` among them, and its command line."""
 
 from __future__ import annotations
 
@@ -9,28 +9,43 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from os import PathLike
 from typing import Any
 
 PATIENCE = 20.0
-"""Seconds it may take to end before it is killed."""
+"""Seconds that a process may take to end before it is killed."""
 
 PR_SET_PDEATHSIG = 1
 
 Parameters = Mapping[str, bool | int | float | str]
 
 
-@contextmanager
-def node_process(arguments: Sequence[str], **streams: Any) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a memory node, and end it like Ctrl-C; it is killed if this process is.
+def node_process(
+    arguments: Sequence[str], **streams: Any
+) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    """Run a memory node as `child` does.
 
     Args:
         arguments: Its command line.
-        streams: `stdout` and `stderr` as `subprocess.Popen` takes them.
+        streams: `stdout` and `stderr` for `subprocess.Popen`.
+    """
+    return child('mlmem_ros.ros.main', arguments, **streams)
+
+
+@contextmanager
+def child(
+    module: str, arguments: Sequence[str], **streams: Any
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a module as a process; it gets SIGTERM in the end, and is killed if this process is.
+
+    Args:
+        module: Its name.
+        arguments: Its command line.
+        streams: `stdout` and `stderr` for `subprocess.Popen`.
     """
     process = subprocess.Popen(
-        [sys.executable, '-m', 'mlmem_ros.ros.main', *arguments],
+        [sys.executable, '-m', module, *arguments],
         stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams,
     )  # fmt: skip
     try:
@@ -45,7 +60,7 @@ def node_process(arguments: Sequence[str], **streams: Any) -> Iterator[subproces
 
 
 def _end_with_parent() -> None:
-    """Kill a process when its parent is killed: a leftover node would answer the next client."""
+    """Have this process killed with its parent: a leftover node would answer the next client."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 

@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """For a robot's own tests: a memory node, its clock and faults, recorded sessions.
 
-def test_the_gait_is_remembered():
-    with memory_node({'scale.time': 1e-5}) as node, frozen_clock(node) as clock:
-        assert clock.finish(node.memory.write(5)).level == 5
+::
+
+    def test_the_gait_is_remembered():
+        with memory_node({'scale.time': 1e-5}) as node, frozen_clock(node) as clock:
+            assert clock.finish(node.memory.write(5)).level == 5
 """
 
 from .faults import faults

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Faults for the length of a block."""
+"""Faults for the duration of a block."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .running import RunningNode
 
 @contextmanager
 def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Give an element faults, and remove them at the end, whatever happened meanwhile.
+    """Give an element faults, and take them away at the end, whatever has happened.
 
     ::
 
         with faults(node, actuator_stuck=True), pytest.raises(RequestRefused):
             node.memory.write(3).wait()
 
-    Every command sent within meets them, and none sent afterwards.
+    Commands sent in the block meet the faults; those sent afterwards do not.
 
     Args:
-        node: Whose element.
-        given: Faults by name, like the parameters `faults.*`.
+        node: The node of the element.
+        given: Faults, named like the parameters `faults.*`.
 
     Raises:
         RequestRefused: There is no such fault, or the element cannot have it.

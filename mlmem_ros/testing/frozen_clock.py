@@ -25,14 +25,14 @@ LOOK = 0.02
 """Seconds of ROS time between two checks of a condition."""
 
 MOST = 500
-"""Ticks requested at a time."""
+"""Most ticks requested at a time."""
 
 
 class FrozenClock:
     """Steps an element tick by tick, and publishes the time for nodes with `use_sim_time`.
 
-    The element is paused and stepped, so it runs exactly the ticks of the elapsed time, however
-    slow the machine is. Other nodes follow /clock.
+    The element is paused and stepped, so it runs exactly the ticks of the elapsed time on any
+    machine. Other nodes follow /clock.
 
     Attributes:
         now: ROS time in seconds.
@@ -40,7 +40,7 @@ class FrozenClock:
     """
 
     def __init__(self, node: RunningNode) -> None:
-        """Hold the time of an element and of all that follow /clock."""
+        """Hold the time of an element, and of all nodes that follow /clock."""
         from rosgraph_msgs.msg import Clock
 
         self._node = node
@@ -56,7 +56,7 @@ class FrozenClock:
         self._tell()
 
     def advance(self, seconds: float) -> None:
-        """Let time pass; requests sent before are answered on the way.
+        """Let time pass, and let the element answer requests.
 
         Args:
             seconds: ROS time; a remainder below a tick is kept for the next call.
@@ -113,7 +113,7 @@ class FrozenClock:
             self._node.memory.pause(False).wait()
 
     def _arrive(self) -> None:
-        """Let messages on their way to or from the element arrive: they precede an answer."""
+        """Let messages to and from the element arrive: they precede the answer to a request."""
         self._node.memory.pause().wait()
 
     def _tell(self) -> None:
@@ -124,7 +124,7 @@ class FrozenClock:
 
 @contextmanager
 def frozen_clock(node: RunningNode) -> Iterator[FrozenClock]:
-    """Hold time until the end of the block; see `FrozenClock`.
+    """Freeze time until the end of the block; see `FrozenClock`.
 
     ::
 
@@ -135,7 +135,7 @@ def frozen_clock(node: RunningNode) -> Iterator[FrozenClock]:
             assert clock.finish(writing).level == 5
 
     Args:
-        node: Whose element is stepped.
+        node: The node of the element.
 
     Yields:
         The clock.

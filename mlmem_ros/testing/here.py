@@ -19,7 +19,7 @@ from ..ros.node.run import ONE, Element, begin, end, turn
 from .running import RunningNode
 
 STEPPED = 60.0
-"""Seconds within which a machine must run the ticks requested at a time."""
+"""Seconds that a machine may take to run the ticks requested at a time."""
 
 
 class NodeHere(RunningNode):
@@ -32,14 +32,15 @@ class NodeHere(RunningNode):
     def __init__(
         self, element: str, arguments: Sequence[str], elements: Sequence[Element] = ONE
     ) -> None:
-        """Start them.
+        """Start the nodes.
 
         Args:
             element: Full name of the first.
             arguments: Command line.
             elements: What distinguishes several.
 
-            Raises: Whatever keeps it from starting.
+        Raises:
+            What keeps them from starting.
         """
         super().__init__(element)
         self._said: list[str] = []
@@ -113,8 +114,7 @@ class NodeHere(RunningNode):
 class Kept:
     """A logger that keeps what it logs.
 
-    One source line per severity: rclpy identifies a caller by its line, and expects one severity
-    there.
+    Each severity has its own source line, since rclpy allows only one severity a line.
     """
 
     def __init__(self, logger: Any, said: list[str]) -> None:

@@ -47,16 +47,16 @@ FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 
 @functools.cache
 def isolate() -> int:
-    """Keep this process and all it starts out of every other ROS graph; call it first.
+    """Keep this process and all that it starts out of every other ROS graph.
 
-    In a `conftest.py`, before anything initialises rclpy. Parallel runs on one machine get a
-    domain each.
+    Call it in a `conftest.py`, before anything initialises rclpy. Parallel runs on one machine get
+    a domain each.
 
     Returns:
         The ROS domain.
 
     Raises:
-        RuntimeError: There is none left.
+        RuntimeError: No domain is left.
     """
     home = Path(tempfile.mkdtemp(prefix='mlmem-ros-'))
     atexit.register(shutil.rmtree, home, ignore_errors=True)

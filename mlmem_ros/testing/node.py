@@ -29,8 +29,8 @@ def memory_node(
         with memory_node({'scale.time': 1e-5}) as node:
             assert node.memory.write(5).wait().level == 5
 
-    It is in the ROS graph like any node, under the environment's ROS_DOMAIN_ID: set one that no
-    robot uses. In the test's own process it starts in a tenth of a second.
+    It joins the ROS graph like any node, in the environment's ROS_DOMAIN_ID: set one that no robot
+    uses. In the test's own process it starts in a tenth of a second.
 
     Args:
         parameters: Parameters by name.
@@ -38,14 +38,14 @@ def memory_node(
         namespace: Its namespace.
         file: A parameter file.
         options: Further command line arguments, plain options first.
-        apart: Run it as its own process, which can take signals and crash; it takes some seconds
-            to start.
+        apart: Run it in a process of its own, which can take signals and crash; that takes some
+            seconds to start.
 
     Yields:
         A `RunningNode`; one apart also has `signal(number)`.
 
     Raises:
-        Whatever keeps `memory_node` from starting; for one apart see its output and exit status.
+        What keeps `memory_node` from starting; for one apart see its output and exit status.
     """
     element = f'{namespace.rstrip("/")}/{name}'
     command = node_arguments(element, parameters, file)

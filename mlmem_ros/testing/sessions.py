@@ -45,7 +45,7 @@ class ReplayedSession:
     def assert_agrees(self) -> None:
         """Fail unless the replay reproduces the whole recording.
 
-        That is every bit on the build that recorded, and every decoded level on another one.
+        That means every bit on the build that recorded, and every decoded level on another one.
         """
         report = self.report
         assert report.levels_agree, (
@@ -59,7 +59,8 @@ class ReplayedSession:
 def replayed(bag: str | PathLike[str]) -> ReplayedSession:
     """Replay a session.
 
-    Raises: BagError: It cannot be read or replayed.
+    Raises:
+        BagError: It cannot be read or replayed.
     """
     session = load(bag)
     return ReplayedSession(session, replay(session))
@@ -67,7 +68,7 @@ def replayed(bag: str | PathLike[str]) -> ReplayedSession:
 
 @pytest.fixture
 def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
-    """`replayed`, as a fixture."""
+    """Return `replayed`, for a test that asks for it by name."""
     return replayed
 
 

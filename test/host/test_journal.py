@@ -17,7 +17,7 @@ def test_a_flood_of_refusals_is_one_line_a_second(journal, log, monkeypatch):
     assert len(told) == AT_ONCE + 9
     assert set(told[:AT_ONCE]) == {'~/strain refused: it is not finite'}
     more = told[AT_ONCE + 1].removeprefix('~/strain refused: it is not finite ')
-    assert more == '(and 1023 times more since the last line)'
+    assert more == '(and 1023 more since the last line)'
 
 
 def test_one_flood_does_not_hide_another_thing(journal, log):

@@ -19,9 +19,9 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from ...host import REFUSALS
+from ..node_process import child
 from .executor import GuardedExecutor
 from .node import MemoryNode
-from .page import page
 
 ENDED, NOT_STARTED, NOT_SAVED = 0, 1, 3
 """Exit status: ended on request; could not start; ended on request, but the content or recording
@@ -70,7 +70,9 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     gc.freeze()  # or collecting the compiler's garbage stops time for 70 ms
     with ExitStack() as pages:
         for node in nodes:
-            pages.enter_context(page(node))
+            if node.get_parameter('view').value:
+                view = ['view', '--node', node.get_fully_qualified_name()]
+                pages.enter_context(child('mlmem_ros.cli.main', view))
         with executor.woken_by_signals():
             turn(executor, stop)
         for number in (signal.SIGINT, signal.SIGTERM):  # a second signal must not cut this short
