@@ -61,7 +61,7 @@ def count(name: str, alpha: float, elements: int, seed: int, trained: bool) -> d
 def draw(counts: list[dict[str, Any]], stem: Path) -> None:
     """Draw the share of writes that failed or were wrong; where none was, 3 / n."""
     with styled():
-        figure = new_figure(6.4, 2.7)
+        figure = new_figure(3.4)
         panels = zip(figure.subplots(1, 2, sharey=True), SHOWN.items(), strict=True)
         for axes, (name, (letter, title)) in panels:
             for trained, colour in ((False, S1), (True, S2)):
@@ -72,16 +72,16 @@ def draw(counts: list[dict[str, Any]], stem: Path) -> None:
                 lost = np.array([each['failed'] + each['wrong'] for each in rows])
                 share = np.maximum(lost, 3.0) / [each['writes'] for each in rows]
                 words = 'trained' if trained else 'untrained'
-                axes.plot(alpha, share, color=colour, lw=0.8, label=words)
+                axes.plot(alpha, share, color=colour, label=words)
                 for none, mark in ((False, 'o'), (True, 'v')):
                     which = (lost == 0) == none
-                    axes.plot(np.array(alpha)[which], share[which], mark, color=colour, ms=4)
+                    axes.plot(np.array(alpha)[which], share[which], mark, color=colour, ms=6)
             axes.set(xscale='log', yscale='log', ylim=(1e-3, 1.3), xlabel=r'scatter of $\alpha_j$')
             amounts = sorted({each['alpha'] for each in counts if each['preset'] == name})
             axes.set_xticks(amounts, [f'{each:g}' for each in amounts])
             axes.minorticks_off()
             label(axes, letter, title)
-        figure.axes[0].set_ylabel('writes that fail')
+        figure.axes[0].set_ylabel('share of writes that fail')
         figure.axes[0].legend(loc='lower right')
         save_figure(figure, stem)
 

@@ -71,7 +71,7 @@ def evaluated(
         try:
             with workers(min(jobs, len(study.points)), cluster) as executor:
                 rows = rows_of(ledger, executor) if rows_of else run(study, ledger, executor)
-                _show_progress(console, rows, done, total, what)
+                show_progress(console, rows, done, total, what)
         except KeyboardInterrupt:
             console.print(
                 f'{_of(len(ledger.rows), total)} {what} are kept in {path}; '
@@ -81,8 +81,8 @@ def evaluated(
         return ledger.table()
 
 
-def _show_progress(
-    console: Console, rows: Iterator[Row], done: int, total: int | None, what: str
+def show_progress(
+    console: Console, rows: Iterator[object], done: int, total: int | None, what: str
 ) -> None:
     """Go through the rows, and show their number, the elapsed and the remaining time."""
     from rich import progress as shown

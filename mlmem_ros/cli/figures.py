@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .campaigns import JOBS
+from .campaigns import JOBS, show_progress
 from .command import JSON, command, option
 from .output import complain, plain_console, plain_table, print_json
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ..paper.figure import Figure
-    from ..paper.run import Done
 
 
 @command(
@@ -42,6 +41,7 @@ def figures(arguments: argparse.Namespace) -> int:
     from ..paper.figure import Quality
     from ..paper.gallery import FIGURES, select
     from ..paper.page import write_page
+    from ..paper.run import run
 
     console = plain_console(aside=arguments.json)
     if arguments.list:
@@ -58,56 +58,23 @@ def figures(arguments: argparse.Namespace) -> int:
     except OSError as error:
         return complain('figures', f'--output must be a writable folder; {error}', 2)
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
-    began = time.monotonic()
+    began, made = time.monotonic(), {figure.name: [Path()] for figure in figures}
+    done = run(figures, quality, arguments.output, arguments.jobs)
     try:
-        done = _draw(console, figures, quality.value, arguments)
+        show_progress(console, map(made.update, done), 0, len(figures), 'figures')
     except OSError as error:
         return complain('figures', f'a file could not be written; {error}', 1)
-    for item in sorted(
-        done, key=lambda item: [figure.name for figure in figures].index(item.name)
-    ):
-        files = '  '.join(str(file) for file in item.files if file.suffix != '.npz')
-        console.print(f'{item.name:<10}{files}', highlight=False, soft_wrap=True)
+    for name, files in made.items():
+        shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
+        console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
     claims = _print_claims(console, figures, arguments.output)
     if len(figures) == len(FIGURES):
         page = write_page(arguments.output, quality)
         console.print(f'page      {page}', highlight=False, soft_wrap=True)
-    console.print(f'{len(done)} in {time.monotonic() - began:.0f} s', highlight=False)
+    console.print(f'{len(made)} in {time.monotonic() - began:.0f} s', highlight=False)
     if arguments.json:
-        made = {item.name: item.files for item in done}
         print_json({'figures': made, 'claims': claims})
     return 0
-
-
-def _draw(
-    console: Console, figures: list[Figure], quality: str, arguments: argparse.Namespace
-) -> list[Done]:
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    from ..paper.figure import Quality
-    from ..paper.run import run
-
-    columns = (
-        TextColumn('{task.description:<26}'), BarColumn(), TimeElapsedColumn(),
-        TextColumn('left'), TimeRemainingColumn(),
-    )  # fmt: skip
-    cost = {figure.name: figure.seconds for figure in figures}
-    done = []
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(f'0 of {len(figures)} figures', total=sum(cost.values()))
-        for item in run(figures, Quality(quality), arguments.output, arguments.jobs):
-            done.append(item)
-            progress.update(
-                task, advance=cost[item.name],
-                description=f'{len(done)} of {len(figures)} figures',
-            )  # fmt: skip
-    return done
 
 
 def _print_claims(console: Console, figures: list[Figure], output: Path) -> list[dict[str, str]]:

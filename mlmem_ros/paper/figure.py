@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -114,9 +115,14 @@ class Figure:
     claims: list[Claim] = field(default_factory=list)
 
     def data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
-        """Take what computes the data."""
-        self.compute = compute
-        return compute
+        """Take what computes the data, arrays or what becomes arrays."""
+
+        @functools.wraps(compute)
+        def arrays(quality: Quality) -> Data:
+            return {name: np.asarray(value) for name, value in compute(quality).items()}
+
+        self.compute = arrays
+        return arrays
 
     def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""

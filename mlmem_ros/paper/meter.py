@@ -10,22 +10,23 @@ from ..device import MemoryElement
 from ..device.simulation import Simulation
 from ..device.transducer import Transducer
 from ..physics import NOH_BATHE, Chain, Design, Drive, Integrator
-from ..physics.energy import energy
+from ..physics.energy import end_force, energy, moving_masses
 from ..physics.potential import Array
-from .books import audited
+from ..physics.statics import metamaterial_force
 
 
 class MeteredChain(Chain):
-    """A chain with the same bits whose budgets are summed.
+    """A chain with the same bits that sums what goes into it and what becomes heat.
 
-    Energies are in k_r (lattice constant)^2, times in time units.
+    The books come from the Lagrangian alone, not from the accelerations of the loops. Powers are
+    integrated by the trapezoidal rule over the steps, of second order. Energies are in
+    k_r (lattice constant)^2.
 
     Attributes:
-        actuator_work: Work of the actuator so far, F dV_N.
-        transducer_work: Work of whatever held an end cell so far: against the springs, the
-            damping and the cell's inertia.
-        heat: Dissipated by every cell so far, shape (N,); the quasi-static substrate of the
-            rigid model dissipates nothing, that of the elastic one counts with its cell.
+        actuator_work: Work on the substrate's end so far, F dV_N.
+        transducer_work: Work on the driven cell: against springs, damping and inertia.
+        shake_work: Work of the base's acceleration.
+        heat: What the damping took of every cell, with the substrate under it, shape (N,).
     """
 
     def __init__(
@@ -33,7 +34,7 @@ class MeteredChain(Chain):
     ) -> None:
         """Make a blank chain at rest, as `Chain` does."""
         super().__init__(design, dt, integrator)
-        self.actuator_work = self.transducer_work = 0.0
+        self.actuator_work = self.transducer_work = self.shake_work = 0.0
         self.heat = np.zeros(design.N)
 
     def advance(
@@ -46,16 +47,50 @@ class MeteredChain(Chain):
         """Advance by whole steps as `Chain.advance` does; it looks at its cells after each."""
         self.check_inputs(V_N, drive, shake)
         base = np.zeros_like(V_N) if shake is None else shake
-        ends, budget = audited(self, super().advance, V_N, drive, base)
-        self.actuator_work += budget.actuator
-        self.transducer_work += budget.held
-        self.heat += budget.damped
+        substeps = self.integrator.substeps
+        steps = len(V_N) // substeps
+        states, end, ends = [self._moving()], [self.V_N], np.empty((2, steps))
+        for k in range(steps):
+            now = slice(substeps * k, substeps * (k + 1))
+            part = None
+            if drive is not None and drive.motion[:, now].size:
+                part = Drive(drive.site, drive.motion[:, now])
+            ends[:, k : k + 1] = super().advance(V_N[now], part, base[now])
+            states.append(self._moving())
+            end.append(self.V_N)
+        base = np.concatenate((base[:1], base[substeps - 1 :: substeps]))
+        self._book(np.stack(states, 1), np.array(end), drive, base)
         return ends
+
+    def _moving(self) -> Array:
+        """Return v, its velocity, V and its velocity, shape (4, N)."""
+        return np.array((self.v, self.velocity, self.V, self.substrate_velocity))
+
+    def _book(self, states: Array, V_N: Array, drive: Drive | None, base: Array) -> None:
+        """Add what happened between m moments, at which the cells were so, shape (4, m, N)."""
+        (v, w, V, W), made = states, self.specimen
+        masses = moving_masses(made)
+        if drive is not None:
+            held = -(-drive.motion.shape[1] // self.integrator.substeps)
+            j, driven = drive.site - 1, slice(held + 1)
+            speed = w[driven, j]
+            pull = -metamaterial_force(made, v[driven], V[driven])[:, j]
+            pull += made.eta * speed + masses[j] * base[driven]
+            kinetic = 0.5 * float(masses[j] * (speed[-1] ** 2 - speed[0] ** 2))
+            self.transducer_work += float(_between(pull) @ np.diff(v[driven, j])) + kinetic
+        self.actuator_work += float(_between(end_force(made, v, V)) @ np.diff(V_N))
+        self.shake_work -= self.dt * float(_between(base * (w @ masses + W.sum(axis=1))).sum())
+        self.heat += self.dt * _between(made.eta * (w**2 + W**2)).sum(axis=0)
 
     def books(self) -> Array:
         """Return actuator work, transducer work, all heat and stored energy so far."""
         stored = energy(self).total
         return np.array([self.actuator_work, self.transducer_work, self.heat.sum(), stored])
+
+
+def _between(moments: Array) -> Array:
+    """Return the means of consecutive moments."""
+    return np.asarray(0.5 * (moments[:-1] + moments[1:]))
 
 
 def fit_meter(element: MemoryElement) -> MeteredChain:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The picture of a session: configuration over time, strain schedule, echoes, delays."""
+"""The picture of a session: configuration over time, strain, echoes, delays."""
 
 from __future__ import annotations
 
@@ -10,18 +10,36 @@ from typing import Any
 import numpy as np
 
 from ..device.echo import threshold
-from ..device.end import End, read_from
+from ..device.end import read_from
 from ..device.units import Units
-from ..session.data import SessionData
+from ..session.data import RecordedEcho, SessionData
 from ..session.redecode import calibration_of
-from .style import contour, new_figure, phase_bar
+from .style import (
+    FAINT,
+    INK,
+    MARK,
+    S2,
+    axes_grid,
+    contour,
+    label,
+    mark_defects,
+    new_figure,
+    phase_bar,
+    schedule,
+    stacked,
+    styled,
+)
 
-Reads = dict[int, tuple[Any, dict[str, str]]]
-"""The last echo and the decoded values of every level that was read."""
+ROWS = 8
+"""Most echoes that are shown; of more levels every second, third ..."""
 
 
 def draw(session: SessionData, path: str | Path) -> Path:
     """Draw a session and save it.
+
+    Above, as Fig. 4a, the x-t contour of the configuration over the strain; below, as Figs. 3b
+    and 4b, the last echo of every level that was read, or verified after a write, with its
+    threshold, and the delays by level.
 
     Args:
         session: What was recorded.
@@ -30,95 +48,68 @@ def draw(session: SessionData, path: str | Path) -> Path:
     Returns:
         The path.
     """
-    figure_of(session).savefig(path, dpi=130)
+    with styled():
+        figure_of(session).savefig(path)
     return Path(path)
 
 
 def figure_of(session: SessionData) -> Any:
-    """Return the picture of a session.
-
-    On the left, as Fig. 4a, the x-t contour of the configuration over the strain schedule. On the
-    right, as Figs. 3b and 4b, the last echo of every level that was read, or verified after a
-    write, with its threshold; below, the delays by level.
-
-    Args:
-        session: What was recorded.
-    """
-    figure = new_figure(14.0, 7.5)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.5, 1.0))
-    field_axes, strain_axes = left.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
-    _draw_field(left, field_axes, session)
-    _draw_strain(strain_axes, session)
+    """Return the picture of a session; see `draw`."""
     end = read_from(session.settings)[0]
     heard = session.reads(end, ('read', 'write'))
-    last = {int(values['level']): (echo, values) for echo, values in heard}
+    last = {int(values['level']): (echo, float(values['delay'])) for echo, values in heard}
     reads = {level: last[level] for level in sorted(last) if level >= 0}
-    rows = max(1, len(reads))
-    grid = right.add_gridspec(rows + 3, 1)
-    _draw_echoes(right, grid, session, end, reads)
-    _draw_delays(right.add_subplot(grid[rows:, 0]), session, reads)
-    figure.suptitle(
-        f'{session.node}: {session.design.levels} levels, {session.design.N} cells', fontsize=11
-    )
+    chosen = list(reads)[:: -(-len(reads) // ROWS) or 1]
+    height = 0.8 + 0.45 * max(3, len(chosen))
+    figure = new_figure(4.2 + height)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
+    _draw_history(upper, session)
+    left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
+    left.supxlabel('time since the pulse (time units)', fontsize='medium')
+    panels = axes_grid(left, max(1, len(chosen)), sharex=True)[:, 0]
+    found = 'last echoes' if reads else 'no echo gave a level'
+    label(panels[0], 'b', f'{found}, {end} end (cells)')
+    probe = end.probe(session.settings)
+    for axes, level in zip(panels, chosen, strict=False):
+        echo, delay = reads[level]
+        _draw_echo(axes, echo, threshold(probe, echo.t), delay)
+        axes.set_ylabel(session.design.code(level), rotation=0, ha='right', va='center')
+    left.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=4)
+    _draw_delays(axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()})
     return figure
 
 
-def _draw_field(figure: Any, axes: Any, session: SessionData) -> None:
+def _draw_history(figure: Any, session: SessionData) -> None:
     design = session.design
-    if not session.configuration:  # of a real element, or not recorded
-        axes.set_title('(a) configuration: not recorded', loc='left', fontsize=10)
-        return
-    field = np.array(session.configuration)
-    mesh = contour(axes, np.array(session.field_time), design.sites, field)
-    defects = [design.defect(level) for level in range(design.levels)]
-    for defect in defects:
-        axes.axhline(defect, color='k', lw=0.4, alpha=0.35)
-    axes.set_yticks(defects)
-    axes.set_ylabel('site j (lines: defects)')
-    codes = [design.code(level) for level in range(design.levels)]
-    axes.secondary_yaxis('right').set_yticks(defects, codes)
-    axes.set_title('(a) configuration: blue active, red inactive', loc='left', fontsize=10)
-    bar = phase_bar(figure, mesh, axes, (design.D_s1, design.D_s2))
-    bar.ax.set_title(r'$\Delta_j$', fontsize=10)
+    upper, lower = stacked(figure)[:, 0]
+    if session.configuration:
+        field = np.array(session.configuration)
+        mesh = contour(upper, np.array(session.field_time), design.sites, field)
+        mark_defects(upper, design)
+        upper.set_ylabel('site $j$, level')
+        phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
+    else:  # of a real element
+        upper.set_axis_off()
+    what = 'configuration' if session.configuration else 'configuration not recorded'
+    label(upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}')
+    length = Units(design, session.settings.scale).elongation
+    schedule(lower, np.array(session.strain_time), np.array(session.end_displacement) / length)
+    lower.set_xlabel('time (s)')
 
 
-def _draw_strain(axes: Any, session: SessionData) -> None:
-    length = Units(session.design, session.settings.scale).elongation
-    strain = np.array(session.end_displacement) / length
-    axes.plot(session.strain_time, 1e3 * strain, color='k', lw=0.9)
-    axes.axhline(0.0, color='grey', lw=0.4)
-    axes.set(xlabel='time in s', ylabel=r'strain $\times 10^3$')
+def _draw_echo(axes: Any, echo: RecordedEcho, limit: np.ndarray, delay: float) -> None:
+    axes.semilogy(echo.t, np.maximum(echo.v_m, 1e-9), color=FAINT, lw=0.4, label='$v_m$')
+    axes.semilogy(echo.t, np.maximum(echo.v_c, 1e-9), color=S2, label='$v_c$')
+    axes.semilogy(echo.t, limit, color=MARK, ls='--', label='threshold')
+    axes.axvline(delay, color=INK, lw=1.0, label='delay')
+    axes.set(ylim=(3e-6, 2e-2), yticks=[1e-5, 1e-3])
 
 
-def _draw_echoes(figure: Any, grid: Any, session: SessionData, end: End, reads: Reads) -> None:
-    if not reads:
-        axes = figure.add_subplot(grid[0, 0])
-        axes.set_title(f'(b) no echo from the {end} end gave a level', loc='left', fontsize=10)
-        axes.set_axis_off()
-        return
-    probe = end.probe(session.settings)
-    latest = max(echo.t[-1] for echo, _ in reads.values())
-    all_axes = [figure.add_subplot(grid[row, 0]) for row in range(len(reads))]
-    for axes, (level, (echo, values)) in zip(all_axes, reads.items(), strict=True):
-        axes.semilogy(echo.t, np.maximum(echo.v_m, 1e-9), color='0.8', lw=0.4)
-        axes.semilogy(echo.t, np.maximum(echo.v_c, 1e-9), color='tab:blue', lw=1.0)
-        axes.semilogy(echo.t, threshold(probe, echo.t), color='tab:red', lw=0.7, ls='--')
-        axes.axvline(float(values['delay']), color='k', lw=0.8)
-        axes.set(xlim=(0.0, latest), ylim=(3e-6, 2e-2), yticks=[1e-5, 1e-3])
-        axes.set_ylabel(session.design.code(level), rotation=0, ha='right', va='center')
-        axes.tick_params(labelbottom=axes is all_axes[-1], labelsize=7)
-    title = rf'(b) last echo of each level at the {end} end, in cells: $v_m$ grey, $v_c$ blue'
-    all_axes[0].set_title(title, loc='left', fontsize=10)
-    text = 'time since the pulse in time units (dashed: threshold, black: delay)'
-    all_axes[-1].set_xlabel(text)
-
-
-def _draw_delays(axes: Any, session: SessionData, reads: Reads) -> None:
+def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
     calibration = calibration_of(session)
     calibrated = calibration.table(calibration.ends[0]).delays
-    axes.plot(range(len(calibrated)), calibrated, '+', color='0.5', ms=9, label='calibrated')
-    measured = [float(values['delay']) for _, values in reads.values()]
-    axes.plot(list(reads), measured, 'o', ms=4, label='measured')
-    axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$')
-    axes.legend(frameon=False, fontsize=8)
-    axes.set_title('(c) delay by level', loc='left', fontsize=10)
+    axes.plot(range(len(calibrated)), calibrated, '+', color=INK, ms=10, label='calibrated')
+    axes.plot(list(delays), list(delays.values()), 'o', color=S2, ms=5, label='measured')
+    axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$ (time units)')
+    axes.legend()
+    label(axes, 'c', 'delay of every level')

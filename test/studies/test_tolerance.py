@@ -262,7 +262,7 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
 def test_names_below_an_axis_do_not_overlap(low, high):
     """As wide as a panel of the figure is; with at least two names, or nothing can be read off."""
     with styled():
-        figure = new_figure(2.7, 2.6)
+        figure = new_figure(2.6, 2.7)
         axes = axes_grid(figure)[0, 0]
         axes.plot([low, high], [1e-3, 1.0])
         dress(axes, 'vibration')

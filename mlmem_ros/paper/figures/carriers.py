@@ -15,15 +15,17 @@ from ...device.settings import ProbeSettings
 from ...physics import CASE_II, Specimen
 from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
-from ...studies.style import INK, MARK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..echoes import PAPER, PRINTED, detect, listen, without_wall
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     'carriers',
     'Which carriers and thresholds return an echo',
-    caption='Above: what the wall returns, and the ring-down of the pulse that hides it. Below: '
-    'the thresholds that read every level, plain and compensated for the damping.',
+    caption='Above: what the wall at each level returns, and the ring-down of the pulse that '
+    'can hide it. Below: the thresholds that read every level, plain (dark) and compensated for '
+    'the damping (light). The printed carrier and threshold lie outside, our reading of them '
+    'inside. Dashed: edges of the bands.',
     seconds=9,
 )
 
@@ -102,54 +104,40 @@ def _usable(
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw strength over carrier above, usable thresholds below; left and right end."""
-    figure = new_figure(7.0, 4.6)
-    grid = axes_grid(figure, 2, 2, sharex='col')
-    for column, end in enumerate(End):
+    figure = style.new_figure(5.6)
+    grid = style.axes_grid(figure, 2, 2, sharex='col', sharey='row')
+    for column, (end, color) in enumerate(((End.LEFT, style.S2), (End.RIGHT, style.S1))):
         upper, lower = grid[:, column]
-        omega = data[f'omega_{end}']
-        color = S2 if end is End.LEFT else S1
-        for number, level in enumerate(data['levels']):
-            shade = 0.3 + 0.7 * (number + 1) / len(data['levels'])
-            upper.semilogy(omega, data[f'echo_{end}'][:, number], color=color, alpha=shade, lw=1)
-            if number in (0, len(data['levels']) - 1):
-                upper.annotate(f'{level}', (omega[0], data[f'echo_{end}'][0, number]), (-3, 0),
-                               textcoords='offset points', ha='right', va='center',
-                               fontsize=6.5, color=color)  # fmt: skip
-        upper.semilogy(
-            omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=INK, ls=':', label='ring-down'
-        )
-        upper.set(ylim=(1e-7, 2e-2), ylabel='greatest $v_c$' if end is End.LEFT else '')
-        lower.set(ylim=(1e-6, 2e-2), ylabel='threshold $v_{th}$' if end is End.LEFT else '')
-        lower.set(xlabel=r'carrier $\omega_c$', yscale='log')
+        omega, echoes = data[f'omega_{end}'], data[f'echo_{end}']
+        for level, echo in zip(data['levels'], echoes.T, strict=True):
+            upper.semilogy(omega, echo, color=color, alpha=0.3 + 0.1 * level)
+        upper.semilogy(omega, np.maximum(data[f'quiet_{end}'], 1e-8), color=style.INK, ls=':')
+        upper.set_ylim(1e-7, 2e-2)
         for name, alpha in (('compensated', 0.25), ('plain', 0.6)):
             low, high = data[f'{name}_{end}'].T
-            lower.fill_between(omega, low, high, color=color, alpha=alpha, lw=0)
+            lower.fill_between(omega, low, high, color=color, alpha=alpha, lw=0, label=name)
+        lower.set(xlabel=r'carrier $\omega_c$', yscale='log', ylim=(1e-6, 2e-2))
         for axes in (upper, lower):
-            for (low, high), tint in zip(data['bands'], (S1, S2), strict=True):
-                for edge in (low, high):
-                    if omega[0] < edge < omega[-1]:
-                        axes.axvline(edge, color=tint, lw=0.7, ls='--')
-        text = 'left end, in $s_2$' if end is End.LEFT else 'right end, in $s_1$'
-        label(upper, 'ab'[column], f'{text}: echo of each level')
-        label(lower, 'cd'[column], 'thresholds that read every level')
-    grid[0, 0].legend(loc='lower left')
-    left = grid[1, 0]
+            for edges, tint in zip(data['bands'], (style.S1, style.S2), strict=True):
+                for edge in edges[(edges > omega[0]) & (edges < omega[-1])]:
+                    axes.axvline(edge, color=tint, lw=1.0, ls='--')
+        phase = 'left end, in $s_2$' if end is End.LEFT else 'right end, in $s_1$'
+        style.label(upper, 'ab'[column], f'{phase}: echoes')
+        style.label(lower, 'cd'[column], 'thresholds that read all levels')
+    (upper, right), (lower, _) = grid
+    upper.set_ylabel('greatest $v_c$ (cells)')
+    lower.set_ylabel('threshold $v_{th}$ (cells)')
+    right.plot([], [], color=style.INK, ls=':', label='ring-down')
+    right.plot([], [], color=style.S1, label='echo: pale level 0, dark 7')
+    right.legend(loc='lower left')
     for probe, text, shift in ((PAPER, 'our reading', -45), (PRINTED, 'as printed', 0)):
-        left.plot(probe.omega_c, probe.v_th, 'o', color=MARK, ms=5, zorder=5)
-        left.annotate(
-            f'{text}: {probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),
-            (-7, shift), textcoords='offset points', ha='right', va='center', fontsize=7,
-            color=MARK, arrowprops={'arrowstyle': '-', 'color': MARK, 'lw': 0.5},
+        lower.plot(probe.omega_c, probe.v_th, 'o', color=style.MARK, mec=style.INK, ms=7, zorder=5)
+        style.note(
+            lower, f'{text}:\n{probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),
+            (-9, shift), ha='right', va='center', arrowprops={'arrowstyle': '-'},
         )  # fmt: skip
-    grid[1, 1].fill_between([], [], color=INK, alpha=0.6, lw=0, label='plain')
-    grid[1, 1].fill_between([], [], color=INK, alpha=0.25, lw=0, label='times $e^{-\\eta t/2}$')
-    grid[1, 1].plot([], [], color=S1, lw=0.7, ls='--', label='band edges of $s_1$')
-    grid[1, 1].plot([], [], color=S2, lw=0.7, ls='--', label='band edges of $s_2$')
     grid[1, 1].legend(loc='lower left')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

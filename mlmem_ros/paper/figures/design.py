@@ -13,26 +13,18 @@ from ...analysis.quasistatic import held_landscape
 from ...device import Settings
 from ...physics import CASE_II
 from ...physics.dispersion import band
-from ...studies.style import (
-    COMPRESSION,
-    FAINT,
-    INK,
-    MARK,
-    S1,
-    S2,
-    TENSION,
-    axes_grid,
-    label,
-    new_figure,
-)
+from ...studies import style
 from ..echoes import PRINTED
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
     'design',
     'How the pieces of a design act together',
-    caption='Case II: pins, strains, the way back to a defect, and the carriers; the design '
-    'guide explains them.',
+    caption='Case II. (a) Without strain, defects are wells in a gentle slope. (b) At the peaks '
+    'of a write the strain makes a valley: compression where the substrate is stiffest, tension '
+    'where it is softest. (c) The pull on the wall from there to the next defect, once the '
+    'strain is gone: where it falls below 0 the wall may stop. (d) The frequencies that travel '
+    'in each phase, and the carriers of both ends.',
     seconds=1,
 )
 
@@ -68,43 +60,43 @@ def compute(quality: Quality) -> Data:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw four panels: at rest, under strain, the way back, and the carriers."""
-    figure = new_figure(6.8, 4.2)
-    (rest, strained), (way, bands) = axes_grid(figure, 2, 2)
-    X = data['X']
-    defects = [site for site in (25, 50, 75) if X[0] <= site <= X[-1]]
+    figure = style.new_figure(5.2)
+    (rest, strained), (way, bands) = style.axes_grid(figure, 2, 2)
+    X, U = data['X'], 1e3 * data['U']
     for axes in (rest, strained):
-        for site in defects:
-            axes.axvline(site, color=FAINT, lw=0.6, zorder=0)
-        axes.set(xlabel='wall at site $X$', ylabel=r'$U \times 10^3$')
-    rest.plot(X, 1e3 * data['U'][0], color=INK)
-    label(rest, 'a', 'no strain: defects in a gentle slope')
-    for U, strain, color in zip(
-        data['U'][1:], data['strains'][1:], (COMPRESSION, TENSION), strict=True
-    ):
-        strained.plot(X, 1e3 * (U - U.mean()), color=color, label=rf'$\varepsilon$ = {strain:+g}')
+        for site in (25, 50, 75):
+            axes.axvline(site, color=style.FAINT, lw=0.8, zorder=0)
+        axes.set(xlabel='wall $X$ (cells)', ylabel=r'energy $U$ ($10^{-3}$)', xlim=(X[0], X[-1]))
+    rest.plot(X, U[0], color=style.INK)
+    style.label(rest, 'a', 'no strain (lines: defects)')
+    curves = zip(U[1:], data['strains'][1:], (style.COMPRESSION, style.TENSION), strict=True)
+    for curve, strain, color in curves:
+        strained.plot(X, curve - curve.mean(), color=color, label=rf'$\varepsilon$ = {strain:+g}')
     for site, name in ((42, r'$s_{\max}$'), (67, r'$s_{\min}$')):
         if site <= X[-1]:
-            strained.axvline(site, color=MARK, lw=0.8, ls=':')
-            strained.annotate(name, (site, 1.0), (2, -2), xycoords=('data', 'axes fraction'),
-                              textcoords='offset points', va='top', color=MARK)  # fmt: skip
+            strained.axvline(site, color=style.MARK, ls=':')
+            style.note(strained, name, (site, 60.0), (2, 0), va='top')
+    strained.set_ylim(None, 62.0)
     strained.legend(loc='lower left')
-    label(strained, 'b', 'at the peak of a cycle')
-    for pull, gamma, style in zip(data['pull'], data['gammas'], ('-', '--'), strict=True):
-        way.plot(data['way'], 1e6 * pull, color=INK, ls=style, label=rf'$\gamma$ = {gamma:.3g}')
-    way.axhspan(-30.0, 0.0, color=S1, alpha=0.12, lw=0)
-    way.set(xlabel='wall at site $X$', ylabel=r'pull to the right $\times 10^6$', ylim=(-30, 160))
-    way.legend(loc='upper left')
-    label(way, 'c', 'the way back: below 0 it stops')
-    for row, (name, color) in enumerate((('$s_1$', S1), ('$s_2$', S2))):
+    style.label(strained, 'b', 'at the peaks of a cycle')
+    for pull, gamma, dashes in zip(data['pull'], data['gammas'], ('-', '--'), strict=True):
+        way.plot(
+            data['way'], 1e6 * pull, color=style.INK, ls=dashes, label=rf'$\gamma$ = {gamma:.3g}'
+        )
+    way.axhspan(-30.0, 0.0, color=style.S1, alpha=0.3, lw=0)
+    way.set(xlabel='wall $X$ (cells)', ylabel=r'pull to the right ($10^{-6}$)', ylim=(-30, 160))
+    way.legend(loc='center right')
+    style.label(way, 'c', 'the way back: below 0 it stops')
+    for row, (name, color) in enumerate((('$s_1$', style.S1), ('$s_2$', style.S2))):
         low, high = data['bands'][row]
-        bands.barh(row, high - low, left=low, height=0.5, color=color, lw=0)
-        bands.annotate(name, (low, row), (-4, 0), textcoords='offset points', ha='right',
-                       va='center', color=color)  # fmt: skip
+        bands.barh(row, high - low, left=low, height=0.5, color=color)
+        style.note(bands, name, (low, row), (-4, 0), ha='right', va='center')
     names = ('right end', 'left end', 'as printed')
-    for omega, name, style in zip(data['carriers'], names, (':', ':', '--'), strict=True):
-        bands.axvline(omega, color=MARK, ls=style, lw=1.0)
-        bands.annotate(f'{name} {omega:g}', (omega, 2.6), (-2, 0), textcoords='offset points',
-                       ha='right', va='top', rotation=90, fontsize=6.5, color=MARK)  # fmt: skip
-    bands.set(xlabel=r'frequency $\omega$', xlim=(0.2, 2.6), ylim=(-0.4, 2.7), yticks=[])
-    label(bands, 'd', 'bands of both phases')
+    for omega, name, dashes in zip(data['carriers'], names, (':', ':', '--'), strict=True):
+        bands.axvline(omega, color=style.MARK, ls=dashes)
+        style.note(
+            bands, f'{name} {omega:g}', (omega, 3.4), (-2, 0), ha='right', va='top', rotation=90
+        )
+    bands.set(xlabel=r'frequency $\omega$', xlim=(0.2, 2.6), ylim=(-0.4, 3.5), yticks=[])
+    style.label(bands, 'd', 'bands and carriers')
     return figure

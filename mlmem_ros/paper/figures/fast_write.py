@@ -18,16 +18,16 @@ from ...parameter_file import load
 from ...physics import Chain, Design, Specimen
 from ...physics.equilibrium import resting_wall
 from ...physics.potential import Array
-from ...studies.style import FAINT, INK, MARK, S2, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import strain_chain, wall_path
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
     'fast',
     'How fast a write can be, and how far its peaks may be off',
-    caption='Blue: all writes upward succeed, from every level to every higher one, without a '
-    'long rest on the way. Cross: the operating point; the number is of time units per '
-    'level. fast_write.md tells more.',
+    caption='(a) One write of levels 0 to 7, slow and fast. (b-k) How far both peaks may be '
+    'off: in the blue area every write upward ends at its level. Cross: the operating point. '
+    'Dotted: the distance to the nearest failure. The number is that of time units per level.',
     seconds=700,
 )
 
@@ -39,6 +39,9 @@ SHIPPED = (
     'bits_8',
 )  # fmt: skip
 """The configurations that write fast."""
+
+COLUMNS = 5
+"""Maps side by side."""
 
 STEPS = 128
 """Steps that a point of a map may take, if the rows from both ends' levels take no more."""
@@ -152,32 +155,26 @@ def _path(design: Design, write: WriteSettings, last: int) -> Data:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw two writes over each other, and the maps."""
-    figure = new_figure(7.4, 6.4)
+    figure = style.new_figure(7.4)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1.0, 1.5))
-    wall, strain = axes_grid(upper, 2, 1, sharex=True, height_ratios=(2.0, 1.0))[:, 0]
-    for name, color in (('plain', FAINT), ('fast', S2)):
-        wall.plot(data[f'{name}_t'] / 1e3, data[f'{name}_wall'], color=color, lw=0.9, label=name)
-        strain.plot(data[f'{name}_t'] / 1e3, 1e3 * data[f'{name}_strain'], color=color, lw=0.8)
+    wall, strain = style.stacked(upper)[:, 0]
+    for name, color in (('plain', style.FAINT), ('fast', style.S2)):
+        t = data[f'{name}_t'] / 1e3
+        wall.plot(t, data[f'{name}_wall'], color=color, label=name)
+        strain.plot(t, 1e3 * data[f'{name}_strain'], color=color)
     wall.set(ylabel='wall $X$ (cells)')
     wall.legend(loc='lower right')
-    label(wall, 'a', "levels 0 to 7 of the paper's element")
-    strain.set(ylabel=r'$\varepsilon\times10^3$', xlabel=r'time $t\times10^{-3}$')
-    columns = 5
-    panels = axes_grid(lower, -(-len(data['maps']) // columns), columns, sharex=True, sharey=True)
+    style.label(wall, 'a', "levels 0 to 7 of the paper's element")
+    strain.set(ylabel=style.STRAIN, xlabel=style.TIME)
+    rows = -(-len(data['maps']) // COLUMNS)
+    panels = style.axes_grid(lower, rows, COLUMNS, sharex=True, sharey=True)
     for axes in panels.ravel()[len(data['maps']) :]:
         axes.set_visible(False)
+    colors = ListedColormap([style.PALE, style.S2])
     for axes, name, letter in zip(panels.ravel(), data['maps'], 'bcdefghijk', strict=False):
         factors, passed = data[f'{name}_factors'], data[f'{name}_passed']
-        axes.pcolormesh(
-            factors, factors, passed, cmap=ListedColormap(['#e8e8e8', S2]), vmin=0, vmax=1,
-            shading='nearest', edgecolors='w', lw=0.4,
-        )  # fmt: skip
-        far = distance(factors, passed)
-        angle = np.linspace(0.0, 2.0 * np.pi, 100)
-        if np.isfinite(far):
-            axes.plot(1.0 + far * np.cos(angle), 1.0 + far * np.sin(angle), ':', color=INK, lw=0.8)
-        axes.plot(1.0, 1.0, '+', color=MARK, ms=9, mew=2)
-        axes.set_aspect('equal')
-        label(axes, letter, f'{name}\n{data[f"{name}_time"]:g}')
-    panels[-1, 0].set(xlabel='tension, over its own', ylabel='compression, over its own')
+        style.window(axes, factors, passed, distance(factors, passed), colors)
+        style.label(axes, letter, f'{data[f"{name}_time"]:g}\n{name}')
+    lower.supxlabel('tension, over its own', fontsize='medium')
+    lower.supylabel('compression, over its own', fontsize='medium')
     return figure

@@ -11,13 +11,14 @@ import numpy as np
 from ...physics import CASE_I, CASE_II, Specimen
 from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
-from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '1c',
     'Fig. 1c: potential, stiffness and wall profiles',
-    caption='Potential, stiffness and both walls at rest.',
+    caption='(c.i) Two valleys of the potential, at the dots, are equally deep but not equally '
+    'stiff. (c.ii) A wall is a few cells wide and leads from one valley to the other.',
     seconds=1,
 )
 
@@ -49,44 +50,39 @@ def compute(quality: Quality) -> Data:
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
-    """Draw potential (black) and stiffness (red), and both walls."""
-    figure = new_figure(6.6, 2.6)
-    left, right = axes_grid(figure, 1, 2)[0]
-    left.plot(data['D'], data['energy_per_d'], color=INK)
-    left.set(xlabel=r'configuration $\Delta$', ylabel=r'potential $\psi/d$', ylim=(-0.15, 2.6))
+    """Draw potential and stiffness, and both walls."""
+    figure = style.new_figure(3.2)
+    left, right = style.axes_grid(figure, 1, 2)[0]
+    left.plot(data['D'], data['energy_per_d'], color=style.INK)
+    left.set(
+        xlabel=r'configuration $\Delta$ (cells)', ylabel=r'potential $\psi/d$', ylim=(-0.2, 3.2)
+    )
     stiffness = left.twinx()
-    stiffness.plot(data['D'], data['stiffness_per_d'], color=S1, lw=0.9)
-    stiffness.axhline(0.0, color=S1, lw=0.4, ls=':')
-    stiffness.set_ylabel(r"stiffness $\psi''/d$", color=S1)
-    stiffness.tick_params(colors=S1, labelsize=7)
-    stiffness.set_ylim(-22.0, 32.0)
-    for number, (color, ha) in enumerate(((S1, 'center'), (S2, 'center'))):
-        D, k = data['ground_states'][number], data['stiffnesses_per_d'][number]
-        left.plot(D, 0.0, 'o', color=color, ms=4, clip_on=False, zorder=5)
-        left.annotate(
-            rf'$\Delta_{{s{number + 1}}}={D:.3f}$' + '\n' + rf'$k_{{s{number + 1}}}={k:.2f}\,d$',
-            (D, 0.0), (D, 2.15), ha=ha, fontsize=7, color=color,
-        )  # fmt: skip
-    label(left, 'c.i', 'on-site potential')
+    stiffness.spines.right.set_visible(True)
+    stiffness.plot(data['D'], data['stiffness_per_d'], color=style.MARK, lw=1.0, ls='--')
+    stiffness.set_ylabel(r"stiffness $\psi''/d$ (dashed)")
+    stiffness.set_ylim(-22.0, 44.0)
+    values = zip(
+        (style.S1, style.S2), data['ground_states'], data['stiffnesses_per_d'], strict=True
+    )
+    for number, (color, D, k) in enumerate(values, 1):
+        left.plot(D, 0.0, 'o', color=color, ms=7, clip_on=False, zorder=5)
+        text = rf'$\Delta_{{s{number}}}={D:.3f}$' + '\n' + rf'$k_{{s{number}}}={k:.2f}\,d$'
+        style.note(left, text, (D, 2.5), ha='center')
+    style.label(left, 'c.i', 'on-site potential')
     for name, marker, text in (('case_1', 'o', 'Case I'), ('case_2', 's', 'Case II')):
         x, v = data[f'x_{name}'], data[f'anti_kink_{name}']
         near = np.abs(x) < 26.0
-        right.plot(x[near], v[near], '-', color=INK, lw=0.5)
-        right.scatter(
-            x[near], v[near], c=np.where(v[near] > data['barrier'], S2, S1), s=9,
-            marker=marker, label=f'anti-kink, {text}', linewidths=0,
-        )  # fmt: skip
-        if name == 'case_2':
-            right.plot(-x[near], v[near], color='0.6', lw=0.9, ls='--', label='kink, Case II')
-    for D, color in zip(data['ground_states'], (S1, S2), strict=True):
-        right.axhline(D, color=color, lw=0.4, ls=':')
-    right.set(xlabel=r'$j - X$ (cells)', ylabel=r'configuration $\Delta_j$', ylim=(-1.3, 1.3))
-    right.legend(loc='center right', fontsize=6.5, bbox_to_anchor=(1.0, 0.62))
-    label(right, 'c.ii', 'transition wavefronts')
+        colors = np.where(v[near] > data['barrier'], style.S2, style.S1)
+        right.plot(x[near], v[near], color=style.INK, lw=0.6)
+        right.scatter(x[near], v[near], c=colors, s=14, marker=marker, label=f'anti-kink, {text}')
+    right.plot(-x[near], v[near], color=style.FAINT, ls='--', label='kink, Case II')
+    right.set(
+        xlabel=r'cells from the wall, $j - X$', ylabel=r'$\Delta_j$ (cells)', ylim=(-1.3, 2.4)
+    )
+    right.legend(loc='upper right')
+    style.label(right, 'c.ii', 'walls at rest')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -18,14 +18,17 @@ from ...analysis.landscape import (
 )
 from ...physics import CASE_I, Specimen
 from ...physics.held_wall import hold_walls
-from ...studies.style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
+from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '2a',
     'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz',
-    caption='Lines: Eq. (3) by the ansatzes. Circles: the wall held at X, everything else '
-    'relaxed. Below: their difference, which grows where the wall feels a free end.',
+    caption='Energy of a wall by its place, for strains up to 15e-3 either way. Without strain '
+    'it rests in the well of the defect (solid line). Compression raises a hill where the '
+    'substrate is softest (dashed), tension digs a valley there. Lines: Eq. (3) by the ansatzes. '
+    'Circles: the wall held at X, everything else relaxed. Below: their difference, which grows '
+    'where the wall feels a free end.',
     seconds=3,
 )
 
@@ -65,7 +68,7 @@ def compute(quality: Quality) -> Data:
     data['fits'] = fits  # strain x (v_0, V_0) x (e_rms, q)
     data |= {'defect': design.J, 'j_0': design.j_0}
     data |= _profiles(design.sites, v_0, V_0, v, V)
-    return {name: np.asarray(value) for name, value in data.items()}
+    return data
 
 
 def _profiles(
@@ -80,51 +83,29 @@ def _profiles(
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
-    """Draw both halves of the family, and below what the ansatz makes different."""
-    figure = new_figure(6.8, 4.2)
-    grid = axes_grid(figure, 2, 2, height_ratios=(3.0, 1.0), sharex=True)
-    x = data['X'] - data['defect']
-    halves = ((-1.0, COMPRESSION, 'compression'), (1.0, TENSION, 'tension'))
-    for column, (sign, color, text) in enumerate(halves):
-        upper, lower = grid[:, column]
-        chosen = [i for i, e in enumerate(data['strain']) if e * sign >= 0.0]
-        largest = np.abs(data['strain']).max()
-        for i in chosen:
-            strain = data['strain'][i]
-            shade = 0.35 + 0.65 * abs(strain) / largest
-            ink = INK if strain == 0.0 else color
-            upper.plot(x, data['ansatz'][i], color=ink, alpha=shade, lw=1.2)
-            every = max(1, round(6.0 / (x[1] - x[0])))
-            upper.plot(
-                x[::every], data['held'][i][::every], 'o', color=ink, ms=2.2, mfc='w', mew=0.6
-            )
-            upper.annotate(
-                f'{1e3 * strain:+.0f}' if strain else '0',
-                (x[-1], data['ansatz'][i][-1]), (3, 0), textcoords='offset points',
-                va='center', fontsize=6.5, color=ink,
-            )  # fmt: skip
-            lower.plot(x, 1e3 * (data['ansatz'][i] - data['held'][i]), color=ink, alpha=shade)
+    """Draw both halves of the family, and below how far the ansatz is off."""
+    figure = style.new_figure(5.2)
+    grid = style.stacked(figure, 2)
+    x, strains = data['X'] - data['defect'], data['strain']
+    every = slice(None, None, max(1, round(6.0 / (x[1] - x[0]))))
+    halves = ((-1.0, style.COMPRESSION, 'compression'), (1.0, style.TENSION, 'tension'))
+    for (upper, lower), (sign, color, text) in zip(grid.T, halves, strict=True):
+        for strain, ansatz, held in zip(strains, data['ansatz'], data['held'], strict=True):
+            if strain * sign < 0.0:
+                continue
+            ink = color if strain else style.INK
+            upper.plot(x, ansatz, color=ink)
+            upper.plot(x[every], held[every], 'o', color=ink, ms=3.5, mfc='w', mew=0.8)
+            lower.plot(x, 1e3 * (ansatz - held), color=ink, lw=0.8)
+            style.note(upper, f'{1e3 * strain:+.0f}', (x[-1], ansatz[-1]), (4, 0), va='center')
         for axes in (upper, lower):
-            axes.axvline(0.0, color=FAINT, lw=0.6, zorder=0)
-            axes.axvline(data['j_0'] - data['defect'], color=MARK, lw=0.6, ls='--', zorder=0)
-        top = upper.get_ylim()[1]
-        upper.annotate('defect', (0, top), fontsize=6.5, ha='left', va='top', color='0.45')
-        upper.annotate(
-            r'$s_{\min}$ ', (data['j_0'] - data['defect'], top), fontsize=7, ha='right',
-            va='top', color=MARK,
-        )  # fmt: skip
-        label(upper, 'a', rf'{text}, labels $\varepsilon\times10^3$')
-        lower.set(xlabel=r'$x = X - 100$ (cells)', ylim=(0.0, 1.5))
-        lower.axhline(0.0, color=FAINT, lw=0.5)
-    grid[0, 0].set_ylabel(r'$U(X)$ over the wall-less element')
-    grid[1, 0].set_ylabel('Eq. (3)\n' r'$-$ held, $10^{-3}$')
-    grid[0, 0].plot([], [], color=INK, label='Eq. (3), ansatz')
-    grid[0, 0].plot([], [], 'o', color=INK, ms=2.2, mfc='w', mew=0.6, label='held wall, no ansatz')
-    grid[0, 0].legend(loc='upper right')
+            axes.axvline(0.0, color=style.FAINT, lw=1.0, zorder=0)
+            axes.axvline(data['j_0'] - data['defect'], color=style.MARK, ls='--', zorder=0)
+        style.label(upper, 'a', rf'{text}, $\varepsilon$ ($10^{{-3}}$) at the lines')
+        lower.set(xlabel=r'wall $x = X - 100$ (cells)', ylim=(0.0, 1.5))
+    grid[0, 0].set_ylabel(r'energy $U(X)$ over a wall-less element')
+    grid[1, 0].set_ylabel('difference\n($10^{-3}$)')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

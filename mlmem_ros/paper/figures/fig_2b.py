@@ -12,15 +12,18 @@ import numpy as np
 from ...analysis.quasistatic import DEPARTURE, depinning_strain
 from ...physics import CASE_I, Chain, Design, Specimen, substep_times
 from ...physics.equilibrium import resting_wall
-from ...studies.style import COMPRESSION, FAINT, MARK, TENSION, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import wall_position
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '2b',
     'Fig. 2b: position of a pinned wall under growing strain',
-    caption='Lines: slow growth of the strain in time. Dots: the strain (x 1e3) at which the '
-    'pinned equilibrium ends, by continuation. An arrow: the wall leaves the element.',
+    caption='The strain grows slowly. The wall stays at its defect (x = 0) up to the strain '
+    'beside the dot, then jumps: under tension to the softest place of the substrate (dashed), '
+    'under compression out of the element (arrow). With the softest place at the defect, tension '
+    'never frees it. Lines: integration in time. Dots: where the equilibrium ends, by '
+    'continuation.',
     seconds=5,
 )
 
@@ -75,49 +78,33 @@ def _departure(strain: np.ndarray, path: np.ndarray) -> float:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the three columns of the paper's first row."""
-    figure = new_figure(6.8, 2.7)
-    grid = axes_grid(figure, 1, 3, sharey=True)[0]
-    where = ('before', 'at', 'after')
+    figure = style.new_figure(3.3)
+    grid = style.axes_grid(figure, 1, 3, sharey=True)[0]
+    strain, where = 1e3 * data['strain'], ('before', 'at', 'after')
     for number, axes in enumerate(grid):
-        valley = data['j_0'][number] - data['defect']
-        for y, color, style in ((0.0, FAINT, '-'), (valley, MARK, '--')):
-            axes.axhline(y, color=color, lw=0.6, ls=style, zorder=0)
-        for name, color in (('compression', COMPRESSION), ('tension', TENSION)):
-            path = data[f'path_{name}_{number}']
-            strain = 1e3 * data['strain']
-            axes.plot(strain, path, color=color, lw=1.4, label=name)
-            _mark(axes, data, name, number, color)
+        axes.axhline(data['j_0'][number] - data['defect'], color=style.MARK, ls='--', zorder=0)
+        for name, color, below in (
+            ('compression', style.COMPRESSION, 7),
+            ('tension', style.TENSION, -15),
+        ):
+            path, depin = data[f'path_{name}_{number}'], 1e3 * data[f'static_{name}_{number}']
+            axes.plot(strain, path, color=color, lw=2.0, label=name)
+            if not np.isnan(data[f'depin_{name}_{number}']):
+                axes.plot(depin, 0.0, 'o', color=color, ms=6, zorder=5)
+                style.note(axes, f'{depin:.1f}', (depin, 0.0), (-4, below), ha='right')
             gone = np.flatnonzero(np.isnan(path))
             if len(gone) and gone[0]:
                 last = gone[0] - 1
-                end = 99.0 if path[last] > 0 else -99.0
                 axes.annotate(
-                    '', (strain[gone[0]], end), (strain[last], path[last]),
-                    arrowprops={'arrowstyle': '->', 'color': color, 'lw': 1.2},
+                    '', (strain[gone[0]], np.copysign(99.0, path[last])),
+                    (strain[last], path[last]),
+                    arrowprops={'arrowstyle': '->', 'color': color, 'lw': 2.0},
                 )  # fmt: skip
-        axes.set(xlabel=r'$|\varepsilon|\times10^3$', ylim=(-100, 100), xlim=(0, 30))
-        roman = 'i' * (number + 1)
-        label(axes, f'b.{roman}', rf'$s_{{\min}}$ {where[number]} the defect')
+        axes.set(xlabel=r'$|\varepsilon|$ ($10^{-3}$)', ylim=(-100, 100), xlim=(0, 30))
+        style.label(axes, 'b.' + 'i' * (number + 1), rf'$s_{{\min}}$ {where[number]} defect')
     grid[0].set_ylabel('wall $x = X - 100$ (cells)')
-    grid[0].annotate(r'$s_{\min}$', (29, -19), (0, -2), textcoords='offset points', color=MARK,
-                     ha='right', va='top', fontsize=7)  # fmt: skip
     grid[1].legend(loc='lower left')
     return figure
-
-
-def _mark(axes: Any, data: Data, name: str, number: int, color: str) -> None:
-    strain, static = data[f'depin_{name}_{number}'], data[f'static_{name}_{number}']
-    if np.isnan(strain):
-        return
-    axes.plot(1e3 * static, 0.0, 'o', color=color, ms=3.5, zorder=5)
-    up = name == 'compression'
-    axes.annotate(
-        f'{1e3 * static:.1f}', (1e3 * static, 0.0), (-3, 8 if up else -12),
-        textcoords='offset points', fontsize=7, color=color, ha='right',
-    )  # fmt: skip
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from ...physics import CASE_I
-from ...studies.style import FAINT, INK, MARK, axes_grid, label, new_figure
+from ...studies import style
 from ..figure import Data, Figure, Quality
 from .fig_2b import SITES
 
 FIGURE = Figure(
     '2c',
     'Fig. 2c: stiffness of the substrate',
-    caption='Eq. (2) for the three columns of Fig. 2b.',
+    caption='Stiffness along the substrates of Fig. 2b, Eq. (2): least at the dashed line. The '
+    'defect is at the solid one.',
     seconds=1,
 )
 
@@ -28,7 +29,7 @@ def compute(quality: Quality) -> Data:
     designs = [dataclasses.replace(CASE_I, j_0=j_0) for j_0 in SITES]
     return {
         'x': CASE_I.sites[:-1] + 0.5 - CASE_I.J,
-        's': np.array([design.s / design.s_min for design in designs]),
+        's': [design.s / design.s_min for design in designs],
         'j_0': np.array(SITES) - CASE_I.J,
     }
 
@@ -36,13 +37,13 @@ def compute(quality: Quality) -> Data:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the three profiles under each other's columns, as the paper's second row."""
-    figure = new_figure(6.8, 1.7)
-    grid = axes_grid(figure, 1, 3, sharey=True)[0]
+    figure = style.new_figure(2.2)
+    grid = style.axes_grid(figure, 1, 3, sharey=True)[0]
     for number, axes in enumerate(grid):
-        axes.plot(data['x'], data['s'][number], color=INK)
-        axes.axvline(0.0, color=FAINT, lw=0.6)
-        axes.axvline(data['j_0'][number], color=MARK, lw=0.6, ls='--')
+        axes.plot(data['x'], data['s'][number], color=style.INK)
+        axes.axvline(0.0, color=style.FAINT)
+        axes.axvline(data['j_0'][number], color=style.MARK, ls='--')
         axes.set(xlabel='$x = j - 100$ (cells)', ylim=(0.8, 3.2), yticks=(1, 2, 3))
-        label(axes, 'c.' + 'i' * (number + 1), rf'$j_0 - 100 = {data["j_0"][number]:+.0f}$')
+        style.label(axes, 'c.' + 'i' * (number + 1), rf'$j_0 - 100 = {data["j_0"][number]:+.0f}$')
     grid[0].set_ylabel(r'$s_{j+1/2}/s_{\min}$')
     return figure

@@ -12,14 +12,16 @@ import numpy as np
 from ...device import Settings
 from ...physics import CASE_II
 from ...physics.dispersion import band, wavenumber
-from ...studies.style import MARK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..echoes import PAPER, PRINTED
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '3a',
     'Fig. 3a: wavenumbers of both phases',
-    caption='Bars at the right: the propagating bands. They overlap.',
+    caption='Right: the frequencies that travel through each phase. Left: how fast the others '
+    'fade from cell to cell. The two bands (bars) overlap, and the printed carrier lies above '
+    'both.',
     seconds=1,
 )
 
@@ -37,48 +39,45 @@ def compute(quality: Quality) -> Data:
         'omega': omega,
         'kappa_R': kappa.real,
         'kappa_I': kappa.imag,
-        'bands': np.array([band(k) for k in stiffness]),
-        'carriers': np.array(CARRIERS),
+        'bands': [band(k) for k in stiffness],
+        'carriers': CARRIERS,
         # Smallest d at which the bands would not overlap: k_s2 = k_s1 + 4.
-        'd_disjoint': np.array(4.0 / ((stiffness[1] - stiffness[0]) / CASE_II.d)),
+        'd_disjoint': 4.0 / ((stiffness[1] - stiffness[0]) / CASE_II.d),
     }
 
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw attenuation to the left and propagation to the right, frequency upward."""
-    figure = new_figure(4.4, 3.4)
-    left, right = axes_grid(figure, 1, 2, sharey=True, width_ratios=(1.0, 1.3))[0]
-    for number, color in enumerate((S1, S2)):
-        real, imaginary = data['kappa_R'][number].copy(), data['kappa_I'][number].copy()
+    figure = style.new_figure(3.8)
+    left, right = style.axes_grid(figure, 1, 2, sharey=True, width_ratios=(1.0, 1.6))[0]
+    omega = data['omega']
+    for number, (color, name) in enumerate(((style.S1, 'inactive'), (style.S2, 'active'))):
         low, high = data['bands'][number]
-        inside = (data['omega'] >= low) & (data['omega'] <= high)
-        real[~inside] = np.nan
-        imaginary[inside] = 0.0
-        right.plot(real, data['omega'], color=color)
-        left.plot(imaginary, data['omega'], color=color)
-        right.axhspan(low, high, 0.965 - 0.045 * number, 1.0 - 0.045 * number, color=color, lw=0)
-        right.annotate(
-            rf'$\Delta_{{s{number + 1}}}$', (0.0, low), (3, -9 if number == 0 else 3),
-            textcoords='offset points', color=color,
-        )  # fmt: skip
-    marks = (('our reading', MARK, '-', -9), ('device', MARK, ':', 2), ('printed', '0.5', '--', 3))
-    for omega, (text, color, style, shift) in zip(data['carriers'], marks, strict=True):
+        inside = (omega >= low) & (omega <= high)
+        text = rf'$\Delta_{{s{number + 1}}}$, {name}'
+        right.plot(
+            np.where(inside, data['kappa_R'][number], np.nan), omega, color=color, label=text
+        )
+        left.plot(np.where(inside, 0.0, data['kappa_I'][number]), omega, color=color)
+        right.axvspan(
+            3.25 + 0.12 * number, 3.33 + 0.12 * number, low / 2.6, high / 2.6, color=color
+        )
+    names = (('our reading of the paper', '-'), ('this device', ':'), ('as printed', '--'))
+    shifts = (-11, 3, 3)
+    for at, (text, dashes), shift in zip(data['carriers'], names, shifts, strict=True):
         for axes in (left, right):
-            axes.axhline(omega, color=color, lw=0.8, ls=style)
-        right.annotate(
-            f'{text}: {omega:g}', (0.1, omega), (0, shift), textcoords='offset points',
-            fontsize=6.5, color=color,
-        )  # fmt: skip
+            axes.axhline(at, color=style.MARK, lw=1.0, ls=dashes)
+        style.note(right, f'carrier {at:g}: {text}', (0.05, at), (0, shift))
     left.invert_xaxis()
-    left.set(xlabel=r'attenuation $\kappa_I a$', ylabel=r'frequency $\omega$', ylim=(0.0, 2.6))
-    right.set(xlabel=r'propagation $\kappa_R a$', xlim=(0.0, 1.09 * math.pi))
+    left.set(
+        xlabel=r'attenuation $\kappa_I a$ (rad)', ylabel=r'frequency $\omega$', ylim=(0.0, 2.6)
+    )
+    right.set(xlabel=r'propagation $\kappa_R a$ (rad)', xlim=(0.0, 3.5))
     right.set_xticks([0.0, math.pi / 2.0, math.pi], ['0', r'$\pi/2$', r'$\pi$'])
-    label(left, 'a', 'dispersion')
+    right.legend(loc='lower right', bbox_to_anchor=(0.92, 0.0))
+    style.label(left, 'a', 'dispersion')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

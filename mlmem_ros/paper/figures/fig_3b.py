@@ -12,15 +12,16 @@ import numpy as np
 from ...device.echo import blanking
 from ...physics import CASE_II, Specimen
 from ...physics.equilibrium import resting_wall
-from ...studies.style import FAINT, MARK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..echoes import PAPER, PRINTED, probe_element
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '3b',
     'Fig. 3b: a pulse and its echo from the wall',
-    caption='The pulse of the paper with a carrier of 2.0 and a threshold of 7.5e-5 (i, ii), '
-    'and as printed.',
+    caption='A pulse goes in at the left end. Its echo from the wall crosses the threshold '
+    '(dashed) after a delay that grows with the distance of the wall (i, ii). Below: with the '
+    'printed carrier and threshold nothing comes back.',
     seconds=2,
 )
 
@@ -48,63 +49,37 @@ def compute(quality: Quality) -> Data:
             data[f'echo_v_c_{name}_{number}'] = echo.v_c[late].max()
     data |= {'v_th_ours': PAPER.v_th, 'v_th_printed': PRINTED.v_th, 'blanking': blanking(PAPER)}
     data |= {'omega_ours': PAPER.omega_c, 'omega_printed': PRINTED.omega_c}
-    return {name: np.asarray(value) for name, value in data.items()}
+    return data
 
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
-    """Draw one row per wall with its inset, and the printed numbers below."""
-    figure = new_figure(6.6, 4.6)
-    grid = axes_grid(figure, 3, 1, sharex=True)[:, 0]
-    for number, axes in enumerate(grid[:2]):
-        t, wall = data['t_ours'], int(data[f'wall_{number}'])
-        _history(axes, t, data[f'v_m_ours_{number}'], data[f'v_c_ours_{number}'])
-        axes.axhline(data['v_th_ours'], color=MARK, lw=0.9, ls='--')
-        delay = float(data[f'delay_ours_{number}'])
-        axes.annotate(
-            '', (0.0, 3e-2), (delay, 3e-2), arrowprops={'arrowstyle': '<->', 'lw': 0.8},
-            annotation_clip=False,
-        )  # fmt: skip
-        axes.plot([delay, delay], [float(data['v_th_ours']), 3e-2], color='k', lw=0.7, ls=':')
-        axes.text(delay + 8, 2.4e-2, rf'$\Delta t={delay:.1f}$', fontsize=8, va='center')
-        label(axes, 'b.' + 'i' * (number + 1), f'wall at $j={wall}$')
-        _inset(axes, data, number)
-    axes = grid[2]
-    _history(axes, data['t_printed'], data['v_m_printed_1'], data['v_c_printed_1'])
-    _history_line(axes, data)
-    label(axes, 'ours', rf'as printed, wall at $j={int(data["wall_1"])}$: nothing comes back')
-    axes.set_xlabel('time $t$ since the pulse began')
-    grid[0].plot([], [], color=FAINT, lw=2, label='$v_m$')
-    grid[0].plot([], [], color=S2, label='$v_c$')
-    grid[0].plot([], [], color=MARK, ls='--', label='threshold $v_{th}$')
-    grid[0].legend(loc='lower right', ncols=3)
+    """Draw one row per wall, and the printed numbers below."""
+    figure = style.new_figure(5.8)
+    grid = style.axes_grid(figure, 3, 1, sharex=True, sharey=True)[:, 0]
+    rows = (('b.i', 'ours', 0, ''), ('b.ii', 'ours', 1, ''),
+            ('ours', 'printed', 1, ', carrier and threshold as printed'))  # fmt: skip
+    for axes, (letter, name, number, text) in zip(grid, rows, strict=True):
+        t, v_m, v_c = (
+            data[f't_{name}'],
+            data[f'v_m_{name}_{number}'],
+            data[f'v_c_{name}_{number}'],
+        )
+        limit, delay = float(data[f'v_th_{name}']), float(data[f'delay_{name}_{number}'])
+        axes.semilogy(
+            t, np.maximum(v_m, 1e-8), color=style.FAINT, lw=0.4, rasterized=True, label='$v_m$'
+        )
+        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.S2, label='$v_c$')
+        axes.axhline(limit, color=style.MARK, ls='--', label='threshold $v_{th}$')
+        if np.isfinite(delay):
+            axes.plot([0.0, delay, delay], [3e-2, 3e-2, limit], color=style.INK, lw=1.0, ls=':')
+            style.note(axes, rf'delay $\Delta t={delay:.1f}$', (delay, 3e-2), (4, -3), va='top')
+        axes.set(ylim=(1e-6, 5e-2), xlim=(0, 900), ylabel='$|v_1 - v_{s2}|$')
+        axes.set_yticks([1e-6, 1e-4, 1e-2])
+        style.label(axes, letter, rf'wall at $j={data[f"wall_{number}"]:.0f}${text}')
+    grid[2].set_xlabel('time $t$ since the pulse began (time units)')
+    grid[0].legend(loc='upper right', ncols=3)
     return figure
-
-
-def _history_line(axes: Any, data: Data) -> None:
-    axes.axhline(data['v_th_printed'], color=MARK, lw=0.9, ls='--')
-    text = rf'$v_{{th}}={data["v_th_printed"] * 1e3:.1f}\times10^{{-3}}$'
-    axes.text(890, float(data['v_th_printed']) * 1.2, text, fontsize=7, color=MARK, ha='right')
-
-
-def _history(axes: Any, t: np.ndarray, v_m: np.ndarray, v_c: np.ndarray) -> None:
-    axes.semilogy(t, np.maximum(v_m, 1e-8), color=FAINT, lw=0.3, rasterized=True)
-    axes.semilogy(t, np.maximum(v_c, 1e-8), color=S2, lw=1.2)
-    axes.set(ylim=(1e-6, 5e-2), xlim=(0, 900), ylabel=r'$|v_1 - v_{s2}|$')
-    axes.set_yticks([1e-6, 1e-4, 1e-2])
-
-
-def _inset(axes: Any, data: Data, number: int) -> None:
-    inset = axes.inset_axes((0.76, 0.60, 0.23, 0.36))
-    v = data[f'configuration_{number}']
-    inset.scatter(data['sites'], v, c=np.where(v > 0.0, S2, S1), s=1.5, linewidths=0)
-    inset.set(xlim=(0, 200), ylim=(-1.5, 1.5), yticks=data['states'], xticks=(1, 100, 200))
-    inset.set_yticklabels([r'$\Delta_{s1}$', r'$\Delta_{s2}$'])
-    inset.tick_params(labelsize=6, length=2, pad=1)
-    inset.set_facecolor('white')
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

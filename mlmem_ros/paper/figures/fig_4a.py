@@ -12,15 +12,16 @@ import numpy as np
 from ...device import Settings, Write, new_element
 from ...device.settings import TimeSettings
 from ...physics import CASE_II
-from ...studies.style import FAINT, INK, axes_grid, contour, label, new_figure, phase_bar
+from ...studies import style
 from ...studies.trace import Trace, wall_path, watch
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '4a',
     'Fig. 4a: the wall driven from level to level',
-    caption='The device writes levels 1 to 7. Inset: (1) de-pinning, (2) held under strain, (3) '
-    'drift by the gradient, (4) pinned again.',
+    caption='The device writes levels 1 to 7: each strain cycle takes the wall (black line) to '
+    'the next defect. Inset: (1) the wall leaves its defect, (2) is held under strain, (3) '
+    'drifts on by the gradient as the strain falls, (4) is caught by the next defect.',
     seconds=3,
 )
 
@@ -49,42 +50,33 @@ def compute(quality: Quality) -> Data:
     wall = wall_path(design, trace.configuration)
     return {
         't': np.array(trace.t) - start * tick,
-        'strain': np.array(trace.strain),
+        'strain': trace.strain,
         'field': np.array(trace.configuration, dtype=np.float32),
         'wall': wall,
-        'begun': np.array(begun),
-        'levels': np.array(levels[1:]),
-        'success': np.array([outcome.success for outcome in trace.outcomes]),
-        'attempts': np.array([outcome.attempts for outcome in trace.outcomes]),
-        'read': np.array([o.reading.level if o.reading else -2 for o in trace.outcomes]),
+        'begun': begun,
+        'levels': levels[1:],
+        'success': [outcome.success for outcome in trace.outcomes],
+        'attempts': [outcome.attempts for outcome in trace.outcomes],
+        'read': [o.reading.level if o.reading else -2 for o in trace.outcomes],
     }
 
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw contour over strain schedule, and the step from x = 0 with its four numbers."""
-    figure = new_figure(7.2, 4.4)
+    figure = style.new_figure(4.6)
     left, right = figure.subfigures(1, 2, width_ratios=(2.1, 1.0))
-    upper, lower = axes_grid(left, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
-    t, x = data['t'] / 1e3, CASE_II.sites - 100.0
-    thin = max(1, len(t) // 1200)
-    mesh = contour(upper, t[::thin], x, data['field'][::thin])
-    for level in range(CASE_II.levels):
-        upper.axhline(CASE_II.defect(level) - 100.0, color=FAINT, lw=0.3)
-    upper.plot(t, data['wall'] - 100.0, color=INK, lw=0.6)
-    ticks = [CASE_II.defect(level) - 100.0 for level in range(CASE_II.levels)]
-    upper.set_yticks(
-        ticks, [f'{x:.0f}   {CASE_II.code(m)}' for m, x in enumerate(ticks)], fontsize=6.5
-    )
-    upper.set_ylabel('$x = j - 100$,  level')
-    label(upper, 'a.i', r'configuration $\Delta_j$')
-    phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
-    lower.plot(t, 1e3 * data['strain'], color=INK, lw=0.8)
-    lower.axhline(0.0, color=FAINT, lw=0.5)
-    lower.set(
-        xlim=(t[0], t[-1]), xlabel=r'time $t \times 10^{-3}$', ylabel=r'$\varepsilon\times10^3$'
-    )
-    label(lower, 'a.ii', 'strain schedule: tension up, compression down')
+    upper, lower = style.stacked(left)[:, 0]
+    t = data['t'] / 1e3
+    mesh = style.contour(upper, t, CASE_II.sites - 100.0, data['field'])
+    style.mark_defects(upper, CASE_II, 100.0)
+    upper.plot(t, data['wall'] - 100.0, color=style.INK, lw=0.8)
+    upper.set_ylabel('$x = j - 100$, level')
+    style.label(upper, 'a.i', r'configuration $\Delta_j$')
+    style.phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
+    style.schedule(lower, t, data['strain'])
+    lower.set(xlim=(t[0], t[-1]), xlabel=style.TIME)
+    style.label(lower, 'a.ii', 'strain: compression below 0')
     _detail(right, data)
     return figure
 
@@ -97,21 +89,18 @@ def _detail(figure: Any, data: Data) -> None:
     begin = data['begun'][step]
     chosen = (data['t'] >= begin) & (data['t'] <= begin + 4200.0)
     t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - 100.0
-    upper, lower = axes_grid(figure, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
-    contour(upper, t, CASE_II.sites - 100.0, data['field'][chosen])
-    upper.plot(t, wall, color=INK, lw=0.9)
+    upper, lower = style.stacked(figure)[:, 0]
+    style.contour(upper, t, CASE_II.sites - 100.0, data['field'][chosen])
+    upper.plot(t, wall, color=style.INK, lw=1.0)
     for y in (home, home + 25.0):
-        upper.axhline(y, color=INK, lw=0.5, ls=':')
-    upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$')
+        upper.axhline(y, color=style.INK, lw=0.8, ls=':')
+    upper.set(ylim=(home - 8.0, home + 33.0), ylabel='$x$ (cells)')
     for number, (when, where) in enumerate(_events(t, wall, home), 1):
-        upper.annotate(
-            str(number), (when, where), (0, -13), textcoords='offset points', fontsize=7,
-            ha='center', va='center', bbox={'boxstyle': 'circle,pad=0.15', 'fc': 'w', 'lw': 0.6},
-        )  # fmt: skip
-    label(upper, 'inset', f'from $x={home:.0f}$')
-    lower.plot(t, 1e3 * data['strain'][chosen], color=INK, lw=0.8)
-    lower.axhline(0.0, color=FAINT, lw=0.5)
-    lower.set(xlabel=r'$t\times10^{-3}$', ylabel=r'$\varepsilon\times10^3$')
+        box = {'boxstyle': 'circle,pad=0.15', 'fc': 'w', 'lw': 0.8}
+        style.note(upper, str(number), (when, where), (0, -15), ha='center', va='center', bbox=box)
+    style.label(upper, 'inset', f'from $x={home:.0f}$')
+    style.schedule(lower, t, data['strain'][chosen])
+    lower.set(xlabel='$t$ (1000)', ylabel='')
 
 
 def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, float]]:
@@ -121,9 +110,6 @@ def _events(t: np.ndarray, wall: np.ndarray, home: float) -> list[tuple[float, f
     drifts = len(wall) - 1 - int(np.argmax(wall[::-1] < home + 21.0))
     pinned = int(np.argmin(np.abs(t - (t[drifts] + 0.6))))
     return [(float(t[i]), float(wall[i])) for i in (leaves, held, drifts, pinned)]
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -15,14 +15,15 @@ from ...device.settings import ProbeSettings
 from ...physics import CASE_II, Specimen
 from ...physics.dispersion import group_velocity
 from ...physics.equilibrium import resting_wall
-from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..echoes import PAPER, probe_element
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '4b',
     'Fig. 4b: echo delay by level',
-    caption='Delay by level, from both ends.',
+    caption='Every level has a delay of its own: growing with the level from the left end, '
+    'falling from the right. Lines: time of flight by Eq. (4), with an offset that fits.',
     seconds=1,
 )
 
@@ -69,32 +70,26 @@ def _flight(end: End, probe: ProbeSettings, levels: np.ndarray) -> np.ndarray:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw delay against level with its binary code."""
-    figure = new_figure(4.6, 3.2)
-    axes = axes_grid(figure)[0, 0]
-    levels = data['levels']
-    right = Settings().probe_right.omega_c
+    figure = style.new_figure(4.2)
+    axes = style.axes_grid(figure)[0, 0]
+    levels, right = data['levels'], Settings().probe_right.omega_c
     rows = (
-        ('paper', S2, 'o', 5, rf'left end, $\omega_c={PAPER.omega_c:g}$, plain threshold'),
-        ('left', INK, '+', 8, 'left end, the device: compensated threshold'),
-        ('right', S1, 's', 4, rf'right end, $\omega_c={right:g}$ (ours)'),
+        ('left', style.INK, '+', 10, 'left end, the device'),
+        ('paper', style.S2, 'o', 7, rf'left end, $\omega_c={PAPER.omega_c:g}$, plain threshold'),
+        ('right', style.S1, 's', 6, rf'right end, $\omega_c={right:g}$ (ours)'),
     )
     for name, color, marker, size, text in rows:
-        axes.plot(
-            levels, data[f'delay_{name}'], marker, color=color, ms=size, label=text, mfc='none'
-        )
-    for name, color in (('paper', S2), ('right', S1)):
-        flight = data[f'time_of_flight_{name}']
-        offset = float(np.nanmean(data[f'delay_{name}'] - flight))
-        axes.plot(levels, flight + offset, '-', color=color, lw=0.6, zorder=0)
+        delay, flight = data[f'delay_{name}'], data[f'time_of_flight_{name}']
+        axes.plot(levels, delay, marker, color=color, ms=size, label=text, mfc='none')
+        if name != 'left':
+            axes.plot(levels, flight + np.nanmean(delay - flight), color=color, lw=1.0, zorder=0)
     codes = zip(levels, data['codes'], strict=True)
     axes.set_xticks(levels, [f'{level}\n{code}' for level, code in codes])
-    axes.set(xlabel='level, memory state', ylabel=r'echo delay $\Delta t$', ylim=(0, None))
-    axes.legend(loc='upper left', title=r'lines: 2 distance / group velocity (Eq. 4) + offset')
-    label(axes, 'b', 'echo delay of every level')
+    axes.set(xlabel='level and its code', ylim=(0, 1150))
+    axes.set_ylabel(r'echo delay $\Delta t$ (time units)')
+    axes.legend(loc='upper center')
+    style.label(axes, 'b', 'echo delay of every level')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -12,14 +12,16 @@ import numpy as np
 from ...device import Erase, Settings, Write, new_element
 from ...device.settings import TimeSettings
 from ...physics import CASE_II, level_of
-from ...studies.style import FAINT, INK, S2, axes_grid, contour, label, new_figure, phase_bar
+from ...studies import style
 from ...studies.trace import Trace, watch
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     '5',
     'Fig. 5: erase by a kink, from every level',
-    caption='The kink is launched at the left and driven until it meets the wall.',
+    caption='Left: a kink is launched at the left end and driven to the wall; where they meet '
+    'both vanish, and the element is blank. Right: how many strain cycles that takes from every '
+    'level.',
     seconds=4,
 )
 
@@ -68,37 +70,25 @@ def _excursions(strain: np.ndarray) -> int:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the erase of the last level as a contour, and the cost of every level."""
-    figure = new_figure(7.2, 3.8)
+    figure = style.new_figure(4.2)
     left, right = figure.subfigures(1, 2, width_ratios=(2.3, 1.0))
-    upper, lower = axes_grid(left, 2, 1, sharex=True, height_ratios=(3.2, 1.0))[:, 0]
-    t, x = data['t'] / 1e3, CASE_II.sites - 100.0
-    thin = max(1, len(t) // 1000)
-    mesh = contour(upper, t[::thin], x, data['field'][::thin])
-    for level in range(CASE_II.levels):
-        upper.axhline(CASE_II.defect(level) - 100.0, color=FAINT, lw=0.3)
-    upper.set_yticks([CASE_II.defect(m) - 100.0 for m in range(CASE_II.levels)])
-    upper.set_ylabel('$x = j - 100$')
-    label(upper, 'i', f'a kink erases level {data["levels"][-1]}')
-    phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
-    lower.plot(t, 1e3 * data['strain'], color=INK, lw=0.8)
-    lower.axhline(0.0, color=FAINT, lw=0.5)
-    lower.set(
-        xlim=(t[0], t[-1]), xlabel=r'time $t\times10^{-3}$', ylabel=r'$\varepsilon\times10^3$'
-    )
-    label(lower, 'ii', 'strain')
-    axes = axes_grid(right)[0, 0]
-    colors = [S2 if blank == -1 else '0.7' for blank in data['left']]
-    axes.bar(data['levels'], data['cycles'], color=colors, width=0.6)
-    for level, cycles in zip(data['levels'], data['cycles'], strict=True):
-        axes.annotate(f'{cycles}', (level, cycles), (0, 2), textcoords='offset points',
-                      ha='center', fontsize=7)  # fmt: skip
+    upper, lower = style.stacked(left)[:, 0]
+    t = data['t'] / 1e3
+    mesh = style.contour(upper, t, CASE_II.sites - 100.0, data['field'])
+    style.mark_defects(upper, CASE_II, 100.0)
+    upper.set_ylabel('$x = j - 100$, level')
+    style.label(upper, 'i', f'a kink erases level {data["levels"][-1]}')
+    style.phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
+    style.schedule(lower, t, data['strain'])
+    lower.set(xlim=(t[0], t[-1]), xlabel=style.TIME)
+    style.label(lower, 'ii', 'strain')
+    axes = style.axes_grid(right)[0, 0]
+    colors = [style.S2 if blank == -1 else style.FAINT for blank in data['left']]
+    axes.bar_label(axes.bar(data['levels'], data['cycles'], color=colors))
     axes.set(xlabel='level erased', ylabel='strain cycles after the launch')
     axes.set_xticks(data['levels'])
-    label(axes, 'ours', 'blue: blank after')
+    style.label(axes, 'ours', 'all blank after')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

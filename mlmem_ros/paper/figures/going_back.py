@@ -8,7 +8,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import LinearSegmentedColormap
 
 from ...analysis.bare import moved
 from ...analysis.designer.stroke_search import stretched
@@ -20,7 +20,7 @@ from ...device.reading import BLANK
 from ...device.settings import ActuatorSettings, Settings
 from ...physics import Chain, Design, Specimen
 from ...physics.equilibrium import resting_wall
-from ...studies.style import FAINT, INK, MARK, axes_grid, contour, label, new_figure, phase_bar
+from ...studies import style
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Quality
 
@@ -29,9 +29,8 @@ FIGURE = Figure(
     'A wall that goes back: a throw, a stroke, and their windows',
     caption="(a) A throw takes the wall of the paper's element out from level 5. (b) A stroke "
     'takes that of bits_4 from level 11 to 10. (c) Share of the levels of bits_4 that one throw '
-    'blanks. '
-    '(d) Share of its odd levels that a stroke takes down by exactly one. Crosses: as shipped; '
-    'dotted: 0.3 from there. Lines: closed forms. going_back.md tells more.',
+    'blanks; lines: closed forms. (d) Share of its odd levels that a stroke takes down by '
+    'exactly one. Crosses: as shipped. Dotted: 0.3 from there.',
     seconds=90,
 )
 
@@ -104,46 +103,36 @@ def _struck(design: Design, settings: Settings, peak: float, time: float, every:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the two pictures over their strains, and the two maps."""
-    figure = new_figure(7.2, 6.2)
-    upper, lower = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
-    panels = axes_grid(upper, 2, 2, sharex='col', height_ratios=(3.0, 1.0))
-    for column, (kind, name, text) in enumerate(
-        (('throw', 'case_2', f'a throw, level {THROWN} to blank'),
-         ('stroke', 'bits_4', f'a stroke, level {STRUCK} to {STRUCK - 1}'))
-    ):  # fmt: skip
-        design = preset(name).design
-        t, above, below = data[f'{kind}_t'], panels[0, column], panels[1, column]
-        field = np.clip(data[f'{kind}_field'], -2.0, 2.0)
-        mesh = contour(above, t, design.sites, field)
+    figure = style.new_figure(7.4)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(1.1, 1.0))
+    panels = style.stacked(upper, 2)
+    kinds = (('throw', 'case_2', 'a throw takes the wall out'),
+             ('stroke', 'bits_4', f'a stroke from {STRUCK} to {STRUCK - 1}'))  # fmt: skip
+    for (above, below), letter, (kind, name, text) in zip(panels.T, 'ab', kinds, strict=True):
+        design, t = preset(name).design, data[f'{kind}_t']
+        mesh = style.contour(above, t, design.sites, data[f'{kind}_field'])
         above.set(ylabel='cell $j$')
-        label(above, 'ab'[column], text)
-        below.plot(t, 1e3 * data[f'{kind}_strain'], color=INK, lw=0.8)
-        below.axhline(0.0, color=FAINT, lw=0.5)
-        below.set(xlabel='time $t$', ylabel=r'$\varepsilon\times10^3$', xlim=(t[0], t[-1]))
-    phase_bar(upper, mesh, panels[0, 1], (design.D_s1, design.D_s2))
+        style.label(above, letter, text)
+        style.schedule(below, t, data[f'{kind}_strain'])
+        below.set(xlabel='time $t$ (time units)', xlim=(t[0], t[-1]))
+    style.phase_bar(upper, mesh, panels[0, 1], (design.D_s1, design.D_s2))
     design, settings = preset('bits_4')
-    left, right = axes_grid(lower, 1, 2)[0]
+    left, right = style.axes_grid(lower, 1, 2, sharex=True, sharey=True)[0]
     factors, throw = data['factors'], settings.throw
-    colors = ListedColormap(['#e8e8e8', '#c9d8ea', '#93b5d8', '#5b8fc2', '#2a66a5'])
+    colors = LinearSegmentedColormap.from_list('share', [style.PALE, style.S2], N=5)
     for axes, name in ((left, 'thrown'), (right, 'struck')):
-        mesh = axes.pcolormesh(
-            factors, factors, data[name], cmap=colors, vmin=0, vmax=1, shading='nearest'
-        )
-        angle = np.linspace(0.0, 2.0 * np.pi, 100)
-        axes.plot(1.0 + 0.3 * np.cos(angle), 1.0 + 0.3 * np.sin(angle), ':', color=INK, lw=0.8)
-        axes.plot(1.0, 1.0, '+', color=MARK, ms=9, mew=2)
-        axes.set(xlim=(factors[0], factors[-1]), ylim=(factors[0], factors[-1]))
-        axes.set_aspect('equal')
+        mesh = style.window(axes, factors, data[name], 0.3, colors)
+    left.set(xlim=(factors[0], factors[-1]), ylim=(factors[0], factors[-1]))
     fine = np.linspace(factors[0], factors[-1], 100)
     slips = [shortest_ease(design, throw.peak * p) / throw.ease for p in fine]
     slack = [reach(design, throw.peak * p, throw.ease) / FAR for p in fine]
-    left.plot(fine, slips, color=INK, lw=1.0, label='far end slips below')
-    left.plot(fine, slack, color=INK, lw=1.0, ls='--', label=f'reach {FAR:g} below')
-    left.legend(loc='upper left', fontsize=6)
-    left.set(xlabel='peak, over its own', ylabel='time of letting go, over its own')
-    right.set(xlabel='peaks, over their own', ylabel='all times, over their own')
-    label(left, 'c', 'blanked by one throw')
-    label(right, 'd', 'odd levels down by one')
+    left.plot(fine, slips, color=style.INK, label='far end slips below')
+    left.plot(fine, slack, color=style.INK, ls='--', label=f'reach {FAR:g} below')
+    left.set(xlabel='peak, over its own', ylabel='time of letting go')
+    right.set(xlabel='peaks, over their own', ylabel='all times')
+    lower.legend(*left.get_legend_handles_labels(), loc='outside lower left', ncols=2)
+    style.label(left, 'c', 'blanked by one throw')
+    style.label(right, 'd', 'odd levels down by one')
     bar = figure.colorbar(mesh, ax=[left, right], pad=0.01, ticks=[0.0, 0.5, 1.0])
     bar.ax.set_yticklabels(['none', 'half', 'all'])
     return figure

@@ -13,14 +13,16 @@ from ...physics import CASE_I, Chain, Design, Specimen
 from ...physics.excerpt import uniform
 from ...physics.held_wall import hold_walls
 from ...physics.potential import Array
-from ...studies.style import INK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     'gradient',
     'A wall in the uniform gradient: speed and profile',
-    caption='Both kinds of wall in Case I, with nothing but the gradient.',
+    caption='Both kinds of wall in Case I, with nothing but the gradient: they move right, '
+    'reach the speed of the closed form (dashed), and hardly change their shape. With its '
+    'defect, Case I stops the wall (grey).',
     seconds=3,
 )
 
@@ -44,15 +46,9 @@ def compute(quality: Quality) -> Data:
     """
     duration, every = quality.pick(2600.0, 4200.0), 10.0
     data: Data = {'eta': np.array(DESIGN.eta), 'gamma': np.array(DESIGN.gamma)}
+    flat = uniform(DESIGN)
     for name in ('anti_kink', 'kink'):
-        flat = uniform(DESIGN)
-        chain = Chain(DESIGN)
-        chain.place(_resting(flat, START, name))
-        steps = round(every / chain.dt)
-        fields = []
-        for _ in range(round(duration / every)):
-            chain.rest(steps)
-            fields.append(chain.configuration)
+        fields = _released(DESIGN, START, name, duration, every)
         path = wall_path(DESIGN, fields)
         data['t'] = every * np.arange(1, len(path) + 1)
         data[f'path_{name}'] = path
@@ -62,19 +58,20 @@ def compute(quality: Quality) -> Data:
         data[f'profile_{name}'] = np.array(
             [_departure(flat, fields[i], float(path[i]), name) for i in looks]
         )
-    data['path_defect'], data['defect'] = _into_the_defect(duration, every), np.array(CASE_I.J)
-    return data
+    stopped = _released(CASE_I, CASE_I.J - 50.0, 'anti_kink', duration, every)
+    return data | {'path_defect': wall_path(CASE_I, stopped), 'defect': np.array(CASE_I.J)}
 
 
-def _into_the_defect(duration: float, every: float) -> np.ndarray:
-    """Return the path of an anti-kink that is let go before the defect of Case I."""
-    chain = Chain(CASE_I)
-    chain.place(_resting(uniform(CASE_I), CASE_I.J - 50.0, 'anti_kink'))
-    fields = []
+def _released(
+    design: Design, position: float, name: str, duration: float, every: float
+) -> list[Array]:
+    """Let a wall go at rest; return the configurations, one at the end of every interval."""
+    chain, fields = Chain(design), []
+    chain.place(_resting(uniform(design), position, name))
     for _ in range(round(duration / every)):
         chain.rest(round(every / chain.dt))
         fields.append(chain.configuration)
-    return wall_path(CASE_I, fields)
+    return fields
 
 
 def _resting(flat: Design, position: float, name: str) -> Array:
@@ -103,31 +100,28 @@ def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw path, speed and change of profile of both walls."""
-    figure = new_figure(7.0, 2.5)
-    path, speed, profile = axes_grid(figure, 1, 3)[0]
+    figure = style.new_figure(3.0)
+    path, speed, profile = style.axes_grid(figure, 1, 3)[0]
     t = data['t'] / 1e3
-    for name, color, text in (('anti_kink', S2, 'anti-kink'), ('kink', S1, 'kink')):
+    for name, color, text in (('anti_kink', style.S2, 'anti-kink'), ('kink', style.S1, 'kink')):
         path.plot(t, data[f'path_{name}'], color=color, label=text)
-        speed.plot(t, 1e3 * data[f'speed_{name}'], color=color, lw=0.9)
+        speed.plot(t, 1e3 * data[f'speed_{name}'], color=color)
         profile.plot(data['t_profile'] / 1e3, 1e3 * data[f'profile_{name}'], color=color)
-    path.plot(t, data['path_defect'], color='0.5', lw=0.9, ls='--', label='with the defect')
+    path.plot(t, data['path_defect'], color=style.FAINT, label='with the defect')
     forecast = closed_form(data, data['path_anti_kink'])
-    speed.plot(t, 1e3 * forecast, color=INK, lw=0.8, ls='--', label=r'$|\gamma|/(2\eta\alpha)$')
-    path.legend()
+    speed.plot(
+        t, 1e3 * forecast, color=style.INK, lw=1.0, ls='--', label=r'$|\gamma|/(2\eta\alpha)$'
+    )
+    path.legend(loc='upper left')
     speed.legend(loc='lower right')
-    speed.set_ylim(0.0, None)
-    profile.set_ylim(0.0, None)
-    for axes, letter, text, unit in (
-        (path, 'a', 'both move right', 'wall $X$ (cells)'),
-        (speed, 'b', 'at constant speed', r'speed $\times10^3$'),
-        (profile, 'c', 'with a permanent profile', r'rms departure $\times10^3$'),
+    for axes, letter, text, unit, top in (
+        (path, 'a', 'both move right', 'wall $X$ (cells)', 210.0),
+        (speed, 'b', 'at constant speed', r'cells per 1000 time units', None),
+        (profile, 'c', 'in one shape', r'rms departure ($10^{-3}$ cells)', None),
     ):
-        axes.set(xlabel=r'time $t\times10^{-3}$', ylabel=unit)
-        label(axes, letter, text)
+        axes.set(xlabel='$t$ (1000 time units)', ylabel=unit, ylim=(0.0, top))
+        style.label(axes, letter, text)
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

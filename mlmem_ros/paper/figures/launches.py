@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
@@ -14,14 +15,17 @@ from ...device.motion import Cycle
 from ...device.pulse import Move
 from ...device.settings import EraseSettings, WriteSettings
 from ...physics import CASE_II, Chain, Drive, level_of, substep_times, walls
-from ...studies.style import FAINT, INK, MARK, S1, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import strain_chain
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     'launches',
     'Which launches start a wall, the printed one included',
-    caption='The printed kick makes no kink; a slowly moved cell starts level 0 every time.',
+    caption='(a) Kicking the first cell of an active element: no dot, no kink; the printed '
+    'velocity is too slow, and faster kicks leave it anywhere. (b) Moving the first cell of a '
+    'blank element instead: under strain and at low speed the wall rests at level 0 every time. '
+    'Star: the device.',
     seconds=11,
 )
 
@@ -48,14 +52,14 @@ def compute(quality: Quality) -> Data:
     level = [[_move(float(v), float(e)) for v in speed] for e in strain]
     return {
         'kick_velocity': velocity,
-        'kick_strain': np.array(KICK_STRAINS),
-        'kink': np.array([[position for position, _ in row] for row in kicked]),
-        'kinks': np.array([[count for _, count in row] for row in kicked]),
+        'kick_strain': KICK_STRAINS,
+        'kink': [[position for position, _ in row] for row in kicked],
+        'kinks': [[count for _, count in row] for row in kicked],
         'speed': speed,
         'strain': strain,
-        'level': np.array(level),
-        'printed': np.array(PRINTED_VELOCITY),
-        'device': np.array([WriteSettings().launch_speed, WriteSettings().start_strain]),
+        'level': level,
+        'printed': PRINTED_VELOCITY,
+        'device': [WriteSettings().launch_speed, WriteSettings().start_strain],
     }
 
 
@@ -110,39 +114,31 @@ def threshold_velocity(data: Data, row: int = 0) -> float:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw the kink's resting place over the kick, and the level over speed and strain."""
-    figure = new_figure(7.0, 2.9)
-    kick, move = axes_grid(figure, 1, 2)[0]
-    for row, (color, marker) in enumerate(((INK, 'o'), (S1, 'x'))):
-        strain = 1e3 * data['kick_strain'][row]
-        kick.plot(
-            data['kick_velocity'], data['kink'][row], marker, color=color, ms=3,
-            label=rf'$\varepsilon={strain:.0f}\times10^{{-3}}$',
-        )  # fmt: skip
-    kick.axvline(data['printed'], color=MARK, lw=1.0, ls='--')
-    kick.annotate(f'printed\n{data["printed"]:g}', (data['printed'], 205.0), (4, 0),
-                  textcoords='offset points', fontsize=7, color=MARK, va='top')  # fmt: skip
-    for level in range(CASE_II.levels):
-        kick.axhline(CASE_II.defect(level), color=FAINT, lw=0.3, zorder=0)
-    kick.set(xlabel=r'initial velocity $\dot v_1$ (kick)', ylabel='kink rests at $j$',
-             ylim=(0, CASE_II.N + 5), xlim=(-3.1, 0.1))  # fmt: skip
-    kick.legend(loc='lower right')
-    label(kick, 'a', 'a kicked cell: no mark, no kink')
-    colors = ['#000000', '#e8e8e8', *(f'C{n}' for n in range(8)), S1]
-    names = ['no level', 'blank', *(str(n) for n in range(8)), 'all active']
+    figure = style.new_figure(3.6)
+    kick, move = style.axes_grid(figure, 1, 2)[0]
+    rows = zip(data['kick_strain'], data['kink'], (style.S2, style.S1), 'ox', strict=True)
+    for strain, kink, color, marker in rows:
+        kick.plot(data['kick_velocity'], kink, marker, color=color, ms=5, mfc='none',
+                  label=rf'$\varepsilon$ = {strain:g}')  # fmt: skip
+    kick.axvline(data['printed'], color=style.MARK, ls='--')
+    style.note(kick, f'printed\n{data["printed"]:.2f}', (data['printed'], 215.0), (3, 0), va='top')
+    style.mark_defects(kick, CASE_II)
+    kick.set(xlabel=r'initial velocity of $v_1$', ylabel='kink rests at $j$, level',
+             ylim=(0, CASE_II.N + 5), xlim=(-3.1, 0.9))  # fmt: skip
+    kick.legend(loc='lower right', handletextpad=0.0)
+    style.label(kick, 'a', 'a kicked cell')
+    levels = mpl.colormaps['viridis'](np.linspace(0.1, 1.0, CASE_II.levels))
     mesh = move.pcolormesh(
-        data['speed'], 1e3 * data['strain'], data['level'], cmap=ListedColormap(colors),
+        data['speed'], 1e3 * data['strain'], data['level'],
+        cmap=ListedColormap([style.INK, style.PALE, *levels, style.S1]),
         norm=BoundaryNorm(np.arange(-2.5, 9.0), 11), shading='nearest', edgecolors='w', lw=0.4,
     )  # fmt: skip
     bar = figure.colorbar(mesh, ax=move, ticks=range(-2, 9), pad=0.01)
-    bar.ax.set_yticklabels(names)
-    bar.ax.tick_params(labelsize=6.5)
-    move.plot(data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=9, mec='k', mew=0.6)
-    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=r'strain $\times10^3$')
-    label(move, 'b', 'a moved cell: level (star: the device)')
+    bar.ax.set_yticklabels(['no level', 'blank', *range(CASE_II.levels), 'all active'])
+    move.plot(data['device'][0], 1e3 * data['device'][1], '*', color='w', ms=12, mec=style.INK)
+    move.set(xscale='log', xlabel='speed of the moved cell', ylabel=style.STRAIN)
+    style.label(move, 'b', 'a moved cell: level')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -13,15 +13,16 @@ from ...device.motion import Cycle
 from ...device.settings import CycleSettings, WriteSettings
 from ...physics import CASE_II, Chain, Specimen, level_of
 from ...physics.equilibrium import resting_wall
-from ...studies.style import INK, MARK, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import strain_chain, wall_position
 from ..figure import Data, Figure, Judged, Quality, judged
 
 FIGURE = Figure(
     'peaks',
     'Which peak strains move the wall by one level',
-    caption='One cycle from every level: every other level answers to compression, the others '
-    'to tension; none goes back.',
+    caption='What one strain cycle does to every level: compression moves every other level by '
+    'one, tension the others, over a wide range of peaks. None goes back. Dashed: the peaks of '
+    'the device.',
     seconds=8,
 )
 
@@ -62,37 +63,32 @@ def compute(quality: Quality) -> Data:
                 moved[row, column] = after - level
     return {
         'peaks': peaks,
-        'levels': np.array(levels),
+        'levels': levels,
         'moved': moved,
         'shift': shift,
-        'by_compression': np.array([CASE_II.freed_by_compression(m) for m in levels]),
-        'device': np.array([settings.compression, settings.tension]),
+        'by_compression': [CASE_II.freed_by_compression(m) for m in levels],
+        'device': [settings.compression, settings.tension],
     }
 
 
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw what one cycle does to every level, over the peak strain."""
-    figure = new_figure(6.4, 2.9)
-    axes = axes_grid(figure)[0, 0]
-    moved = np.clip(data['moved'], -1, 4)
-    colors = ['#000000', '#e8e8e8', '#2c7fb8', '#fdae61', '#f46d43', '#a50026']
+    figure = style.new_figure(3.3)
+    axes = style.axes_grid(figure)[0, 0]
+    colors = ListedColormap([style.INK, style.PALE, style.S2, '#56b4e9', style.MARK, style.S1])
     mesh = axes.pcolormesh(
-        1e3 * data['peaks'], data['levels'], moved, cmap=ListedColormap(colors),
+        1e3 * data['peaks'], data['levels'], np.clip(data['moved'], -1, 4), cmap=colors,
         norm=BoundaryNorm(np.arange(-1.5, 5.0), 6), edgecolors='w', lw=0.6, shading='nearest',
     )  # fmt: skip
     bar = figure.colorbar(mesh, ax=axes, ticks=range(-1, 5), pad=0.01)
     bar.ax.set_yticklabels(['back', 'stays', '+1', '+2', '+3', 'lost or more'])
-    axes.axvline(0.0, color=INK, lw=0.5)
     for peak in data['device']:
-        axes.axvline(1e3 * peak, color=MARK, lw=1.0, ls='--')
-    axes.set(xlabel=r'peak strain $\varepsilon\times10^3$', ylabel='level before the cycle')
+        axes.axvline(1e3 * peak, color=style.MARK, lw=2.0, ls='--')
+    axes.set(xlabel=r'peak strain $\varepsilon$ ($10^{-3}$)', ylabel='level before the cycle')
     axes.set_yticks(data['levels'])
-    label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
+    style.label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

@@ -22,15 +22,16 @@ from ...physics.dispersion import band
 from ...physics.equilibrium import resting_wall
 from ...physics.held_wall import hold_walls
 from ...physics.potential import Array
-from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ..figure import Data, Figure, Quality
 
 FIGURE = Figure(
     'retention',
     'Which shaking of the base loses a level',
-    caption='The base shakes along the chain for 2500 time units, then rests. Dashed: a '
-    'constant acceleration that the landscape holds out against no more. SI: default '
-    'scale.',
+    caption='(a) How many of eight levels survive 2500 time units of harmonic shaking. (b) The '
+    'least amplitude that loses each level. Slow shaking has to outweigh the slope of the defect '
+    '(dashed); less is enough near the frequencies of the wall and of the band edges (vertical '
+    'lines). Hz and m/s^2 are those of the default scale.',
     seconds=65,
 )
 
@@ -69,11 +70,11 @@ def compute(quality: Quality) -> Data:
     return {
         'omega': omega,
         'amplitude': amplitude,
-        'levels': np.array(levels),
+        'levels': levels,
         'kept': kept,
         'threshold': thresholds(amplitude, kept),
-        'static': np.array([_static_limits(level) for level in levels]),
-        'wall': np.array([_wall_frequency(v) for v in rest.values()]),
+        'static': [_static_limits(level) for level in levels],
+        'wall': [_wall_frequency(v) for v in rest.values()],
         'bands': np.sort([*band(CASE_II.k_s1), *band(CASE_II.k_s2)]),
     }
 
@@ -151,62 +152,35 @@ def _wall_frequency(v: Array) -> float:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw how many levels are kept, and the least amplitude that loses each."""
-    figure = new_figure(7.0, 3.4)
-    left, right = axes_grid(figure, 1, 2, width_ratios=(1.35, 1.0), sharey=True)[0]
+    figure = style.new_figure(4.4)
+    left, right = style.axes_grid(
+        figure, 1, 2, width_ratios=(1.25, 1.0), sharex=True, sharey=True
+    )[0]
     omega, amplitude, n = data['omega'], data['amplitude'], len(data['levels'])
-    count = data['kept'].sum(axis=2)
     mesh = left.pcolormesh(
-        omega, amplitude, count.T, cmap='RdYlBu', vmin=0, vmax=n, shading='nearest',
-        rasterized=True,
+        omega, amplitude, data['kept'].sum(axis=2).T, cmap='viridis', vmin=0, vmax=n,
+        shading='nearest', rasterized=True,
     )  # fmt: skip
-    bar = figure.colorbar(mesh, ax=left, ticks=range(n + 1), pad=0.02, shrink=0.8)
-    bar.set_label('levels kept')
-    bar.outline.set_linewidth(0.4)
-    label(left, 'a', f'of {n} levels, shaken for {SHAKE:g}')
-    for column, threshold in enumerate(data['threshold'].T):
-        shade = 0.25 + 0.75 * column / max(1, n - 1)
-        right.plot(omega, threshold, color=S2, alpha=shade, lw=0.8)
-    worst = np.fmin.reduce(data['threshold'], axis=1)  # passes over NaN
-    right.plot(omega, worst, color=S1, lw=1.4, label='worst level')
-    right.plot([], [], color=S2, lw=0.8, label='each level')
-    label(right, 'b', 'least amplitude that loses a level')
-    right.legend(loc='upper left', bbox_to_anchor=(0.0, 0.93))
+    figure.colorbar(mesh, ax=left, location='bottom', shrink=0.8)
+    style.label(left, 'a', f'levels kept, of {n}')
+    right.plot(omega, data['threshold'], color=style.S2, lw=0.8)
+    right.plot(
+        omega, np.fmin.reduce(data['threshold'], axis=1), color=style.S1, label='worst level'
+    )
+    style.label(right, 'b', 'least that loses a level')
+    right.axhline(data['static'].min(), color=style.INK, ls='--', label='constant')
+    right.axhline(HARMLESS, color=style.MARK, ls=':', label='disturbance.harmless')
+    right.legend(loc='lower right', bbox_to_anchor=(1.0, 0.08), frameon=True, edgecolor='w')
+    scale = ScaleSettings()
+    hertz, unit = 2.0 * math.pi * scale.time, scale.acceleration
     for axes in (left, right):
         axes.set(xscale='log', yscale='log', xlabel=r'frequency $\omega$ (rad per time unit)')
-        axes.axhline(data['static'].min(), color=INK, lw=0.8, ls='--')
-        axes.axhline(HARMLESS, color=MARK, lw=0.8, ls=':')
         for at in (*data['bands'], data['wall'].mean()):
-            axes.axvline(at, color=FAINT if axes is right else INK, lw=0.5, zorder=1)
-    right.set(xlim=left.get_xlim(), ylim=(amplitude[0], amplitude[-1]))
-    _name_lines(right, data)
-    left.set_ylabel(r'amplitude (lattice constants per time unit$^2$)')
-    _add_si(left, right)
-    return figure
-
-
-def _name_lines(axes: Any, data: Data) -> None:
-    """Write beside the lines what they are."""
-    style = {'fontsize': 6.0, 'color': INK}
-    last = data['omega'][-1]
-    for at, text in (
-        (data['static'].min(), 'constant: beyond the defect'),
-        (HARMLESS, 'disturbance.harmless'),
-    ):
-        axes.text(last, at * 0.96, text, ha='right', va='top', **style)
-    names = (r'$\omega_{s1}$', r'$\omega_{s2}$', 'upper edges', '', 'wall')
-    for at, text in zip((*data['bands'], data['wall'].mean()), names, strict=True):
-        axes.text(at * 0.97, 2.2 * HARMLESS, text, ha='right', va='center', rotation=90, **style)
-
-
-def _add_si(left: Any, right: Any) -> None:
-    """Add the frequency in Hz and the amplitude in m/s^2 for the default scale."""
-    scale = ScaleSettings()
-    per_hertz = 2.0 * math.pi * scale.time
-    for axes in (left, right):
-        top = axes.secondary_xaxis(
-            'top', functions=(lambda w: w / per_hertz, lambda f: f * per_hertz)
-        )
-        top.set_xlabel('frequency (Hz)', fontsize=7)
-    unit = scale.acceleration
+            axes.axvline(at, color=style.FAINT, lw=0.8, zorder=0 if axes is right else 2)
+        top = axes.secondary_xaxis('top', functions=(lambda w: w / hertz, lambda f: f * hertz))
+        top.set_xlabel('frequency (Hz)')
+    left.set_ylabel('amplitude (cells per time unit$^2$)')
     side = right.secondary_yaxis('right', functions=(lambda a: a * unit, lambda si: si / unit))
-    side.set_ylabel(r'amplitude (m/s$^2$)')
+    side.set_ylabel('amplitude (m/s$^2$)')
+    right.set_ylim(amplitude[0], amplitude[-1])
+    return figure

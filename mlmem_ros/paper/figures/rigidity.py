@@ -7,13 +7,14 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 
 from ...device.motion import Cycle
 from ...device.settings import CycleSettings, WriteSettings, peak
 from ...physics import CASE_II, Chain, Design, Specimen, level_of
 from ...physics.equilibrium import resting_wall
-from ...studies.style import FAINT, INK, MARK, S1, S2, axes_grid, label, new_figure
+from ...studies import style
 from ...studies.trace import strain_chain, wall_path
 from ..echoes import PAPER, detect, listen
 from ..figure import Data, Figure, Judged, Quality, judged
@@ -21,7 +22,9 @@ from ..figure import Data, Figure, Judged, Quality, judged
 FIGURE = Figure(
     'rigidity',
     'How stiff the substrate has to be',
-    caption='The elastic substrate, Eq. (1b), against Eq. (1a) alone.',
+    caption='(a) One cycle from level 1 over ever stiffer substrates: a soft one stops the wall '
+    'on its way. (b) From a stiffness of about 1000 on every step is made, and Eqs. (1a, b) come '
+    'ever closer to Eq. (1a) alone.',
     seconds=10,
 )
 
@@ -72,15 +75,15 @@ def compute(quality: Quality) -> Data:
         delays.append([np.nan if delay is None else delay for delay in pair])
     return {
         's_min': s_min,
-        'levels': np.array(levels),
-        'by_compression': np.array([CASE_II.freed_by_compression(level) for level in levels]),
+        'levels': levels,
+        'by_compression': [CASE_II.freed_by_compression(level) for level in levels],
         'moved': np.array(moved, dtype=float),
-        'difference': np.array(difference),
-        'echo': np.array(echoes),
-        'delay': np.array(delays),
+        'difference': difference,
+        'echo': echoes,
+        'delay': delays,
         't': EVERY * np.arange(1, len(rigid[1][0]) + 1),
         'path_rigid': rigid[1][0],
-        'paths': np.array(paths),
+        'paths': paths,
     }
 
 
@@ -98,39 +101,33 @@ def _cycle(design: Design, level: int) -> tuple[np.ndarray, float]:
 @FIGURE.drawing
 def draw(data: Data) -> Any:
     """Draw a step's paths, and how far the elastic substrate is from the rigid one."""
-    figure = new_figure(7.0, 2.8)
-    left, right = axes_grid(figure, 1, 2, width_ratios=(1.2, 1.0))[0]
-    t = data['t'] / 1e3
-    for row, s_min in enumerate(data['s_min']):
-        shade = 0.25 + 0.75 * row / max(1, len(data['s_min']) - 1)
-        color = S2 if data['moved'][row, 1] == 1 else S1
-        left.plot(t, data['paths'][row], color=color, alpha=shade, lw=0.8, label=f'{s_min:g}')
-    left.plot(t, data['path_rigid'], color=INK, lw=0.7, ls='--', label='rigid')
-    for site in (50, 75):
-        left.axhline(site, color=FAINT, lw=0.4, zorder=0)
-    left.set(xlabel=r'time $t\times10^{-3}$', ylabel='wall $X$ (cells)', ylim=(43, 87))
-    left.legend(title=r'$s_{\min}/k_r$', ncols=2, loc='upper left', title_fontsize=7)
-    label(left, 'a', 'one cycle from level 1 (red: fails)')
+    figure = style.new_figure(3.8)
+    left, right = style.axes_grid(figure, 1, 2, width_ratios=(1.1, 1.0))[0]
+    t, s_min = data['t'] / 1e3, data['s_min']
+    shades = mpl.colormaps['viridis'](np.linspace(0.9, 0.0, len(s_min)))
+    for s, path, shade in zip(s_min, data['paths'], shades, strict=True):
+        left.plot(t, path, color=shade, label=f'{s:g}')
+    left.plot(t, data['path_rigid'], color=style.INK, lw=1.0, ls='--', label='rigid')
+    for level in (1, 2):
+        left.axhline(CASE_II.defect(level), color=style.FAINT, lw=0.8, zorder=0)
+    left.set(xlabel=style.TIME, ylabel='wall $X$ (cells)', ylim=(40, 104))
+    left.legend(title=r'stiffness $s_{\min}/k_r$', ncols=2, loc='upper left')
+    style.label(left, 'a', 'one cycle from level 1')
     kinds = (('compression', data['by_compression']), ('tension', ~data['by_compression']))
     for (text, chosen), marker in zip(kinds, 'os', strict=True):
         good = np.all(data['moved'][:, chosen] == 1, axis=1)
-        x, y = data['s_min'], np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
-        right.loglog(x, y, '-', color='0.8', lw=0.8)
-        listed = ', '.join(str(level) for level in data['levels'][chosen])
-        right.loglog(x[good], y[good], marker, color=S2, ms=5, label=f'{text}, from {listed}')
-        right.loglog(x[~good], y[~good], marker, color=S1, ms=5, mfc='none', label='  fails')
-    right.loglog(
-        data['s_min'], data['echo'], '^', color=MARK, ms=4, label='echo, share of the pulse'
-    )
-    right.set(xlabel=r'least substrate stiffness $s_{\min}/k_r$',
-              ylabel='greatest difference (cells)')  # fmt: skip
-    right.legend(fontsize=6.5, loc='lower left', bbox_to_anchor=(0.0, -0.02))
-    right.set_ylim(1e-7, 30.0)
-    label(right, 'b', 'elastic against rigid substrate')
+        y = np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
+        right.loglog(s_min, y, color=style.FAINT, lw=1.0)
+        right.loglog(s_min[good], y[good], marker, color=style.S2, ms=7, label=text)
+        right.loglog(
+            s_min[~good], y[~good], marker, color=style.S1, ms=7, mfc='none', label='it fails'
+        )
+    right.loglog(s_min, data['echo'], '^', color=style.MARK, ms=6, label='echo over pulse')
+    right.set(xlabel=r'least stiffness $s_{\min}/k_r$', ylabel='greatest difference (cells)')
+    right.set_ylim(1e-8, 30.0)
+    right.legend(loc='lower left', ncols=2, handletextpad=0.0, columnspacing=0.5)
+    style.label(right, 'b', 'elastic against rigid')
     return figure
-
-
-# --- claims ------------------------------------------------------------------------------------
 
 
 @FIGURE.claim(

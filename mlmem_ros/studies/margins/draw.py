@@ -14,22 +14,19 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from ...physics.potential import Array
 from ..campaign import Row
-from ..style import INK, S1, axes_grid, new_figure
+from ..style import FAINT, INK, PALE, S1, axes_grid, new_figure
 from .axes import Axis
 from .distance import Margins
 from .point import UNFIT
 from .shmoo import Shmoo
 
-UNFIT_COLOR = '#b0b0b0'
-PASS_COLOR = '#d5e8d4'
-
-LONGEST_LINE = 60
+LONGEST_LINE = 50
 """Characters of an axis label that fit along the map."""
 
 SIGNS = {
     'echo': ('.', INK, 'right wall, wrong echo'),
     'silent': ('x', S1, 'right echo, wrong wall'),
-    UNFIT: ('', UNFIT_COLOR, 'invalid settings'),
+    UNFIT: ('', FAINT, 'invalid settings'),
 }
 """Marker, colour and label of the failures that are not the wall's."""
 
@@ -42,7 +39,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
         rows: Its complete table.
         margins: The result of `measure`.
     """
-    figure = new_figure(5.6, 4.4)
+    figure = new_figure(5.2)
     axes = axes_grid(figure)[0, 0]
     x, y = _places(shmoo.x, shmoo.x_values), _places(shmoo.y, shmoo.y_values)
     axes.set_xscale('log' if shmoo.x.log else 'linear')
@@ -70,8 +67,8 @@ def _draw_cells(
     levels = shmoo.design.levels
     reached = shmoo.grid(rows, 'reached')
     reached[shmoo.grid(rows, 'failure') == UNFIT] = -1
-    failing = mpl.colormaps['plasma'](np.linspace(0.0, 0.92, levels))
-    colors = ListedColormap([UNFIT_COLOR, *failing, PASS_COLOR])
+    failing = mpl.colormaps['viridis'](np.linspace(0.0, 0.95, levels))
+    colors = ListedColormap([FAINT, *failing, PALE])
     mesh = axes.pcolormesh(
         _edges(x, shmoo.x.log), _edges(y, shmoo.y.log), reached, cmap=colors,
         norm=BoundaryNorm(np.arange(-1.5, levels + 1.0), levels + 2), rasterized=True,
@@ -89,7 +86,7 @@ def _draw_signs(axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
     for kind, (sign, color, words) in SIGNS.items():
         row, column = np.nonzero(failure == kind)
         if len(row) and sign:
-            axes.plot(x[column], y[row], sign, color=color, ms=2.2, mew=0.6, label=words)
+            axes.plot(x[column], y[row], sign, color=color, ms=3.0, mew=0.8, label=words)
         elif len(row):
             axes.fill([], [], color=color, label=words)
 
@@ -100,12 +97,12 @@ def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
         return
     x_0, y_0 = shmoo.x.operating, shmoo.y.operating
     near = margins.nearest[shmoo.x.name], margins.nearest[shmoo.y.name]
-    axes.plot([x_0, near[0]], [y_0, near[1]], color=INK, lw=0.9, label='nearest failure')
+    axes.plot([x_0, near[0]], [y_0, near[1]], color=INK, label='nearest failure')
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     axes.plot(
         x_0 * (1.0 + margins.distance * np.cos(angle)),
         y_0 * (1.0 + margins.distance * np.sin(angle)),
-        color=INK, lw=0.7, ls=':',
+        color=INK, lw=1.0, ls=':',
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from ...device import Settings
 from ...physics import CASE_II, Design
 from ..campaign import CampaignError, Row
 from ..campaign.ledger import read
-from ..style import INK, MARK, axes_grid, label, new_figure
+from ..style import INK, MARK, WIDTH, axes_grid, label, new_figure
 from .draw import RANGE, WORDS, draw_curve, dress
 from .element import KINDS, STEP, chance
 from .estimate import FOOT, RARE, Rate, fit
@@ -26,7 +26,7 @@ from .study import Tolerance
 FORECAST = 5000
 """Steps per rate of the forecast."""
 
-DASHED = {'linestyle': '--', 'linewidth': 0.8}
+DASHED = {'linestyle': '--', 'linewidth': 1.2}
 
 ELEMENT = 0.1
 """Fraction of elements with a failing step for which the scatter is given."""
@@ -112,7 +112,7 @@ def draw(all_counted: Sequence[Counted]) -> Any:
         if kinds and sum(one.has(kinds[0], tried) for one in all_counted) >= shared
     }
     columns = max(len(kinds) for kinds in shown.values())
-    figure = new_figure(2.5 * columns, 2.5 * len(shown))
+    figure = new_figure(2.9 * len(shown), max(WIDTH, 2.4 * columns))
     grid = axes_grid(figure, len(shown), columns, sharey=True)
     colours = mpl.colormaps['viridis'].resampled(len(all_counted) + 1)
     letters = iter('abcdefghijklmnopqr')
@@ -121,7 +121,7 @@ def draw(all_counted: Sequence[Counted]) -> Any:
         for axes in row[len(kinds) :]:
             axes.set_axis_off()
         for axes, kind in zip(row, kinds, strict=False):
-            axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
+            axes.axhline(RARE, color=MARK, linewidth=1.2, linestyle=':')
             label(axes, next(letters))
             for number, one in enumerate(all_counted):
                 if one.has(kind, tried):

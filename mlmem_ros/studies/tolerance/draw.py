@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
 from ..campaign import Row
-from ..style import COMPRESSION, FAINT, INK, MARK, TENSION, axes_grid, label, new_figure
+from ..style import FAINT, INK, MARK, S1, S2, WIDTH, axes_grid, label, new_figure
 from .estimate import RARE, Rate, fit, foot
 from .study import Tolerance
 
-COLOURS = {'step': INK, 'left': COMPRESSION, 'right': TENSION}
+COLOURS = {'step': INK, 'left': S2, 'right': S1}
 
 WORDS = {'step': 'step up', 'left': 'read from the left', 'right': 'read from the right'}
 
@@ -47,7 +47,7 @@ RANGE = (2e-4, 1.3)
 
 def draw(study: Tolerance, rows: Sequence[Row]) -> Any:
     """Return the figure: one column for every kind; above by scatter, below by level."""
-    figure = new_figure(2.7 * len(study.kinds), 5.2)
+    figure = new_figure(5.8, max(WIDTH, 2.7 * len(study.kinds)))
     grid = axes_grid(figure, 2, len(study.kinds), sharey='row')
     for column, kind in enumerate(study.kinds):
         _curves(grid[0, column], study, rows, kind)
@@ -61,7 +61,7 @@ def draw(study: Tolerance, rows: Sequence[Row]) -> Any:
 
 def _curves(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
     """Draw rates over the scatter, with their intervals and fitted curves."""
-    axes.axhline(RARE, color=MARK, linewidth=0.8, linestyle=':')
+    axes.axhline(RARE, color=MARK, linewidth=1.2, linestyle=':')
     for tried in study.tried:
         amounts, rates = study.rates(rows, kind, tried)
         draw_curve(axes, amounts, rates, COLOURS[tried], WORDS[tried])
@@ -95,8 +95,8 @@ def draw_curve(
     draw_rates(axes, [amounts[i] for i in shown], [rates[i] for i in shown], colour, text)
     if (curve := fit(amounts, rates)) is not None:
         fine = np.geomspace(curve.sigma(RANGE[0]), amounts[foot(rates) - 1], 200)
-        axes.plot(fine, curve.rate(fine), color=colour, linewidth=0.8)
-        axes.plot([curve.sigma(RARE)], [RARE], 'v', color=colour, markersize=4)
+        axes.plot(fine, curve.rate(fine), color=colour, linewidth=1.2)
+        axes.plot([curve.sigma(RARE)], [RARE], 'v', color=colour, markersize=6)
 
 
 def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None:
@@ -121,7 +121,7 @@ def _levels(axes: Any, study: Tolerance, rows: Sequence[Row], kind: str) -> None
 def draw_rates(axes: Any, x: Any, rates: Sequence[Rate], colour: Any, text: str) -> None:
     """Draw rates with their intervals; where none failed, the interval alone."""
     low, high = np.array([rate.interval for rate in rates]).reshape(-1, 2).T
-    axes.vlines(x, np.maximum(low, 1e-6), high, color=colour, linewidth=0.7, alpha=0.7)
+    axes.vlines(x, np.maximum(low, 1e-6), high, color=colour, linewidth=1.0, alpha=0.7)
     seen = [(place, rate.value) for place, rate in zip(x, rates, strict=True) if rate.failures]
-    axes.plot(*zip(*seen, strict=True) if seen else ([], []), 'o', color=colour, markersize=3,
+    axes.plot(*zip(*seen, strict=True) if seen else ([], []), 'o', color=colour, markersize=4,
               label=text or None)  # fmt: skip
