@@ -23,7 +23,7 @@ def test_one_figure_alone(tmp_path, monkeypatch, capsys):
     (folder,) = output.iterdir()  # and no page
     assert (output.name, folder.name) == ('reproduction', 'figures')
     assert {file.name for file in folder.iterdir()} == {f'fig_2c.{end}' for end in ENDINGS}
-    assert '1 of 1 figures' in capsys.readouterr().out
+    assert '1/1' in capsys.readouterr().out
 
 
 def test_two_figures_side_by_side_are_those_of_one_process_and_their_claims_are_told(
@@ -76,4 +76,4 @@ def test_all_of_them_with_the_page(tmp_path):
     assert done.returncode == 0, done.stderr
     page = (tmp_path / 'reproduction' / 'reproduction.md').read_text(encoding='utf-8')
     assert page.startswith('# The paper, reproduced')
-    assert f'{len(FIGURES)} of {len(FIGURES)} figures' in done.stdout
+    assert f'{len(FIGURES)}/{len(FIGURES)}' in done.stdout
