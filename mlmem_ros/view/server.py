@@ -35,6 +35,9 @@ MESSAGE = 4096
 UNDER_WAY = 8
 """Most requests of a page under way."""
 
+RATE = 30.0
+"""Requests that are taken from a page per second; further ones wait."""
+
 PATIENCE = 10.0
 """Seconds after which a page that reads nothing is disconnected."""
 
@@ -114,10 +117,11 @@ class Server:
                 if len(under_way) >= UNDER_WAY:
                     refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
                     page.tell(_answer(asked, refusal))
-                    continue
-                task = asyncio.create_task(_serve(live, page, asked))
-                under_way.add(task)
-                task.add_done_callback(under_way.discard)
+                else:
+                    task = asyncio.create_task(_serve(live, page, asked))
+                    under_way.add(task)
+                    task.add_done_callback(under_way.discard)
+                await asyncio.sleep(1.0 / RATE)
         finally:
             live.close(page)
             sender.cancel()
