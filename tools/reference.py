@@ -122,7 +122,7 @@ def _actions() -> str:
 
 
 def _diagnostics() -> str:
-    """Return what every status tells, asked of an element that has just been read."""
+    """Return the values of every status, taken from an element that has just been read."""
     element = new_element(preset('bits_1'))
     element.perform(Read())
     host = SimpleNamespace(refused=0, journal=SimpleNamespace(caught=0))

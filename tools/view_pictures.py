@@ -1,12 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Take the pictures of the page that the documents show: of a live element, and of sessions.
+"""Take the pictures of the page for the documents: a live element, and two sessions.
 
 .venv/bin/python tools/view_pictures.py [FOLDER]
 
-Needs Chromium with its driver, and selenium, as the tests of the page do. An element writes 5, is
-erased and writes 3, and is taken as it is then, on a desk and on a phone; the session of it is
-taken beside the one that is shipped with the tests.
+Needs Chromium with its driver, and selenium, like the tests of the page. An element writes 5, is
+erased and writes 3; then its page is taken, wide and on a phone. The recording of it is taken
+beside a session of the tests.
 """
 
 import os
@@ -48,7 +48,7 @@ def main(folder: Path) -> None:
 
 
 def live(browser: Browser, folder: Path, session: Path) -> None:
-    """Take a running element, which records."""
+    """Take a running element, which records a session."""
     command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
     node = subprocess.Popen([*command, '-p', f'record.path:={session}'])
     try:
@@ -60,14 +60,12 @@ def live(browser: Browser, folder: Path, session: Path) -> None:
                 browser.click(control)
                 time.sleep(0.5)
                 browser.until('!mlmem.shown().state.doing', control, 60.0)
-            browser.click('#record')  # it ends
-            time.sleep(3.5)  # and is told
+            browser.click('#record')  # stop
+            time.sleep(3.5)  # the answer disappears
             calm = "document.getElementById('health').classList.contains('good')"
             browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view.png', 'light')
-            browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view_dark.png', 'dark')
-            browser.until(calm, 'a healthy element', 120.0)
             browser.resize(*PHONE, 2.0, phone=True)
             take(browser, folder / 'view_phone.png', 'light')
     finally:
@@ -76,7 +74,7 @@ def live(browser: Browser, folder: Path, session: Path) -> None:
 
 
 def sessions(browser: Browser, folder: Path, session: Path) -> None:
-    """Take two sessions side by side, in the middle of the longer one."""
+    """Take two sessions side by side, at a time while both run a procedure."""
     with viewing(str(session), str(LIFE)) as address:
         browser.resize(*LONG, RATIO)
         browser.open(address)

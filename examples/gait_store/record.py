@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Record `bag`: a robot whose behaviour node is restarted twice and walks on as before.
+"""Record `bag`: a robot whose behaviour node is restarted twice and keeps its gait.
 
-Usage: python3 record.py, with no other memory node in this ROS domain. Renew the bag only when
-the device is meant to have changed, together with those of tools/record_golden.py.
+Usage: python3 record.py, with no other memory node in this ROS domain. Record it anew only
+if the device was changed on purpose, together with the bags of tools/record_golden.py.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ GAIT_NODE = [sys.executable, '-m', 'gait_store.gait_node']
 
 @contextmanager
 def running(command: list[str]) -> Iterator[None]:
-    """Run a process, and end it as Ctrl-C would."""
+    """Run a process and interrupt it at the end."""
     process = subprocess.Popen(command, cwd=HERE)
     try:
         yield
@@ -40,7 +40,7 @@ def running(command: list[str]) -> Iterator[None]:
 
 
 def record(bag: Path) -> None:
-    """Let the robot live three times over one memory, which records all of it."""
+    """Start the robot three times on one memory, which records a session."""
     shutil.rmtree(bag, ignore_errors=True)
     parameters = {'record.path': bag, **{f'publish.{key}': n for key, n in SPARSE.items()}}
     options = [word for key, value in parameters.items() for word in ('-p', f'{key}:={value}')]

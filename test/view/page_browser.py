@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a headless Chromium: for its tests, and for who draws its pictures."""
+"""The page in a headless Chromium, for its tests and its pictures."""
 
 import contextlib
 import shutil
@@ -41,7 +41,7 @@ def found():
 
 
 class Browser:
-    """A headless Chromium with one page, which fails a test whose page complains."""
+    """A headless Chromium with one page."""
 
     def __init__(self, binary, driver, profile):
         from selenium import webdriver

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A behaviour node that keeps the number of its gait in a mechanical memory, and nowhere else.
 
-    ~/set_gait   std_msgs/UInt8              take this gait up, once the memory holds it
-    ~/gait       std_msgs/UInt8, latched     the gait that the robot walks in
+    ~/set_gait   std_msgs/UInt8              change to this gait once the memory holds it
+    ~/gait       std_msgs/UInt8, latched     the present gait
     ~/pressures  std_msgs/Float32MultiArray  pressure of every leg, from 0 to 1
 
-At its start it reads the element and walks on as before. Run it beside a memory node:
+At its start it reads the element and continues in the stored gait. Run it beside a memory node:
 ros2 run gait_store gait_node --ros-args -p memory:=/mlmem
 """
 
@@ -31,17 +31,17 @@ PERIOD = 0.02
 """Seconds between two sets of pressures."""
 
 PATIENCE = 60
-"""Seconds to wait at the start for a memory that is busy."""
+"""Longest wait in seconds at the start for a busy memory."""
 
 REST = 0
 """The gait of a robot whose memory is blank."""
 
 
 class GaitNode(Node):
-    """Walks, and remembers how."""
+    """Walks in the gait that the memory holds."""
 
     def __init__(self, **options: Any) -> None:
-        """Remember the gait, and begin to walk.
+        """Read the gait and begin to walk.
 
         Args:
             options: For `rclpy.node.Node`.
@@ -56,7 +56,7 @@ class GaitNode(Node):
         self._publisher = self.create_publisher(UInt8, '~/gait', LATCHED)
         self._pressures = self.create_publisher(Float32MultiArray, '~/pressures', SENSOR_DATA)
         self._walk(self._remembered())
-        # A callback that awaits keeps its group to itself, and the legs must go on meanwhile.
+        # A callback that awaits blocks its callback group, but the legs must go on.
         self.create_subscription(
             UInt8, '~/set_gait', self._on_set_gait, RELIABLE, callback_group=self._memory.group
         )
@@ -67,7 +67,7 @@ class GaitNode(Node):
         for _ in range(PATIENCE):
             try:
                 content = self._memory.read().wait()
-            except RequestRefused as busy:  # with what we asked for before we were restarted
+            except RequestRefused as busy:  # with a write from before our restart
                 self.get_logger().info(f'waiting for the memory: {busy}')
                 time.sleep(1.0)
             else:
@@ -75,9 +75,9 @@ class GaitNode(Node):
         raise NoAnswer(f'the memory was busy for {PATIENCE} s')
 
     async def _on_set_gait(self, message: UInt8) -> None:
-        """Write first, walk then: after a crash in between, what is walked is what is held."""
+        """Write first, then walk: after a crash in between, the robot takes up the stored gait."""
         if message.data >= len(GAITS):
-            self.get_logger().error(f'there are gaits 0 to {len(GAITS) - 1}; got {message.data}')
+            self.get_logger().error(f'gait must be from 0 to {len(GAITS) - 1}; got {message.data}')
             return
         try:
             written = await self._memory.write(message.data)
@@ -110,7 +110,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pass
     finally:
         if node is not None:
-            node.destroy_node()  # say goodbye, or others send to us for another 20 s
+            node.destroy_node()  # leave the graph, or others keep sending for 20 s
         rclpy.try_shutdown()
     return 0
 

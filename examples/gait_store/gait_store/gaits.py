@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Gait:
-    """How the legs take turns.
+    """The rhythm of the legs.
 
     Attributes:
         name: What it is called.
         frequency: Strides per second.
-        phases: When each leg begins its stride, as a share of it: front left, front right,
-            rear left, rear right.
-        duty: Share of the stride in which a leg is inflated.
+        phases: Phase of each leg as a fraction of a stride: front left, front right, rear left,
+            rear right.
+        duty: Fraction of the stride in which a leg is inflated.
     """
 
     name: str
@@ -47,4 +47,4 @@ GAITS = (
     Gait('gallop', 2.0, (0.0, 0.1, 0.5, 0.6), 0.4),
     Gait('pronk', 1.0, (0.0, 0.0, 0.0, 0.0), 0.3),
 )
-"""The number of a gait is the level that stands for it."""
+"""Gaits by level."""

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory in a larger stack: ros2 launch gait_store robot.launch.py.
 
-A leg has a memory among its nodes, below the namespace of the robot, and the behaviour that needs
-it starts when it is active. The arguments of memory.launch.py are arguments here, too.
+The memory runs in the namespace of the robot; the behaviour starts once it is active. This file
+also takes the arguments of memory.launch.py.
 """
 
 from launch import LaunchDescription
@@ -20,7 +20,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the description: a memory that the launch activates, then the behaviour."""
+    """Return the description: the launch activates the memory, then starts the behaviour."""
     memory = PathJoinSubstitution([FindPackageShare('mlmem_ros'), 'launch', 'memory.launch.py'])
     namespace = LaunchConfiguration('robot')
     behaviour = Node(
