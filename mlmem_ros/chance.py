@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Randomness: every stream of random numbers has a name here, so that no two coincide.
 
-The numbers of a tick depend only on a seed and the tick, not on history. Philox is a counter-based
-generator: a tick's numbers need none of earlier ticks, so no state is kept, and a device restored
-in mid-fault continues with the same numbers. Its raw numbers are fixed by its paper (Salmon et al.
-2011); all processing here is integer arithmetic and single roundings, so it is the same with every
-numpy.
+The numbers of a tick depend on a seed and the tick alone. Philox is a counter-based generator: it
+needs no state, so a device restored in mid-fault continues with the same numbers. Its raw numbers
+are fixed by its paper (Salmon et al. 2011). We process them with integer arithmetic and single
+roundings only, so every version of numpy gives the same result.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ HALVES = 16
 
 @unique
 class Stream(IntEnum):
-    """The uses of randomness: each has its own numbers.
+    """The uses of randomness; each has its own numbers.
 
-    The first belong to a tick, the others to an element that is made and tried.
+    The first group belongs to a tick, the second to an element that is made and tried.
     """
 
     NOISE = 0
@@ -64,8 +63,8 @@ def happens(probability: float, seed: int, tick: int, stream: Stream) -> bool:
 def normal(shape: tuple[int, ...], seed: int, tick: int, stream: Stream) -> NDArray[np.float64]:
     """Return numbers of mean 0 and standard deviation 1 for a tick.
 
-    They are sums of sixteen uniform ones: normal except for their kurtosis, which is 0.075 less,
-    and never beyond 6.93.
+    Each is a sum of sixteen uniform numbers: its kurtosis is 0.075 below the normal one, and its
+    size at most 6.93.
     """
     count = int(np.prod(shape))
     words = _raw(seed, tick, stream, count * HALVES // 4).astype('<u8')

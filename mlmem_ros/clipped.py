@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Values and texts from outside, made fit for a message: short, one line, printable."""
+"""Values and texts from outside, made short and printable, on one line, for a message."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _MOST = 80  # characters of a value in a message
 def clipped(value: object, most: int = _MOST) -> str:
     """Return the `repr` of a value, without its middle if it is long.
 
-    It never makes the whole `repr`: for a joint name of 5 MB, deeply nested lists or YAML full of
-    aliases that would cost more than the value.
+    The whole `repr` is never built: for a joint name of 5 MB, deeply nested lists or YAML full of
+    aliases it would cost more than the value.
 
     Args:
         value: Anything; text keeps its quotes, with control characters escaped.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dataclass fields that describe themselves: meaning, unit and range, declared once.
 
-The checks, the ROS parameters and the tables of the documentation are made from these.
+Checks, ROS parameters and the tables of the documentation are made from them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Description:
         unit: Unit symbol; empty for counts, names and ratios.
         low: Smallest legal value, or None.
         high: Largest legal value, or None.
-        choices: The legal words of a text field; empty if any word will do.
+        choices: The legal words of a text field; empty if every word is legal.
     """
 
     text: str
@@ -35,27 +35,15 @@ class Description:
     choices: tuple[str, ...] = ()
 
 
-def described(
-    default: Any,
-    text: str,
-    *,
-    unit: str = '',
-    low: float | None = None,
-    high: float | None = None,
-    choices: tuple[str, ...] = (),
-) -> Any:
+def described(default: Any, text: str, **more: Any) -> Any:
     """Return a dataclass field with a default and a description.
 
     Args:
         default: The default value, or `dataclasses.MISSING` for a required field.
         text: One descriptive phrase.
-        unit: Unit symbol.
-        low: Smallest legal value.
-        high: Largest legal value.
-        choices: The legal words of a text field.
+        **more: Other attributes of `Description`.
     """
-    metadata = {'description': Description(text, unit, low, high, choices)}
-    return dataclasses.field(default=default, metadata=metadata)
+    return dataclasses.field(default=default, metadata={'description': Description(text, **more)})
 
 
 def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Description]]:
@@ -68,8 +56,8 @@ def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Descripti
 def problems(instance: Any) -> list[str]:
     """Return what is wrong with the described fields of a dataclass instance.
 
-    Every message reads "X must be ...; got ...". The annotation decides on the type: `int` takes
-    whole numbers only, `float` takes both, neither takes a bool.
+    Every message reads "X must be ...; got ...". The annotation gives the type: `int` accepts
+    whole numbers only, `float` accepts both, and neither accepts a bool.
     """
     found = []
     for field, description in descriptions(instance):

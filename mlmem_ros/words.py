@@ -1,14 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Constants that the device, the messages and clients share; they need no device."""
+"""Constants that the device, the messages and the clients share, without importing the device."""
 
 from __future__ import annotations
 
 BLANK = -1
-"""Level of an element with no wall."""
+"""Level of an element without a wall."""
 
 UNDECODABLE = -2
-"""Level of an answer without a clear reading."""
+"""Level reported when the reading is not clear."""
 
 JOINT = 'substrate'
 """The one joint of an element, as named in `~/joint_states`."""
