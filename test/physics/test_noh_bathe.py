@@ -11,9 +11,6 @@ p = 1/2                    two velocity Verlet half steps, written out in plain 
 stability                  bounded below omega dt = 3.745, growing above (Noh & Bathe)
 damping                    lowers that limit: x^2 + 2 eta dt / 3.745 = 1
 =========================  =========================================================
-
-A chain with gamma = beta = 0 shifted as a whole stretches no spring: every cell is the same
-oscillator of stiffness k_s. That makes a closed form for the real loops, not for a copy of them.
 """
 
 import dataclasses
@@ -21,12 +18,11 @@ import math
 
 import numpy as np
 import pytest
+import uniform_chain
 
-from mlmem_ros.physics import CASE_II, Chain, Specimen, StateError, stable_step
+from mlmem_ros.physics import CASE_II, NOH_BATHE
 from mlmem_ros.physics.methods.arrays import Cells, Course
 from mlmem_ros.physics.methods.noh_bathe import advance, coefficients
-
-UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
 
 
 @pytest.mark.parametrize('p', [0.3, 0.5, 0.54, 0.7])
@@ -39,37 +35,15 @@ def test_the_corrector_is_exact_for_linear_accelerations(p):
     assert a6 * first + a7 * dt == pytest.approx(0.5 * (dt**2 - first**2))  # A(t) = t
 
 
-# --- a damped oscillator ----------------------------------------------------------------------
-
-
-def damped(t, k, eta):
-    """Return x(t) of x'' + eta x' + k x = 0 from x = 1, x' = 0."""
-    omega = math.sqrt(k - 0.25 * eta * eta)
-    return np.exp(-0.5 * eta * t) * (np.cos(omega * t) + 0.5 * eta / omega * np.sin(omega * t))
-
-
-def error_of_the_oscillator(design, dt, time=24.0):
-    amplitude = 1e-6  # harmonic to 1e-6, and 1e10 roundings high
-    chain = Chain(design, dt)
-    chain.place(np.full(design.N, design.D_s1 + amplitude))
-    steps = round(time / dt)
-    v_1, v_N = (chain.rest(steps) - design.D_s1) / amplitude
-    exact = damped(dt * np.arange(1, steps + 1), design.k_s1, design.eta)
-    np.testing.assert_allclose(v_N, v_1, atol=1e-8)  # as a whole
-    return np.abs(v_1 - exact).max()
-
-
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
 @pytest.mark.parametrize('phase', [1, 2], ids=['s1', 's2'])
 def test_an_oscillator_follows_its_closed_form_to_second_order(phase, eta):
-    design = dataclasses.replace(UNIFORM, phase=phase, eta=eta)
-    steps = np.array([0.4, 0.2, 0.1])
-    errors = [error_of_the_oscillator(design, dt) for dt in steps]
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert slope == pytest.approx(2.0, abs=0.05)
+    design = dataclasses.replace(uniform_chain.UNIFORM, phase=phase, eta=eta)
+    order, error = uniform_chain.order(design, (0.4, 0.2, 0.1), NOH_BATHE)
+    assert order == pytest.approx(2.0, abs=0.05)
     # With p = 0.54 the phase is ahead by (omega dt)^2 / 166 of the angle turned.
     omega = math.sqrt(design.k_s1)
-    assert errors[-1] < 1.1 * (0.1 * omega) ** 2 / 166 * 24.0 * omega
+    assert error < 1.1 * (0.1 * omega) ** 2 / 166 * 24.0 * omega
 
 
 # --- p = 1/2 ----------------------------------------------------------------------------------
@@ -132,48 +106,27 @@ def test_half_and_half_is_velocity_verlet():
 # --- stability --------------------------------------------------------------------------------
 
 
-def growth(monkeypatch, omega_dt, eta=0.0, steps=400):
-    """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr('mlmem_ros.physics.methods.noh_bathe.OMEGA_DT_LIMIT', 100.0)
-    p = dataclasses.replace(UNIFORM, eta=eta)
-    kappa = np.pi * (p.N - 1) / p.N
-    omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
-    chain = Chain(p, dt=omega_dt / omega)
-    wave = np.cos(kappa * (p.sites - 0.5))
-    chain.place(p.D_s1 + 1e-9 * wave / wave[0])
-    try:
-        return np.abs(chain.rest(steps) - p.D_s1).max() / 1e-9
-    except StateError:  # beyond all numbers
-        return math.inf
-
-
 def test_stable_up_to_the_published_limit(monkeypatch):
     """Up to 3.745: the roots part at 2 / p = 3.704, the larger leaves the circle at 3.745."""
-    assert growth(monkeypatch, 3.60) < 1.0
-    assert growth(monkeypatch, 3.74) < 1.0
-    assert growth(monkeypatch, 3.75) > 1e3
+    assert uniform_chain.growth(monkeypatch, 3.60, NOH_BATHE) < 1.0
+    assert uniform_chain.growth(monkeypatch, 3.74, NOH_BATHE) < 1.0
+    assert uniform_chain.growth(monkeypatch, 3.75, NOH_BATHE) > 1e3
 
 
 @pytest.mark.parametrize('eta', [0.1, 0.5, 2.0])
 def test_damping_lowers_the_limit(monkeypatch, eta):
     """The limit of omega dt / 3.745 with explicit damping: x^2 + 2 eta dt / 3.745 = 1."""
-    p = dataclasses.replace(UNIFORM, eta=eta)
+    p = uniform_chain.UNIFORM
     omega = math.sqrt(p.k_s1 + 2.0 + 2.0 * math.cos(np.pi / p.N))
     limit = 3.745 * (math.hypot(omega, eta) - eta) / omega
-    assert growth(monkeypatch, 0.98 * limit, eta) < 1.0
-    assert growth(monkeypatch, 1.03 * limit, eta) > 1e3
+    assert uniform_chain.growth(monkeypatch, 0.98 * limit, NOH_BATHE, eta) < 1.0
+    assert uniform_chain.growth(monkeypatch, 1.03 * limit, NOH_BATHE, eta) > 1e3
 
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
 def test_the_stable_step_is_stable_and_not_timid(substrate, eta):
-    """A rough start at the largest step allowed neither grows nor makes a NaN."""
-    design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(Specimen(design)))
-    rough = 1e-3 * np.random.default_rng(1).standard_normal(design.N)
-    chain.place(design.D_s1 + rough)
-    chain.rest(4000)
-    assert np.abs(chain.v - design.D_s1).max() < 5e-3
-    fastest = 2.0 * math.sqrt(design.s.max()) if substrate == 'elastic' else 2.14
+    chain = uniform_chain.at_the_stable_step(substrate, eta, NOH_BATHE)
+    fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
     damped = (math.hypot(fastest, eta) - eta) / fastest
     assert 0.9 < chain.dt * fastest / (3.6 * damped) <= 0.951

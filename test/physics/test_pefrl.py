@@ -21,40 +21,24 @@ import math
 
 import numpy as np
 import pytest
+import uniform_chain
 
 from mlmem_ros.analysis.echo_forecast import forecast_echo
 from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
-from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen, StateError, stable_step
+from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, Chain, Specimen
 from mlmem_ros.physics.energy import energy
 from mlmem_ros.physics.equilibrium import resting_wall
-
-UNIFORM = dataclasses.replace(CASE_II, N=26, gamma=0.0, beta=0.0)
-
-
-def error_of_the_oscillator(design, dt, time=24.0):
-    """A uniform chain shifted as a whole: every cell is the same oscillator."""
-    amplitude = 1e-6  # harmonic to 1e-6, and 1e10 roundings high
-    chain = Chain(design, dt, PEFRL)
-    chain.place(np.full(design.N, design.D_s1 + amplitude))
-    steps = round(time / dt)
-    v_1, _ = (chain.rest(steps) - design.D_s1) / amplitude
-    t, eta = dt * np.arange(1, steps + 1), design.eta
-    omega = math.sqrt(design.k_s1 - 0.25 * eta * eta)
-    exact = np.cos(omega * t) + 0.5 * eta / omega * np.sin(omega * t)
-    return np.abs(v_1 - np.exp(-0.5 * eta * t) * exact).max()
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3])
 def test_an_oscillator_follows_its_closed_form_to_fourth_order(eta):
-    design = dataclasses.replace(UNIFORM, phase=2, eta=eta)
-    steps = np.array([1.2, 0.8, 0.6])
-    errors = [error_of_the_oscillator(design, dt) for dt in steps]
-    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert slope == pytest.approx(4.0, abs=0.15)
-    assert errors[-1] < 1e-3  # the paper's method: 1e-2 at 0.3, for as many forces
+    design = dataclasses.replace(uniform_chain.UNIFORM, phase=2, eta=eta)
+    order, error = uniform_chain.order(design, (1.2, 0.8, 0.6), PEFRL)
+    assert order == pytest.approx(4.0, abs=0.15)
+    assert error < 1e-3  # the paper's method: 1e-2 at 0.3, for as many forces
 
 
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 0.3, 5.0])
@@ -83,35 +67,16 @@ def test_undamped_a_packet_keeps_its_energy():
     assert kept['noh_bathe'] < 0.8
 
 
-def growth(monkeypatch, omega_dt, steps=400):
-    """Return by how much the fastest wave of a uniform chain has grown at its highest."""
-    monkeypatch.setattr('mlmem_ros.physics.methods.pefrl.OMEGA_DT_LIMIT', 100.0)
-    p = dataclasses.replace(UNIFORM, eta=0.0)
-    kappa = np.pi * (p.N - 1) / p.N
-    omega = math.sqrt(p.k_s1 + 2.0 - 2.0 * math.cos(kappa))
-    chain = Chain(p, omega_dt / omega, PEFRL)
-    wave = np.cos(kappa * (p.sites - 0.5))
-    chain.place(p.D_s1 + 1e-9 * wave / wave[0])
-    try:
-        return np.abs(chain.rest(steps) - p.D_s1).max() / 1e-9
-    except StateError:  # beyond all numbers
-        return math.inf
-
-
 def test_stable_up_to_its_limit(monkeypatch):
-    assert growth(monkeypatch, 2.98) < 20.0  # near the limit the ellipse is long, and bounded
-    assert growth(monkeypatch, 3.0) > 1e3
+    # Near the limit the ellipse is long, and bounded.
+    assert uniform_chain.growth(monkeypatch, 2.98, PEFRL) < 20.0
+    assert uniform_chain.growth(monkeypatch, 3.0, PEFRL) > 1e3
 
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
 def test_the_stable_step_is_stable_at_any_damping(substrate, eta):
-    design = dataclasses.replace(CASE_II, N=60, substrate=substrate, eta=eta)
-    chain = Chain(design, stable_step(Specimen(design), PEFRL), PEFRL)
-    rough = 1e-3 * np.random.default_rng(1).standard_normal(design.N)
-    chain.place(design.D_s1 + rough)
-    chain.rest(4000)
-    assert np.abs(chain.v - design.D_s1).max() < 5e-3
+    uniform_chain.at_the_stable_step(substrate, eta, PEFRL)
 
 
 @pytest.mark.parametrize('level', [0, 7])
