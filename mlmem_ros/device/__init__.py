@@ -21,7 +21,7 @@ from .driver import Driver
 from .element import MemoryElement
 from .end import End
 from .errors import DriverError, ProcedureFailed, Refused, SettingsError
-from .events import Check, Event, Heard, Outcome
+from .events import Event, Heard, Outcome
 from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
@@ -36,7 +36,6 @@ __all__ = [
     'Abort',
     'Calibrate',
     'Calibration',
-    'Check',
     'Command',
     'DelayTable',
     'Disturb',

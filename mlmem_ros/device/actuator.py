@@ -87,11 +87,7 @@ class Actuator:
         self._begin(shaped(ramp, delay) if two else ramp)
 
     def follow(self, command: FollowTrajectory, time_unit: float) -> None:
-        """Move along a timed profile, from the current strain.
-
-        Args:
-            command: The profile.
-            time_unit: Seconds per time unit.
+        """Move along a timed profile from the current strain; a time unit is given in seconds.
 
         Raises:
             Refused: It is not a profile, or exceeds a limit of the actuator.
@@ -103,14 +99,10 @@ class Actuator:
         self.elapsed = 0.0
 
     def advance(self, times: Array, ticks: int = 1) -> Array:
-        """Return the strain during ticks, and advance past them.
+        """Return the strain during ticks, shape (ticks m,), and advance past them.
 
-        Args:
-            times: Times since the beginning of a tick, the last one being its end, shape (m,).
-            ticks: Number of ticks.
-
-        Returns:
-            Shape (ticks m,); the same bits as tick by tick.
+        The bits are the same as tick by tick. `times` are those of the m sub-steps since the
+        beginning of a tick; the last is its end.
         """
         limit = self.settings.max_strain  # a cubic that just reaches it may exceed it by rounding
         starts = np.cumsum([self.elapsed, *[times[-1]] * ticks])  # one by one, like the clock

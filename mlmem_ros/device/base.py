@@ -88,14 +88,9 @@ class Base:
         self.state = BaseState(self.state.acceleration, float(acceleration))
 
     def advance(self, progress: Array, ticks: int = 1) -> Array | None:
-        """Return the acceleration during ticks, or None for a base at rest.
+        """Return the acceleration during ticks, shape (ticks m,), or None for a base at rest.
 
-        Args:
-            progress: The end of every sub-step as a fraction of the tick, shape (m,).
-            ticks: Number of ticks.
-
-        Returns:
-            Shape (ticks m,).
+        `progress` is the end of each of the m sub-steps as a fraction of the tick.
         """
         if self.still:
             return None

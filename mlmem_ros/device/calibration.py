@@ -80,11 +80,9 @@ class DelayTable:
         return level, 1.0 - 2.0 * abs(offset) / spacing
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:
-        """Return the distance of a reflector by interpolation between the levels.
+        """Return the distance of a reflector in cells, by interpolation between the levels.
 
-        Args:
-            delay: Measured delay.
-            distances: Distance of every level's wall from this end, in cells.
+        `distances` are those of every level's wall from this end, in cells.
         """
         order = np.argsort(self.delays)
         known, far = np.asarray(self.delays)[order], np.asarray(distances, dtype=float)[order]

@@ -165,21 +165,16 @@ class EchoDetector:
         return len(self._v_c) * self._dt
 
     def loudest(self, duration: float, ago: float = 0.0) -> float:
-        """Return the greatest v_c in an interval; 0 if nothing was received.
-
-        Args:
-            duration: Length of the interval.
-            ago: How long ago it ended.
+        """Return the greatest v_c in an interval that ended some time ago; 0 if nothing was
+        received.
         """
         n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
         return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
     def feed(self, v: Array, ticks: int = 1) -> None:
-        """Take displacements from rest and look for a threshold crossing.
+        """Take displacements from rest, shape (ticks m,), and look for a threshold crossing.
 
-        Args:
-            v: The displacements, shape (ticks m,).
-            ticks: Number of ticks that they cover; sums are rounded after each.
+        Sums are rounded after each tick.
         """
         if not self._lag:
             self._feed(np.abs(v), ticks)
@@ -215,12 +210,7 @@ class EchoDetector:
             self.delay = float(t[heard][np.argmax(ratio > 1.0)])
 
     def echo(self, end: End, spoiled: bool = False) -> Echo:
-        """Return everything received, up to the time where v_c is known.
-
-        Args:
-            end: The end that was listened to.
-            spoiled: Whether the base began to shake after the pulse (see `Echo`).
-        """
+        """Return everything received at an end, up to the time where v_c is known."""
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
         return Echo(

@@ -155,9 +155,7 @@ class MemoryElement(Memory):
     def perform(self, command: Procedures, between: Callable[[], object] | None = None) -> Outcome:
         """Apply a command and advance until its procedure has ended; return its outcome.
 
-        Args:
-            command: The command.
-            between: Called between two ticks.
+        If given, `between` is called between two ticks.
 
         Raises:
             Refused: As in `apply`.

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of a device. The defaults describe a healthy one.
 
-Each fault acts in one place: on the transducers' signals (`sensor_faults`), between actuator and
+Each fault acts in one place: on the transducers' signals (`sensed`), between actuator and
 substrate (`linkage`), or in the material (`worn`). The device does not know its own faults; it has
 to detect them.
 """
@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from ..chance import Stream, happens, normal
 from ..described import described
 from ..physics import Design, Scatter, Specimen, scattered
+from ..physics.potential import Array
 from .errors import SettingsError
 from .settings import Checked
 
@@ -116,3 +118,17 @@ def worn(design: Design, faults: Faults) -> Specimen:
     return dataclasses.replace(
         specimen, alpha_factor=alpha, mass=mass, eta_factor=faults.damping_factor
     )
+
+
+def sensed(ends: Array, last: Array, faults: Faults, tick: int) -> Array:
+    """Return the samples of both ends in a tick, shape (2, steps), as faulty transducers measure
+    them.
+
+    `ends` are the true displacements, and `last` the last samples before, shape (2,).
+    """
+    if happens(faults.sensor_dropout, faults.seed, tick, Stream.DROPOUT):
+        return np.repeat(last[:, None], ends.shape[1], axis=1)
+    if faults.sensor_noise:
+        noise = normal(ends.shape, faults.seed, tick, Stream.NOISE)
+        return np.asarray(ends + faults.sensor_noise * noise)
+    return ends

@@ -18,11 +18,10 @@ from .base import Base, BaseState
 from .driver import Driver
 from .end import End
 from .errors import DriverError, Refused, SettingsError
-from .faults import HEALTHY, Faults, worn
+from .faults import HEALTHY, Faults, sensed, worn
 from .linkage import Linkage
 from .progress import Progress
 from .reading import phase_of
-from .sensor_faults import sensed
 from .settings import Settings
 from .simulation import Simulation
 from .transducer import Transducer
@@ -58,12 +57,8 @@ class Instrument:
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver | None = None) -> None:
-        """Put an unstrained element into an instrument.
-
-        Args:
-            design: The element.
-            settings: The instrument's settings.
-            driver: Of the element; by default that of a simulated one, blank and at rest.
+        """Put an unstrained element into an instrument: by default a simulated one, blank and at
+        rest.
 
         Raises:
             SettingsError: It needs too many steps or samples, or a tick is not a whole number of

@@ -54,11 +54,7 @@ class Linkage:
     """
 
     def __init__(self, settings: ActuatorSettings) -> None:
-        """Link an actuator to a substrate, unstrained.
-
-        Args:
-            settings: Limits of the actuator's rate.
-        """
+        """Link an actuator to a substrate, unstrained."""
         self.state = LinkageState()
         self._settings = settings
 
@@ -68,15 +64,10 @@ class Linkage:
         return self.state.drive
 
     def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
-        """Return the strain of the substrate at the end of every sub-step of a tick.
+        """Return the strain of the substrate at the end of every sub-step of a tick, shape (m,).
 
-        Without a fault, and if the linkage is true, it may be a run of ticks.
-
-        Args:
-            told: The commanded strain at the end of every sub-step, shape (m,).
-            dt: Lengths of the sub-steps of a tick, shape (m,).
-            faults: The present faults.
-            tick: The tick.
+        Without a fault, and if the linkage is true, it may be a run of ticks. `told` is the
+        commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
         """
         state, last = self.state, float(told[-1])
         slipping = self._slips(told, faults, tick)

@@ -35,13 +35,7 @@ class Memory(Instrument):
         calibration: Calibration,
         driver: Driver | None = None,
     ) -> None:
-        """Make an instrument around an element; raises as `Instrument` does.
-
-        Args:
-            design: The element.
-            settings: The instrument's settings.
-            calibration: Echo delay of every level; `factory.new_element` makes one.
-            driver: Of the element; by default that of a simulated one, blank and at rest.
+        """Make an instrument, as `Instrument` does, with the echo delay of every level.
 
         Raises:
             SettingsError: The calibration has a different number of levels.

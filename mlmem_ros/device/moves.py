@@ -54,11 +54,7 @@ class Move:
 def cycle_of(design: Design, settings: Settings, move: Move, force: float = 1.0) -> Cycle:
     """Return the strain of a step up, a stroke or a throw.
 
-    Args:
-        design: The element.
-        settings: The instrument's settings.
-        move: The move.
-        force: Factor on the peak of a step up, within the actuator's limit.
+    `force` is a factor on the peak of a step up, within the actuator's limit.
     """
     if move.how is How.THROW:
         pulses = 1 + move.start // settings.throw.levels
@@ -157,14 +153,7 @@ def ringing(design: Design) -> float:
 
 
 def route(design: Design, settings: Settings, start: int, target: int) -> list[Move]:
-    """Return the fastest moves from one place to another (Dijkstra).
-
-    Args:
-        design: The element.
-        settings: The instrument's settings.
-        start: Level, or `BLANK`.
-        target: Level, or `BLANK`.
-    """
+    """Return the fastest moves from one level, or `BLANK`, to another (Dijkstra)."""
     order = itertools.count()
     ways: list[tuple[float, int, int, list[Move]]] = [(0.0, next(order), start, [])]
     seen = set()

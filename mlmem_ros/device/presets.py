@@ -10,6 +10,7 @@ describe how the schedules were found.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..physics import CASE_I, CASE_II, Design, DesignError
@@ -26,12 +27,7 @@ from .strokes import BY_25, actuator, by_9, stroke, throw
 
 
 class Preset(NamedTuple):
-    """An element with its instrument: `new_element(preset('bits_4'))`.
-
-    Attributes:
-        design: The element.
-        settings: The instrument's settings.
-    """
+    """An element with the settings of its instrument: `new_element(preset('bits_4'))`."""
 
     design: Design
     settings: Settings
@@ -40,6 +36,8 @@ class Preset(NamedTuple):
 DEFAULT = 'case_2'
 """The default preset."""
 
+Peaks = tuple[float, float]
+"""Peak strains: of compression, of tension."""
 
 _CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
 """The paper's second element, with eight levels. The ranges in which its settings work:
@@ -69,17 +67,12 @@ def _case_1() -> Preset:
     return Preset(CASE_I, settings)
 
 
-def _calmer() -> dict[str, Any]:
-    """Return a throw and a jump with longer rests than in `BY_25`, before fast steps."""
-    throw, jump = BY_25['throw'], BY_25['up_odd']
-    return {
-        'throw': replace(throw, settle=900.0, levels=6),
-        'up_odd': replace(jump, settle=400.0),
-    }
-
-
 def _fast() -> Preset:
     """Return the paper's second element with a faster write and less strain: 1800 per level."""
+    back = BY_25 | {  # longer rests, before fast steps
+        'throw': replace(BY_25['throw'], settle=900.0, levels=6),
+        'up_odd': replace(BY_25['up_odd'], settle=400.0),
+    }
     settings = Settings(
         actuator=actuator(1e-3),
         # Fast ramps: the inertia of the cells helps to free the wall.
@@ -90,7 +83,7 @@ def _fast() -> Preset:
         ),
         read=ReadSettings(min_margin=0.5),  # detects a wall stuck between two defects
         time=TimeSettings(tick=10.0),  # every ramp a whole number of ticks
-        **BY_25 | _calmer(),
+        **back,
     )  # fmt: skip
     return Preset(CASE_II, settings)
 
@@ -147,13 +140,11 @@ def _nine_cells(
     return Preset(design, settings)
 
 
+_damped = partial(_nine_cells, eta=1 / 100, max_rate=3e-4, tick=10.0)
+
+
 def _write(
-    ramp: float,
-    hold: float,
-    ease: float,
-    release: float,
-    peaks: tuple[float, float],
-    ease_to: float = 0.03,
+    ramp: float, hold: float, ease: float, release: float, peaks: Peaks, ease_to: float = 0.03
 ) -> WriteSettings:
     """Return a write that eases nearly all the way back and so places the wall gently."""
     return WriteSettings(
@@ -163,7 +154,7 @@ def _write(
     )  # fmt: skip
 
 
-def _erase(ramp: float, hold: float, settle: float, peaks: tuple[float, float]) -> EraseSettings:
+def _erase(ramp: float, hold: float, settle: float, peaks: Peaks) -> EraseSettings:
     """Return an erase that first listens when the kink is where the wall was read."""
     return EraseSettings(
         ramp=ramp, hold=hold, release=ramp, settle=settle, compression=peaks[0], tension=peaks[1],
@@ -175,102 +166,63 @@ PRESETS = {
     'case_1': _case_1(),
     'case_2': _CASE_2,
     'bits_1': _nine_cells(
-        N=81,
+        N=81, right=(0.693, 16.0, 6.9e-4), patience=6200.0, rest=100.0, max_rate=3e-4,
         write=_write(120.0, 60.0, 300.0, 20.0, (-0.024, 0.021), ease_to=0.06),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0112)),
-        right=(0.693, 16.0, 6.9e-4),
-        patience=6200.0,
-        rest=100.0,
-        max_rate=3e-4,
         throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_2': _nine_cells(
-        N=99,
+        N=99, right=(0.693, 16.0, 6.8e-4), patience=6200.0, rest=200.0, max_rate=3e-4,
         write=_write(140.0, 20.0, 440.0, 20.0, (-0.0219, 0.0254)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0111)),
-        right=(0.693, 16.0, 6.8e-4),
-        patience=6200.0,
-        rest=200.0,
-        max_rate=3e-4,
         throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_3': _CASE_2,
     'bits_4': _nine_cells(
-        N=207,
+        N=207, right=(0.691, 16.0, 7.6e-4), patience=6500.0, rest=300.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        right=(0.691, 16.0, 7.6e-4),
-        patience=6500.0,
-        rest=300.0,
         throw=throw(0.115, 400.0, 64.0, -0.1, 400.0),
     ),
     'bits_5': _nine_cells(
-        N=369,
-        tail=72,
+        N=369, right=(0.701, 20.0, 7.2e-4), tail=72, patience=6800.0, rest=500.0,
         write=_write(340.0, 60.0, 580.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        right=(0.701, 20.0, 7.2e-4),
-        patience=6800.0,
-        rest=500.0,
         throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10),
     ),
     'bits_6': _nine_cells(
-        N=666,
-        tail=81,
+        N=666, right=(0.705, 24.0, 7.6e-4), tail=81, patience=7400.0, rest=800.0,
         write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        right=(0.705, 24.0, 7.6e-4),
-        patience=7400.0,
-        rest=800.0,
         down_even=stroke(980.0, 20.0, 71.0, -0.948, 960.0, -0.009, 1.0, levels=2, lowest=16),
     ),
     'bits_8': _nine_cells(
-        N=2475,
-        tail=162,
-        eta=1 / 500,
+        N=2475, right=(0.705, 50.0, 9.3e-4), tail=162, eta=1 / 500, patience=17000.0, rest=3000.0,
         write=_write(1260.0, 40.0, 1260.0, 200.0, (-0.0157, 0.0235)),
         erase=_erase(2000.0, 400.0, 1200.0, (-0.0226, 0.0105)),
-        right=(0.705, 50.0, 9.3e-4),
-        patience=17000.0,
-        rest=3000.0,
         down_odd=stroke(400.0, 40.0, 100.0, -0.84, 1300.0, -0.0011, 0.77, lowest=31),
         down_even=stroke(1200.0, 20.0, 140.0, -0.95, 1600.0, -0.0016, 1.0, levels=2, lowest=60),
     ),
-    'damped_bits_3': _nine_cells(
-        N=135,
-        eta=1 / 100,
+    'damped_bits_3': _damped(
+        N=135, right=(0.692, 16.0, 8.6e-4), patience=2700.0, rest=200.0,
         write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-        right=(0.692, 16.0, 8.6e-4),
-        patience=2700.0,
-        rest=200.0,
-        max_rate=3e-4,
-        tick=10.0,
         throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
     ),
-    'damped_bits_4': _nine_cells(
-        N=207,
-        eta=1 / 100,
+    'damped_bits_4': _damped(
+        N=207, right=(0.691, 16.0, 9.7e-4), patience=2900.0, rest=300.0,
         write=_write(190.0, 30.0, 320.0, 10.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
-        right=(0.691, 16.0, 9.7e-4),
-        patience=2900.0,
-        rest=300.0,
-        max_rate=3e-4,
-        tick=10.0,
         throw=throw(0.14, 400.0, 58.0, -0.1, 400.0, mirrored=0.8, levels=5),
     ),
     'fast': _fast(),
-}
+}  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
 `case_2` with a faster schedule. docs/presets.md gives the time to write each level."""
 
 
 def preset(name: str) -> Preset:
-    """Return a shipped element.
-
-    Args:
-        name: A key of `PRESETS`.
+    """Return a shipped element by its name in `PRESETS`.
 
     Raises:
         DesignError: There is no such preset.

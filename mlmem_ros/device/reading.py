@@ -81,9 +81,7 @@ def confidence(level_margin: float, threshold_margin: float) -> float:
 def phase_of(design: Design, rest: float) -> int | None:
     """Return the phase of an end: 0 inactive, 1 active, None in between.
 
-    Args:
-        design: The element.
-        rest: Rest displacement of the end minus that of the substrate under it.
+    `rest` is the rest displacement of the end minus that of the substrate under it, in cells.
     """
     active = (rest - design.D_s1) / (design.D_s2 - design.D_s1)
     phase = round(active)
@@ -97,18 +95,11 @@ def decode(
     echo: Echo,
     phases: tuple[int | None, int | None],
 ) -> Reading:
-    """Decode an echo.
+    """Decode an echo, given the phases of the left and the right end (see `phase_of`).
 
     A stored level has the active phase at the left end and the inactive one at the right. A blank
     element is inactive at both, and its far end returns the echo of a probe from the right. If
     both ends have the same phase and an echo comes from within, there are two walls between them.
-
-    Args:
-        design: The element.
-        settings: Least margin of a decodable level.
-        calibration: Delays by level.
-        echo: The echo.
-        phases: Phases of the left and the right end (see `phase_of`).
     """
     nothing = Reading(
         UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf
@@ -195,12 +186,6 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
 
     From either end a single wall is at the same level, and its two distances add up to the
     element. Of three walls, the left end hears the first and the right end the last.
-
-    Args:
-        design: The element.
-        settings: Least margin of a decodable level.
-        left: Reading of an echo at the left end.
-        right: Reading of an echo at the right end.
     """
     both = replace(
         left,
@@ -237,9 +222,7 @@ def combine(design: Design, settings: ReadSettings, left: Reading, right: Readin
 def confirmed(reading: Reading, said: Sequence[int]) -> Reading:
     """Return a reading of a shaken element if two pulses agree, otherwise an undecodable one.
 
-    Args:
-        reading: The reading of the last pulse.
-        said: The levels read by all pulses, this one last.
+    `said` are the levels read by all pulses, this one last.
     """
     if reading.level == UNDECODABLE or reading.level in said[:-1]:
         return reading

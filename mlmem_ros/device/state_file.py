@@ -17,11 +17,7 @@ FORMAT = 1
 
 
 def save(path: Path, snapshot: Mapping[str, Any]) -> None:
-    """Replace the file by a snapshot, or leave it as it was.
-
-    Args:
-        path: The file; missing folders are made.
-        snapshot: What `snapshot.take` returned.
+    """Replace the file by what `snapshot.take` returned, or leave it as it was; make its folder.
 
     Raises:
         StateError: The file cannot be written; the message says why.

@@ -39,15 +39,11 @@ def stroke(
 
 
 def by_9(levels: int, N: int) -> dict[str, Any]:
-    """Return the strokes for nine cells per level: one law for all such elements.
+    """Return the strokes for nine cells per level: one law for all such elements of N cells.
 
     The longer the element, the more its far end is shaken. So the strain swings over more slowly,
     and low levels, which need the strongest strokes, have none if they are even. Beyond 400 cells
     this law gives no stroke from even levels.
-
-    Args:
-        levels: Number of levels.
-        N: Number of cells.
     """
     site, even_from = 9.0 * levels, max(8, 2 * round(4.0 * (N / 207.0) ** 0.7))
     found = {}

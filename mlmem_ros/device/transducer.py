@@ -52,12 +52,7 @@ class Transducer:
     """
 
     def __init__(self, design: Design, settings: Settings, driver: Driver) -> None:
-        """Fit transducers to an element.
-
-        Args:
-            design: The element.
-            settings: With the pulse and detector of each end.
-            driver: Holds and senses the ends.
+        """Fit transducers to the ends of an element.
 
         Raises:
             SettingsError: A carrier is so slow that too many samples would have to be kept.
@@ -140,10 +135,8 @@ class Transducer:
     def fire(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
         """Fire the probe pulse of an end, about its rest, and listen for the echo.
 
-        Args:
-            end: The end.
-            floor: Contribution of noise alone to v_c, in cells.
-            shaken: Whether to filter the carrier, because the base shakes.
+        `floor` is the contribution of noise alone to v_c, in cells. While the base shakes
+        (`shaken`), the carrier is filtered.
         """
         detector = self.listen(end, floor, shaken)
         self._hold(end, Pulse(self._rest, self.probes[end]))
@@ -187,10 +180,7 @@ class Transducer:
     def record(self, ends: Array, ticks: int = 1, interrupted: bool = False) -> None:
         """Take the displacements of both ends after every step of ticks, shape (2, steps).
 
-        Args:
-            ends: The displacements.
-            ticks: Number of ticks.
-            interrupted: Whether sampling was interrupted within them.
+        `interrupted` says whether sampling was interrupted within them.
         """
         width = self.recent.shape[1]
         self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
@@ -217,9 +207,7 @@ def upper_edge(design: Design) -> float:
 def _difference(omega: float, dt: float) -> int:
     """Return the least order of a difference of samples that removes motion but not noise.
 
-    Args:
-        omega: Angular frequency of the fastest motion.
-        dt: Time from sample to sample.
+    `omega` is the angular frequency of the fastest motion.
     """
     motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
     order = 1

@@ -45,10 +45,7 @@ def run(
 ) -> T:
     """Advance an instrument until a procedure has ended, and return its result.
 
-    Args:
-        instrument: The instrument.
-        procedure: The procedure.
-        before: Called before every tick.
+    If given, `before` is called before every tick.
 
     Raises:
         ProcedureFailed: The procedure failed.

@@ -32,15 +32,11 @@ BESIDE = 0.1
 
 
 def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]]:
-    """Take the wall up to a level, and learn which pulses do that.
+    """Take the wall from a place up to a level, and learn which pulses do that.
 
-    After a failed step the wall continues from where it is, or from a blank element; the step is
-    repeated with another pulse. What is learnt is kept in the calibration.
-
-    Args:
-        element: The device.
-        place: Where the wall is: a level, `BLANK` or `UNDECODABLE`.
-        level: The target level.
+    The place is a level, `BLANK` or `UNDECODABLE`. After a failed step the wall continues from
+    where it is, or from a blank element; the step is repeated with another pulse. What is learnt
+    is kept in the calibration.
 
     Returns:
         The readings of the levels on the way, by end.

@@ -21,11 +21,7 @@ takes as long as one cycle or several."""
 
 
 def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
-    """Make the element blank: by a throw if `erase.method` is pulse, otherwise by a kink.
-
-    Args:
-        element: The device.
-        plainly: Always use a kink.
+    """Make the element blank: by a throw if `erase.method` is pulse and not `plainly`, or a kink.
 
     Raises:
         ProcedureFailed: The element is not blank after all throws and then two cycles per level.

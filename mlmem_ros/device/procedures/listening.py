@@ -116,14 +116,10 @@ def _restless(element: Instrument, end: End, limit: float) -> bool:
 
 
 def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire a pulse and return the echo; repeat it if listening was interrupted.
+    """Fire a pulse at an end and return the echo; repeat it if listening was interrupted.
 
-    A real element does not wait: a delay cannot be measured across a break.
-
-    Args:
-        element: The instrument.
-        end: The end where the pulse is fired.
-        longest: The delay of the farthest echo, for which hum is measured.
+    A real element does not wait: a delay cannot be measured across a break. Hum is measured for
+    the time of the longest echo.
 
     Raises:
         ProcedureFailed: The ends do not come to rest, or every attempt was interrupted.
@@ -161,12 +157,10 @@ def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
 
 
 def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[Reading]:
-    """Fire a pulse and return the reading; while the base shakes, repeat until two agree.
+    """Fire a pulse at an end and return the reading; while the base shakes, repeat until two
+    agree.
 
-    Args:
-        element: The device.
-        end: The end where the pulse is fired.
-        left: The left end's reading just before, to be combined with the right one's.
+    The left end's reading just before is combined with that of the right end.
     """
     said: list[int] = []
     while True:
@@ -206,9 +200,7 @@ def probe_from(element: Memory, wanted: tuple[End, ...]) -> Procedure[Reading]:
 def read(element: Memory, end: str = '') -> Procedure[Result]:
     """Fire a probe pulse from one end, or from both in turn, and decode the echo.
 
-    Args:
-        element: The device.
-        end: 'left', 'right' or 'both'; empty for the one in the settings.
+    The end is 'left', 'right' or 'both'; empty means the one in the settings.
 
     Raises:
         ProcedureFailed: The echo cannot be decoded, or the element does not come to rest.
