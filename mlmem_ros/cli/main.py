@@ -14,28 +14,12 @@ from ..packages import missing
 from .command import Command, add_commands
 from .output import complain
 
-SUBCOMMANDS = {
-    'demo': 'demo',
-    'write': 'request',
-    'read': 'request',
-    'erase': 'request',
-    'calibrate': 'request',
-    'self_test': 'request',
-    'abort': 'request',
-    'record': 'request',
-    'watch': 'watch',
-    'view': 'view',
-    'rig': 'rig',
-    'design': 'design',
-    'figures': 'figures',
-    'margins': 'margins',
-    'replay': 'replay',
-    'inspect': 'inspect',
-    'bench': 'bench',
-    'tolerance': 'tolerance',
-    'doctor': 'doctor',
-}
-"""Each with the module of this package that has its `Command`."""
+REQUESTS = ('write', 'read', 'erase', 'calibrate', 'self_test', 'abort', 'record')
+SUBCOMMANDS = (
+    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'figures', 'margins', 'replay', 'inspect',
+    'bench', 'tolerance', 'doctor',
+)  # fmt: skip
+"""Each is a `Command` in a module of its name, requests in `request`."""
 
 
 def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
@@ -54,7 +38,8 @@ def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
 
 
 def _command(name: str) -> Command:
-    found: Command = getattr(import_module(f'.{SUBCOMMANDS[name]}', __package__), name)
+    module = import_module(f'.{"request" if name in REQUESTS else name}', __package__)
+    found: Command = getattr(module, name)
     return found
 
 

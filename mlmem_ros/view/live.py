@@ -64,7 +64,6 @@ class Live:
         self._pictures = Pictures(self._loop, self._show)
         self._heard, self._present, self._ticks = -SILENCE, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
-        self._again = False
         self._left = time.monotonic()
         self._streams: list[Any] = []
         self._listen()
@@ -193,27 +192,25 @@ class Live:
     # --- meeting a node ------------------------------------------------------------------
 
     def _meet(self) -> None:
-        """Ask for the parameters that pages need; again if they change meanwhile."""
-        self._again = True
-        if self._meeting is None or self._meeting.done():
-            self._meeting = self._loop.create_task(self._ask_parameters())
+        """Ask for the parameters that pages need; start again if they change meanwhile."""
+        if self._meeting is not None:
+            self._meeting.cancel()
+        self._meeting = self._loop.create_task(self._ask_parameters())
 
     async def _ask_parameters(self) -> None:
-        while self._again:
-            self._again = False
-            await asyncio.sleep(0.05)  # they change by the dozen
-            try:
-                parameters = await answered(self._client.parameters(*WANTED, timeout=3.0))
-                about = About.of(grouped(parameters), self._client.name)
-            except (RequestError, ValueError) as error:
-                self._link(str(error))
-                self._present = False
-                return
-            if self._about is not None and about.design != self._about.design:
-                self._pictures.forget()
-            self._about = self._requests.about = about
-            self._announce('element', about.json)
-            self._link('')
+        await asyncio.sleep(0.05)  # they change by the dozen
+        try:
+            parameters = await answered(self._client.parameters(*WANTED, timeout=3.0))
+            about = About.of(grouped(parameters), self._client.name)
+        except (RequestError, ValueError) as error:
+            self._link(str(error))
+            self._present = False
+            return
+        if self._about is not None and about.design != self._about.design:
+            self._pictures.forget()
+        self._about = self._requests.about = about
+        self._announce('element', about.json)
+        self._link('')
 
     def _show(self) -> None:
         self._hear()

@@ -4,7 +4,7 @@
 
 import { Controls } from './controls.js';
 import { probed } from './echo.js';
-import { describe, entry, find, make, notice, number, row } from './page.js';
+import { describe, entry, facts, find, make, notice, number, row } from './page.js';
 import { Panel } from './panel.js';
 import { Track } from './track.js';
 import { Wire } from './wire.js';
@@ -55,8 +55,7 @@ export class Live {
     this.changed = true;
   }
 
-  on_wire({ open }) {
-    if (open) return;
+  on_lost() {
     notice('The connection to the page\'s server is lost. Reconnecting.');
     this.tone('bad', 'gone');
   }
@@ -67,13 +66,16 @@ export class Live {
   }
 
   on_element(about) {
-    const other = this.about && this.about.cells !== about.cells;
-    const first = !this.about || other || JSON.stringify(this.about.defects) !== JSON.stringify(about.defects);
+    const sites = `${about.cells} ${about.defects}`;
+    if (this.sites !== sites) { // the first element, or another one
+      this.sites = sites;
+      this.track = new Track();
+      this.state.column = null;
+      this.panel.set(about, this.track, 'Content');
+    }
     this.about = about;
     find('node').textContent = about.node;
-    find('facts').textContent = `${about.levels} levels, ${about.cells} cells, ${about.substrate} substrate`;
-    if (other) { this.track = new Track(); this.state.column = null; }
-    if (first) this.panel.set(about, this.track, 'Content');
+    find('facts').textContent = facts(about);
     this.controls.set(about);
   }
 

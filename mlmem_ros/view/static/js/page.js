@@ -24,6 +24,9 @@ export function notice(text) {
   find('notice').hidden = !text;
 }
 
+/** Return an element in words. */
+export const facts = ({ levels, cells, substrate }) => `${levels} levels, ${cells} cells, ${substrate} substrate`;
+
 /** Return a level in words. */
 export const describe = (level) => (level >= 0 ? `level ${level}` : level === -1 ? 'blank' : 'unknown');
 

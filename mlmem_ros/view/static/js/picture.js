@@ -22,8 +22,6 @@ export class Picture {
     this.button = root.querySelector('.follow');
     this.key = `time ${count++}`;
     this.live = live;
-    this.following = live;
-    this.span = SPAN;
     this.button.onclick = () => this.follow();
     this.image = document.createElement('canvas');
     new ResizeObserver(() => this.fit()).observe(this.root);
@@ -31,20 +29,19 @@ export class Picture {
 
   /** @param {number} end of the time axis, for a session beside a longer one */
   set(about, track, end = track.end) {
-    const same = this.about && JSON.stringify(this.about.defects) === JSON.stringify(about.defects);
     this.about = about;
     this.track = track;
-    this.y = same && this.y ? this.y : [0.5, about.cells + 0.5];
     this.whole = [0, Math.max(end, 0.1)];
-    if (!this.live) this.x ??= this.whole;
+    this.follow();
     this.build();
   }
 
+  /** Show all cells, and the latest time or the whole session. */
   follow() {
     this.following = this.live;
     this.span = SPAN;
+    this.x = this.whole;
     this.y = [0.5, this.about.cells + 0.5];
-    if (!this.live) this.x = this.whole;
     this.draw();
   }
 

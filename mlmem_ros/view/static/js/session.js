@@ -3,7 +3,7 @@
 // One or two recorded sessions on the page, with a time line to scrub and to play.
 
 import { probed } from './echo.js';
-import { describe, entry, find, make, notice, number, row } from './page.js';
+import { describe, entry, facts, find, make, notice, number, row } from './page.js';
 import { Panel } from './panel.js';
 import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
@@ -37,8 +37,7 @@ export class Sessions {
     }
     find('time').max = this.duration;
     find('node').textContent = this.sessions.map((session) => session.name).join('  and  ');
-    const { levels, cells, substrate } = this.sessions[0].element;
-    find('facts').textContent = `session of ${levels} levels, ${cells} cells, ${substrate} substrate`;
+    find('facts').textContent = `session: ${facts(this.sessions[0].element)}`;
     document.title = `${this.caption} · mlmem view`;
     const lost = this.sessions.flatMap((session) => session.lost);
     if (lost.length) notice(`Some of it cannot be read: ${lost[0]}${lost.length > 1 ? `, and ${lost.length - 1} more` : ''}`);

@@ -21,7 +21,7 @@ export async function fetchFrame(address) {
 
 /** The connection to a running element; it reconnects whenever it breaks. */
 export class Wire {
-  /** @param {(head: object) => void} told takes every frame, and {k: 'wire', open}. */
+  /** @param {(head: object) => void} told takes every frame, and {k: 'lost'}. */
   constructor(told) {
     this.told = told;
     this.waiting = new Map();
@@ -33,12 +33,11 @@ export class Wire {
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
     this.socket = new WebSocket(`${scheme}://${location.host}/live`);
     this.socket.binaryType = 'arraybuffer';
-    this.socket.onopen = () => this.told({ k: 'wire', open: true });
     this.socket.onmessage = (event) => this.take(unpack(event.data));
     this.socket.onclose = () => {
       for (const done of this.waiting.values()) done({ ok: false, kind: 'silent', text: 'the page\'s server is gone' });
       this.waiting.clear();
-      this.told({ k: 'wire', open: false });
+      this.told({ k: 'lost' });
       setTimeout(() => this.connect(), 700);
     };
   }
