@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 PACKAGES = (
-    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'numbalsoda', 'heyoka', 'jax', 'diffrax',
+    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'heyoka', 'jax', 'diffrax',
     'mujoco', 'mcap', 'rosbags', 'rclpy',
 )  # fmt: skip
 
@@ -30,11 +30,8 @@ def describe_host() -> dict[str, Any]:
 
 
 def _cpu(key: str) -> str:
-    """Return a line of the first core's description; empty where there is none."""
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        return ''
+    """Return a line of the first core's description; empty if there is none."""
+    lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     return next((line.split(':', 1)[1].strip() for line in lines if line.startswith(key)), '')
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How a benchmark measures: side by side, in turns, repeated, with its spread.
+"""How a benchmark measures: side by side, in turns, repeatedly.
 
 A shared machine is fast one second and slow the next. So every round runs all contenders in turn,
 and only the ratio of two contenders within a round counts.

@@ -13,14 +13,17 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from ..bag import jazzy
 from ..bag.recorder import Recorder
 from ..bag.writer import BagWriter
 from .comparison import Comparison
-from .measure import Contender, Entry, measure
+from .measure import Contender, measure
 from .session_traffic import TYPES, Message, traffic
 
 TITLE = 'recording at four times the default rates: throughput and share of a processor'
@@ -39,18 +42,21 @@ def run(repeats: int) -> list[Comparison]:
     """Measure throughput and processor share."""
     messages = traffic(SESSION)
     with tempfile.TemporaryDirectory() as folder:
-        return [_throughput(messages, Path(folder), repeats),
-                _share(messages, Path(folder), max(3, repeats // 2))]  # fmt: skip
+        bag = Path(folder) / 'bag'
+        return [_throughput(messages, bag, repeats), _share(messages, bag, max(3, repeats // 2))]
 
 
-def _throughput(messages: list[Message], folder: Path, repeats: int) -> Comparison:
+def _throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
     size = sum(len(message.cdr) for message in messages)
-    contenders = []
-    for name, opened in WRITERS.items():
-        write = partial(_write, messages, opened, folder / 'bag')
-        contenders.append(Contender(name, write, len(messages)))
-    entries = [_with_rates(entry, size / len(messages))
-               for entry in measure(contenders, repeats, scale=1e6)]  # fmt: skip
+    contenders = [
+        Contender(name, partial(_write, messages, opened, bag), len(messages))
+        for name, opened in WRITERS.items()
+    ]
+    entries = []
+    for entry in measure(contenders, repeats, scale=1e6):
+        rate = 1e6 / entry.spread.median
+        values = {'messages/s': rate, 'MB/s': rate * size / len(messages) / 1e6}
+        entries.append(replace(entry, values=values))
     return Comparison(
         'recorder_throughput',
         'Recorder: as fast as possible',
@@ -61,56 +67,43 @@ def _throughput(messages: list[Message], folder: Path, repeats: int) -> Comparis
     )
 
 
-def _write(messages: list[Message], opened: Opened, bag: Path) -> None:
-    with opened(bag) as put:
-        for message in messages:
-            put(message)
-    shutil.rmtree(bag)
-
-
-def _with_rates(entry: Entry, bytes_per_message: float) -> Entry:
-    rate = 1e6 / entry.spread.median
-    values = {'messages/s': rate, 'MB/s': rate * bytes_per_message / 1e6}
-    return Entry(entry.name, entry.samples, entry.x, values)
-
-
-def _share(messages: list[Message], folder: Path, repeats: int) -> Comparison:
+def _share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
     """Feed the messages in real time and read the process's clock, less the feeding."""
     part = [message for message in messages if message.time <= PACED * 1e9]
-
-    def feed(opened: Opened | None) -> float:
-        begun = time.process_time()
-        if opened is None:
-            _pace(part, lambda message: None)
-        else:
-            with opened(folder / 'bag') as put:
-                _pace(part, put)
-            shutil.rmtree(folder / 'bag')
-        return (time.process_time() - begun) / PACED * 100.0
-
-    names = list(WRITERS)
-    samples: dict[str, list[float]] = {name: [] for name in names}
-    for number in range(repeats):
-        nothing = feed(None)
-        for name in names if number % 2 == 0 else reversed(names):
-            samples[name].append(max(feed(WRITERS[name]) - nothing, 1e-3))
+    contenders = [
+        Contender(name, partial(_write, part, opened, bag, paced=True), PACED)
+        for name, opened in {'nobody': _nobody, **WRITERS}.items()
+    ]
+    nobody, *others = measure(contenders, repeats, scale=100.0, clock=time.process_time)
+    entries = [
+        replace(entry, samples=tuple(np.subtract(entry.samples, nobody.samples).clip(1e-3)))
+        for entry in others
+    ]
     return Comparison(
         'recorder_share',
         'Recorder: share of one processor at four times the default rates',
         '% of a core',
         f'{len(part)} messages fed in {PACED:g} s of real time; processor time of the whole '
         'process, all threads, opening and closing included, less that of the feeding alone',
-        [Entry(name, tuple(samples[name])) for name in names],
+        entries,
     )
 
 
-def _pace(messages: list[Message], put: Put) -> None:
+def _write(messages: list[Message], opened: Opened, bag: Path, paced: bool = False) -> None:
+    """Write a bag, as fast as possible or in real time, and remove it."""
     start = time.monotonic()
-    for message in messages:
-        delay = message.time / 1e9 - (time.monotonic() - start)
-        if delay > 0.0:
-            time.sleep(delay)
-        put(message)
+    with opened(bag) as put:
+        for message in messages:
+            delay = message.time / 1e9 - (time.monotonic() - start) if paced else 0.0
+            if delay > 0.0:
+                time.sleep(delay)
+            put(message)
+    shutil.rmtree(bag, ignore_errors=True)
+
+
+@contextmanager
+def _nobody(path: Path) -> Iterator[Put]:
+    yield lambda message: None
 
 
 @contextmanager

@@ -60,7 +60,7 @@ def traffic(seconds: float) -> list[Message]:
         ends = chain.advance(V_N)
         messages += [
             _message('/mlmem/field', _array(chain.configuration), time),
-            _message('/mlmem/wall', _array(np.array([100.3])), time),
+            _message('/mlmem/wall', _array(np.array([100.3]), np.float64), time),
             _message('/mlmem/joint_states', _joint_states(chain, time), time),
         ]
         if ticks % ECHO_EVERY == 0:
@@ -75,20 +75,16 @@ def traffic(seconds: float) -> list[Message]:
 
 
 def _message(topic: str, fields: dict[str, Any], time: int) -> Message:
-    fields = dict(fields)
-    if 'data' in fields and isinstance(fields['data'], np.ndarray):
-        kind = np.float64 if 'Float64' in TYPES[topic] else np.float32
-        fields['data'] = fields['data'].astype(kind).ravel()
     return Message(topic, jazzy.serialize(jazzy.message(TYPES[topic], **fields)), time)
 
 
-def _array(values: Array) -> dict[str, Any]:
+def _array(values: Array, kind: type[np.floating[Any]] = np.float32) -> dict[str, Any]:
     size = values.size
     dimension = jazzy.message(
         'std_msgs/msg/MultiArrayDimension', label='cell', size=size, stride=size
     )
     layout = jazzy.message('std_msgs/msg/MultiArrayLayout', dim=[dimension], data_offset=0)
-    return {'layout': layout, 'data': values}
+    return {'layout': layout, 'data': values.astype(kind).ravel()}
 
 
 def _joint_states(chain: Chain, time: int) -> dict[str, Any]:

@@ -65,7 +65,8 @@ def test_processes_give_the_table_that_one_gives(tmp_path):
 def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeypatch):
     distributed = pytest.importorskip('distributed')
     here = table(squares(), tmp_path / 'here.jsonl')
-    with distributed.LocalCluster(1, threads_per_worker=1, dashboard_address=None) as cluster:
+    options = {'processes': False, 'protocol': 'tcp://', 'dashboard_address': None}
+    with distributed.LocalCluster(1, threads_per_worker=1, **options) as cluster:
         address = cluster.scheduler_address
         with workers(1, address) as executor:
             assert table(squares(), tmp_path / 'there.jsonl', executor) == here
