@@ -63,13 +63,13 @@ def test_the_rules_strokes_and_throws_take_walls_down(name):
                 assert left == move.target
 
 
-def test_no_window_no_throw():
+def test_without_a_window_there_is_no_throw():
     design, settings = preset('bits_6')
     assert going_back(design, settings).throw.peak == 0.0
 
 
 @pytest.mark.slow
-def test_what_is_searched_for_is_what_there_was():
+def test_a_search_changes_only_the_moves_that_exist():
     pytest.importorskip('cmaes')
     design, settings = preset('bits_2')
     plain = dataclasses.replace(settings, throw=ThrowSettings())

@@ -91,7 +91,7 @@ def test_a_wall_cannot_be_held_outside(position):
         hold_walls(Specimen(CASE_I), np.array([position]), ZERO)
 
 
-def test_holding_gives_up_in_words():
+def test_hold_walls_explains_why_it_failed():
     with pytest.raises(StateError, match='must converge within 1 Newton steps'):
         hold_walls(Specimen(CASE_I), np.array([50.0]), ZERO, iterations=1)
 
@@ -119,7 +119,7 @@ def test_the_tails_of_the_kink_are_those_of_small_displacements(kink):
     assert abs(kink.C_1) == pytest.approx(np.arccosh(1.0 + CASE_I.k_s1 / 2), rel=0.1)
 
 
-def test_a_displacement_made_of_the_ansatz_is_found_again():
+def test_a_displacement_made_of_the_ansatz_is_recovered():
     truth = DisplacementFit(
         -1.0, 0.02, np.array([0.3, -0.1]), np.array([0.05, 0.2]), 2.0 * CASE_I.N, 0.0
     )
@@ -132,7 +132,7 @@ def test_a_displacement_made_of_the_ansatz_is_found_again():
     np.testing.assert_allclose(fit.slope(x), by_difference, atol=1e-8)
 
 
-def test_a_bound_that_cannot_be_met_is_refused():
+def test_a_bound_that_cannot_be_met_is_an_error():
     with pytest.raises(StateError, match='the bound must be met with an order of at most 40'):
         fit_displacement(CASE_I, np.where(CASE_I.sites > 100.0, 1.0, 0.0))
 

@@ -40,7 +40,7 @@ def test_an_excerpt_of_a_short_element_is_the_element():
 
 
 def test_a_wall_in_an_excerpt_is_that_of_the_element():
-    """What is cut off weighs exp(-DECAY) = 6e-6 of what the strain does to a free edge."""
+    """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
     part = held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
     V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
     whole = hold_walls(Specimen(CASE_II), part.X, V).energy

@@ -27,7 +27,7 @@ def test_theta_is_that_of_the_dispersion():
 
 
 def test_the_free_far_end_of_a_uniform_chain():
-    """There, reflected as theta, and back: theta^(2 N - 1), and (1 + theta) at the free end."""
+    """To the end and back: theta^(2 N - 1), times (1 + theta) at the free end."""
     omega = np.linspace(0.9, 2.0, 12)
     ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, End.LEFT)
     trace = 2.0 + UNIFORM.k_s2 - omega**2 + 1j * UNIFORM.eta * omega

@@ -23,7 +23,7 @@ def thrown(name, level, *, ease=1.0, peak=1.0):
     return moved(design, throw_cycle(settings, 0), level)
 
 
-def test_a_throw_that_reaches_less_than_its_place_leaves_the_wall_in_the_element():
+def test_a_throw_of_too_short_reach_leaves_the_wall_in_the_element():
     design, settings = preset('bits_4')
     slow = 0.8 * reach(design, settings.throw.peak, settings.throw.ease)
     assert reach(design, settings.throw.peak, slow * settings.throw.ease) < 1.3
@@ -32,7 +32,7 @@ def test_a_throw_that_reaches_less_than_its_place_leaves_the_wall_in_the_element
 
 
 @pytest.mark.parametrize(('over', 'found'), [(0.75, False), (1.15, True)])
-def test_let_go_faster_than_the_far_end_holds_nothing_is_blanked(over, found):
+def test_a_release_too_fast_for_the_far_end_blanks_nothing(over, found):
     design, settings = preset('bits_4')
     ease = over * shortest_ease(design, 1.5 * settings.throw.peak) / settings.throw.ease
     assert (thrown('bits_4', 8, ease=ease, peak=1.5) == BLANK) is found

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever is legal: values of the described ranges, and designs and settings made of them.
+"""Legal input: values of the described ranges, and designs and settings made of them.
 
 Everything comes from one generator, so that a seed tells a whole life.
 """
@@ -15,11 +15,11 @@ from mlmem_ros.physics.design import RIGIDITY
 from mlmem_ros.physics.potential import Potential
 
 SMALL = {'N': 60, 'J': 25, 'J_s': 50, 'tail': 20}
-"""Bounds of what makes an element long, so that hundreds of lives take seconds."""
+"""Bounds on the size of an element, so that hundreds of runs take seconds."""
 
 
 def number(random, low, high, *, whole=False):
-    """Return a number of a range: an end of it, zero, next to nothing, or any magnitude."""
+    """Return a number of a range: an end of it, zero, a tiny number, or any magnitude."""
     if random.random() < 0.15:
         ends = [low, high]
         if low <= 0.0 <= high:

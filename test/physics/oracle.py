@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's equations once more, literally, for SciPy: slow, plain, and nobody's copy.
+"""The paper's equations once more, literally, for SciPy: slow, plain and independent.
 
 Nothing here is imported from `mlmem_ros` but the values of a design's symbols.
 """
@@ -11,7 +11,7 @@ from scipy.linalg import solveh_banded
 
 
 def psi(p, D):
-    """Return the on-site potential of page 3; complex D are welcome."""
+    """Return the on-site potential of page 3; D may be complex."""
     return p.d * (1.0 - np.cos(p.a * (D + p.c) + p.b * (D + p.c) ** 3))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every loop gives the bits that are written down here, whatever processor runs or compiles it."""
+"""Every loop gives the bits recorded here, on every processor that runs or compiles it."""
 
 import dataclasses
 import hashlib
@@ -20,10 +20,11 @@ BITS = {
     ('pefrl', 'rigid'): '2c430858a6f55676',
     ('pefrl', 'elastic'): 'e43ca9e344f867c6',
 }
-"""A change here changes the bits of every session: another `ARITHMETIC`, new golden sessions."""
+"""A change here changes the bits of every session: it needs a new `ARITHMETIC` and new golden
+sessions."""
 
 PROCESSORS = {'x86-64': '', 'haswell': 'fma', 'skylake-avx512': 'avx512f'}
-"""Processors to compile for, and what the host has to have to run that."""
+"""Processors to compile for, and the feature that the host needs to run the code."""
 
 
 def case(method, substrate):
@@ -41,7 +42,7 @@ def case(method, substrate):
 
 
 def bits(method, substrate):
-    """Return the hash of what the inputs leave."""
+    """Return the hash of the final state and of the ends' motion."""
     chain, inputs = case(method, substrate)
     ends = chain.advance(*inputs)
     return hashlib.sha256(chain.state().tobytes() + ends.tobytes()).hexdigest()[:16]

@@ -155,7 +155,7 @@ def let_go_in_mid_step(substrate, dt):
 
 
 @SUBSTRATES
-def test_a_chain_let_go_in_mid_step_keeps_the_order(substrate):
+def test_an_end_released_in_mid_step_keeps_the_order(substrate):
     errors = [let_go_in_mid_step(substrate, dt) for dt in (0.02, 0.01)]
     assert errors[0] < 1e-5
     assert errors[1] < errors[0] / 3.0
@@ -294,7 +294,7 @@ def test_two_runs_are_the_same_to_the_bit(substrate, method):
 
 @METHODS
 @SUBSTRATES
-def test_a_restored_chain_goes_on_to_the_bit(substrate, method):
+def test_a_restored_chain_continues_to_the_bit(substrate, method):
     chain, _ = moved(substrate, method=method)
     saved, V_N, steps = chain.state(), chain.V_N, chain.steps_done
     later = np.linspace(V_N, 0.0, 300 * method.substeps)
@@ -335,7 +335,7 @@ def test_no_steps_do_nothing(substrate):
 
 @METHODS
 @SUBSTRATES
-def test_slices_lists_and_whole_numbers_compile_nothing_new(substrate, method):
+def test_slices_and_whole_numbers_compile_nothing_new(substrate, method):
     """A tick loop must not stop for the compiler because a slice is not contiguous."""
     chain, _ = moved(substrate, method=method)
     loop = method.advance
@@ -382,7 +382,7 @@ def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, sit
 @pytest.mark.parametrize('site', [1, 61], ids=['left', 'right'])
 @pytest.mark.parametrize('driven', [1, 2, 3, 4])
 def test_a_driven_end_flies_on_at_the_velocity_it_was_given(substrate, site, driven):
-    """It is held still, told to have velocity 1 at last, and let go at the end of any sub-step."""
+    """It is held still, given velocity 1 at the end, and released after any sub-step."""
     design = case_ii(substrate, N=61)
     chain = Chain(design, dt=1e-3)
     home = chain.end(site)
@@ -423,7 +423,7 @@ def assert_refused(chain, message, action):
 
 
 @SUBSTRATES
-def test_wrong_states_are_refused_whole(substrate):
+def test_wrong_states_are_refused_and_change_nothing(substrate):
     chain, _ = moved(substrate)
     rows = 6 if substrate == 'elastic' else 3
     good = chain.state()
@@ -478,7 +478,7 @@ def test_wrong_states_are_refused_whole(substrate):
         (np.zeros(8), Drive(1, np.full((2, 8), math.nan)), 'motion must be finite'),
     ],
 )
-def test_wrong_inputs_are_refused_whole(substrate, V_N, drive, message):
+def test_wrong_inputs_are_refused_and_change_nothing(substrate, V_N, drive, message):
     chain, _ = moved(substrate)
     assert_refused(chain, message, lambda: chain.advance(V_N, drive))
 
@@ -495,7 +495,7 @@ def test_wrong_inputs_are_refused_whole(substrate, V_N, drive, message):
     ],
 )
 def test_a_chain_that_stops_being_finite_says_so(substrate, row):
-    """A NaN is never integrated in silence, wherever it comes from."""
+    """A NaN is never integrated silently, wherever it comes from."""
     chain, _ = moved(substrate)
     getattr(chain, row)[30] = math.nan
     with pytest.raises(StateError, match='stopped being finite before step 401'):
@@ -504,7 +504,7 @@ def test_a_chain_that_stops_being_finite_says_so(substrate, row):
 
 @SUBSTRATES
 def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
-    """A blow-up passes from row to row of the state; it must be seen wherever it has got to."""
+    """A blow-up spreads from row to row of the state; it must be seen in any of them."""
     chain, _ = moved(substrate)
     good, seen = chain.state(), set()
     for row in range(0, len(good), 3):
@@ -528,8 +528,8 @@ def test_a_chain_is_finite_or_lost_but_never_in_between(substrate):
     ('end', 'loss'),
     [(1e200, 'stopped being finite before step 500'), (80.0, 'stable before step 500')],
 )
-def test_a_chain_that_is_lost_is_as_it_was_before(substrate, method, end, loss):
-    """And goes on as if it had not been asked."""
+def test_a_diverging_run_leaves_the_chain_as_it_was(substrate, method, end, loss):
+    """It then continues as if the run had not been requested."""
     chain, twin = (Chain(case_ii(substrate), integrator=method) for _ in range(2))
     for each in (chain, twin):
         each.advance(np.full(400 * method.substeps, 0.1))
@@ -545,7 +545,7 @@ def test_a_chain_that_is_lost_is_as_it_was_before(substrate, method, end, loss):
 
 @METHODS
 @SUBSTRATES
-def test_a_cell_that_gets_too_far_and_comes_back_is_seen_at_every_look(substrate, method):
+def test_a_cell_that_leaves_its_range_and_returns_is_seen_at_every_check(substrate, method):
     """The first cell is pulled out for one step of eight, and put back."""
     design, steps = case_ii(substrate), 8
     still = np.zeros(steps * method.substeps)
@@ -571,7 +571,7 @@ def test_case_i_runs_too():
 
 
 @SUBSTRATES
-def test_chains_in_threads_move_as_each_alone(substrate):
+def test_chains_in_threads_give_the_bits_of_each_alone(substrate):
     """The loops hold no GIL and share nothing: more chains than threads, each with its shake."""
 
     def shaken(seed):

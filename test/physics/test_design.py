@@ -138,7 +138,7 @@ def test_every_level_has_a_soft_defect_inside_the_element(design):
 
 
 def test_a_tail_has_no_levels_and_no_defects():
-    """50 more cells at the right end: the same levels, and the gradient alone beyond them."""
+    """50 more cells at the right end: the same levels, and only the gradient beyond them."""
     longer = changed(N=275, tail=50)
     assert longer.levels == CASE_II.levels
     np.testing.assert_array_equal(longer.alpha[:225], CASE_II.alpha)
@@ -196,7 +196,7 @@ def test_a_wrong_design_is_refused(changes, message):
         changed(**changes)
 
 
-def test_all_that_is_wrong_is_said_at_once():
+def test_all_errors_are_reported_at_once():
     with pytest.raises(DesignError, match=r'N must be .*; eta must be .*; substrate must be'):
         changed(N=1, eta=-1, substrate='')
     with pytest.raises(DesignError, match=r'J must be .*; s_max must be'):
@@ -220,7 +220,7 @@ def test_all_that_is_wrong_is_said_at_once():
     ],
     ids=str,
 )
-def test_a_design_at_the_edge_of_the_rules_is_taken(changes):
+def test_a_design_at_the_edge_of_the_rules_is_accepted(changes):
     design = changed(**changes)
     assert design.alpha.min() > 0.0
     assert design.D_s1 < design.D_barrier < design.D_s2

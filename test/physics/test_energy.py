@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Energy: it gives the forces, and none is lost.
+"""Energy: its gradient gives the forces, and it is conserved.
 
 =====================  =============================================================
 quantity               must agree with

@@ -65,7 +65,7 @@ def test_relax_finds_the_minimum_that_scipy_finds(position, V_N):
     assert np.abs(oracle.forces(SMALL, v, V)[0]).max() < 1e-11
 
 
-def test_relax_under_strain_is_where_a_damped_chain_rests():
+def test_relax_under_strain_agrees_with_a_damped_run():
     design = dataclasses.replace(SMALL, eta=0.1)
     V_N = -0.8
     V = V_N * oracle.quasi_static(design)
@@ -77,7 +77,7 @@ def test_relax_under_strain_is_where_a_damped_chain_rests():
 
 
 @pytest.mark.parametrize('offset', [-2.0, -0.5, 0.5, 2.0])
-def test_relax_brings_a_wall_near_a_defect_home(offset):
+def test_relax_moves_a_wall_near_a_defect_onto_it(offset):
     v = relax(Specimen(SMALL), wall_profile(SMALL, 25.0 + offset), np.zeros(80))
     np.testing.assert_allclose(v, resting_wall(Specimen(SMALL), 0), atol=1e-9)
 
@@ -90,7 +90,7 @@ def test_relax_reaches_its_tolerance_in_stiff_wells_too(d):
     np.testing.assert_allclose(v, stiff.D_s1, atol=1e-11)
 
 
-def test_relax_refuses_to_stand_on_a_summit():
+def test_relax_rejects_an_unstable_equilibrium():
     summit = np.full(80, SMALL.D_barrier)
     uniform = dataclasses.replace(SMALL, gamma=0.0, beta=0.0)
     assert np.abs(oracle.forces(uniform, summit, np.zeros(80))[0]).max() < 1e-15
@@ -100,7 +100,7 @@ def test_relax_refuses_to_stand_on_a_summit():
     np.testing.assert_allclose(tipped, uniform.D_s2, atol=1e-9)
 
 
-def test_relax_gives_up_in_words():
+def test_relax_explains_why_it_failed():
     with pytest.raises(StateError, match=r'no equilibrium within 2 Newton steps; .* above 1e-12'):
         relax(Specimen(SMALL), wall_profile(SMALL, 37.0), np.zeros(80), iterations=2)
     with pytest.raises(StateError, match='no equilibrium'):
@@ -127,7 +127,7 @@ def test_a_wall_rests_at_the_defect_of_every_level(level):
 
 
 @pytest.mark.parametrize('level', [-1, 8, 100])
-def test_there_is_no_wall_at_a_level_that_is_not(level):
+def test_a_level_out_of_range_has_no_wall(level):
     with pytest.raises(StateError, match=f'^level must be from 0 to 7; got {level}'):
         resting_wall(Specimen(CASE_II), level)
 
@@ -140,12 +140,12 @@ def test_there_is_no_wall_at_a_level_that_is_not(level):
     ],
     ids=['a slope without defects', 'hard defects'],
 )
-def test_a_design_that_pins_nothing_says_so(changes, message):
+def test_a_design_without_pinning_is_reported(changes, message):
     with pytest.raises(StateError, match=message):
         resting_wall(Specimen(dataclasses.replace(CASE_I, **changes)), 0)
 
 
-def test_the_guess_has_its_wall_where_it_was_asked_for():
+def test_the_guess_has_its_wall_at_the_given_position():
     profile = wall_profile(CASE_II, 60.25)
     middle = 0.5 * (CASE_II.D_s1 + CASE_II.D_s2)
     assert np.interp(60.25, CASE_II.sites, profile) == pytest.approx(middle, abs=0.01)

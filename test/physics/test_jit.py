@@ -35,7 +35,7 @@ def test_the_loops_are_vectorised(integrator, substrate):
     assert len(re.findall(packed, code)) > 20  # one pass over the cells has as many
 
 
-def test_where_nothing_can_be_cached_it_compiles_all_the_same(monkeypatch):
+def test_without_a_place_for_a_cache_the_loops_still_compile(monkeypatch):
     def no_place_to_write(function):
         raise RuntimeError('cannot cache function: no locator available for file')
 
@@ -47,7 +47,7 @@ def test_where_nothing_can_be_cached_it_compiles_all_the_same(monkeypatch):
 
 @pytest.fixture
 def load(tmp_path, monkeypatch):
-    """Return a function that loads a compiled loop `evaluate` built on `multiply`, anew."""
+    """Return a function that freshly loads a compiled loop `evaluate` built on `multiply`."""
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'cache'))
 
     def module(name, text):
@@ -68,8 +68,8 @@ def load(tmp_path, monkeypatch):
     return loop
 
 
-def test_a_loop_that_is_in_the_cache_is_known_by_its_arguments(load):
-    """From outside, without loading it."""
+def test_a_cached_loop_is_recognised_by_its_argument_types(load):
+    """Without loading it."""
     first = load(2.0)
     assert not jit.in_cache(first, 1.0)
     assert first(1.0) == 2.0
@@ -80,8 +80,8 @@ def test_a_loop_that_is_in_the_cache_is_known_by_its_arguments(load):
     assert not again.overloads
 
 
-def test_a_loop_built_on_another_file_is_compiled_anew_when_that_has_changed(load):
-    """numba alone would go on with what it had inlined before."""
+def test_a_loop_is_recompiled_when_a_file_it_inlines_changes(load):
+    """numba alone would keep using the old inlined code."""
     assert load(2.0)(1.0) == 2.0
     changed = load(3.25)  # of another length: .pyc files go by seconds and size
     assert not jit.in_cache(changed, 1.0)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The integrator, by what is known of it without knowing its constants.
+"""The integrator, by properties that do not depend on its constants.
 
 =========================  =========================================================
 property                   must agree with
@@ -125,7 +125,7 @@ def test_damping_lowers_the_limit(monkeypatch, eta):
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize('eta', [0.0, 1 / 250, 1.0, 10.0])
-def test_the_stable_step_is_stable_and_not_timid(substrate, eta):
+def test_the_stable_step_is_stable_and_not_too_small(substrate, eta):
     chain = uniform_chain.at_the_stable_step(substrate, eta, NOH_BATHE)
     fastest = 2.0 * math.sqrt(chain.design.s.max()) if substrate == 'elastic' else 2.14
     damped = (math.hypot(fastest, eta) - eta) / fastest

@@ -14,7 +14,7 @@ from mlmem_ros.physics.potential import on_site, wave
 
 
 def exact(turns):
-    """Return sin(2 pi turns) of this very double."""
+    """Return sin(2 pi turns) of exactly this double."""
     with mpmath.workdps(40):
         return float(mpmath.sinpi(2 * mpmath.mpf(turns)))
 
@@ -34,7 +34,7 @@ def test_the_sine(reach, tolerance):
 
 
 def test_the_sine_of_a_ground_state_is_as_good_as_the_polynomial():
-    """Nothing is lost in taking off whole turns, where the angle is positive."""
+    """Subtracting whole turns loses nothing where the angle is positive."""
     angles = np.linspace(0.75, 3.25, 4_001)
     assert max(abs(wave(float(turns)) - exact(float(turns))) for turns in angles) < 1e-15
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The integrator of fourth order, by what is known of it without knowing its constants.
+"""The integrator of fourth order, by properties that do not depend on its constants.
 
 =========================  =========================================================
 property                   must agree with
@@ -80,8 +80,8 @@ def test_the_stable_step_is_stable_at_any_damping(substrate, eta):
 
 
 @pytest.mark.parametrize('level', [0, 7])
-def test_an_echo_is_that_of_linear_waves_without_any_step(level):
-    """And the paper's method at its step hears less: it damps the carrier by a third of eta."""
+def test_an_echo_agrees_with_linear_waves_at_zero_step(level):
+    """The paper's method at its step hears less: it damps the carrier by a third of eta."""
     settings = Settings()
     wall = resting_wall(Specimen(CASE_II), level)
     ideal = forecast_echo(CASE_II, wall, settings.probe, End.LEFT, 0.0)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The exponential far out, where a decay has nothing left."""
+"""The exponential, also where a decay underflows."""
 
 import numpy as np
 
@@ -13,6 +13,6 @@ def test_a_decay_ends_at_zero_however_far_out():
     assert (far == 0.0).all()
 
 
-def test_up_to_there_it_is_the_exponential():
+def test_within_the_range_of_numbers_it_is_the_exponential():
     x = np.linspace(-700.0, 700.0, 2001)
     np.testing.assert_allclose(exponential(x), np.exp(x), rtol=3e-13)

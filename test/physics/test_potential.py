@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The on-site potential: what must agree with what.
+"""The on-site potential.
 
 ====================  ==============================================================
 quantity              must agree with

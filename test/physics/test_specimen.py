@@ -39,7 +39,7 @@ def test_an_ideal_specimen_gives_the_bits_of_the_design():
 
 
 def right_hand_side(specimen, V_N, shake):
-    """Return Eq. (1a) of a specimen in the frame of its base, written anew."""
+    """Return Eq. (1a) of a specimen in the frame of its base, written independently."""
     p = specimen.design
     V = np.array(specimen.strain_shape)
 
@@ -152,7 +152,7 @@ def test_a_stuck_cell_is_stuck_to_the_base_that_shakes_and_stops_in_mid_flight(m
 
 
 def test_masses_enter_the_kinetic_energy_and_the_balance():
-    """A free specimen loses what its damping takes: dE/dt = -eta sum w^2."""
+    """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
     specimen = scattered(SMALL, SCATTER, seed=1)
     chain = Chain(SMALL, 0.01)
     chain.become(specimen)
@@ -179,7 +179,7 @@ def test_force_is_the_slope_of_the_energy_of_the_specimen():
     assert metamaterial_force(specimen, v, V)[9] == pytest.approx(-slope, rel=1e-6)
 
 
-def test_scatter_has_the_deviation_asked_for_and_the_seed_decides():
+def test_scatter_has_the_given_deviation_and_depends_on_the_seed():
     design = dataclasses.replace(CASE_II, N=20_000, gamma=0.0)
     made = scattered(design, SCATTER, seed=5)
     for values, deviation in (

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The step: bounds that hold for all that is legal, and lives that are hard but legal."""
+"""The step: bounds that hold for every legal element, and runs that are hard but legal."""
 
 import contextlib
 import dataclasses
@@ -31,7 +31,7 @@ METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda eac
 
 
 def specimen(chance, design):
-    """Return an element of a design as chance, wear and faults may make it."""
+    """Return an element of a design with random scatter, wear and faults."""
     made = scattered(design, Scatter(0.3, 0.3, 0.2, 0.2), chance.randrange(2**31))
     mass = np.array(made.mass)
     mass[chance.randrange(design.N)] = np.inf
@@ -59,7 +59,7 @@ def squared_frequencies(made, configuration):
 
 
 def test_no_wave_of_any_legal_element_is_faster_than_the_bound():
-    """About whatever the cells do in the wells of both phases: exact eigenvalues."""
+    """About any state in the wells of both phases, by exact eigenvalues."""
     for seed in range(150):
         chance = random.Random(seed)
         made = specimen(chance, legal.design(chance))
@@ -83,7 +83,7 @@ def test_the_step_is_stable_as_far_as_a_cell_may_get(method):
         assert reach >= max(abs(edge + made.design.c) for edge in made.design.wells)
 
 
-def test_the_steps_of_what_ships():
+def test_the_steps_of_the_shipped_presets():
     """Bits depend on them. The elastic substrate's is cut to a tick of 20."""
     for design in [known.design for known in PRESETS.values()]:
         assert [default_step(Specimen(design), each) for each in INTEGRATORS.values()] == [
@@ -100,8 +100,8 @@ def test_the_steps_of_what_ships():
 @METHODS
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 @pytest.mark.parametrize(('d', 's_min'), [(20.0, 5e3), (1e3, 1e6)])
-def test_a_cell_that_falls_off_its_barrier_makes_no_energy(method, substrate, d, s_min):
-    """However stiff the cells are: at steps that are stable for small waves only, it did."""
+def test_a_cell_that_falls_off_its_barrier_creates_no_energy(method, substrate, d, s_min):
+    """However stiff the cells are. At steps stable for small waves only, it did."""
     design = dataclasses.replace(
         CASE_II, N=60, d=d, s_min=s_min, s_max=3.0 * s_min, substrate=substrate
     )

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rigid and the elastic substrate tell the same story.
+"""The rigid and the elastic substrate agree.
 
 ==========================  ========================================================
 scenario                    agreement

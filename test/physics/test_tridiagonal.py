@@ -21,8 +21,8 @@ def test_it_solves_what_numpy_solves(n):
     np.testing.assert_allclose(solution, exact, rtol=1e-10, atol=1e-12)
 
 
-def test_it_tells_what_is_not_positive_definite():
-    """Of n cells the springs' least eigenvalue is 2 - 2 cos(pi / (n + 1)): take a little more."""
+def test_it_detects_a_matrix_that_is_not_positive_definite():
+    """The least eigenvalue of n springs is 2 - 2 cos(pi / (n + 1)); a shift passes it."""
     n = 10
     least = 2.0 - 2.0 * np.cos(np.pi / (n + 1))
     for shift, definite in ((0.99 * least, True), (1.01 * least, False)):

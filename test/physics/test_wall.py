@@ -38,7 +38,7 @@ def test_a_straight_wall_is_found_where_it_is(position, anti_kink):
     assert wall == Wall(pytest.approx(position, abs=1e-9), anti_kink)
 
 
-def test_two_walls_come_from_left_to_right():
+def test_two_walls_are_listed_from_left_to_right():
     left, right = walls(CASE_II, steps(40, 90))
     assert (left.anti_kink, right.anti_kink) == (True, False)
     assert 40.0 < left.position < 41.0
@@ -71,7 +71,7 @@ def test_ripples_within_a_phase_are_no_walls():
 
 
 @pytest.mark.parametrize('preset', PRESETS)
-def test_every_level_of_what_ships_is_told(preset):
+def test_every_level_of_the_shipped_presets_is_recognised(preset):
     design = PRESETS[preset].design
     for level in sorted({0, design.levels // 2, design.levels - 1}):
         assert level_of(design, resting_wall(Specimen(design), level)) == level
@@ -82,7 +82,7 @@ def test_every_level_of_what_ships_is_told(preset):
 @pytest.mark.parametrize('cells', [1, 20])
 @pytest.mark.parametrize('begin', ['blank', 'level'])
 def test_cells_in_a_third_ground_state_are_no_memory_state(state, cells, begin):
-    """A wall that ran over a free end leaves some behind; no strain moves what is between."""
+    """A wall that ran over a free end leaves such cells; no strain moves the wall between them."""
     configuration = np.full(225, D_S1) if begin == 'blank' else resting_wall(Specimen(CASE_II), 3)
     third = CASE_II.potential.ground_state(state)
     at = slice(0, cells) if third > D_S2 else slice(225 - cells, 225)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The design checker: both shipped elements pass, and every spoiled one fails for its reason."""
+"""The design checker: the paper's elements pass, and every spoiled one fails for its reason."""
 
 import dataclasses
 import json
@@ -57,12 +57,12 @@ def case_ii(timed):
 
 
 def spoiled(design=CASE_II, settings=None, **changes):
-    """Return the report on a design that was changed."""
+    """Return the report on a changed design."""
     return check(dataclasses.replace(design, **changes), settings)
 
 
 def part(concerns, design=CASE_II, settings=None, **changes):
-    """Return what some concerns find in a design that was changed, without the runs of others."""
+    """Return the findings of some modules on a changed design."""
     subject = Subject(dataclasses.replace(design, **changes), settings or Settings())
     return Report(tuple(finding for concern in concerns for finding in concern.check(subject)))
 
@@ -86,7 +86,7 @@ def test_case_i_passes_with_the_warning_that_its_carriers_travel_in_both_phases(
     }  # fmt: skip
 
 
-def test_every_finding_tells_its_source_and_fits_into_json(case_ii):
+def test_every_finding_quotes_its_source_and_fits_into_json(case_ii):
     findings = case_ii.findings
     names = [finding.name for finding in findings]
     assert len(names) == len(set(names))
@@ -97,7 +97,7 @@ def test_every_finding_tells_its_source_and_fits_into_json(case_ii):
 
 
 def test_the_numbers_of_case_ii(case_ii):
-    """Against those measured on the device and against closed forms."""
+    """Against measurements on the device and closed forms."""
     energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
                      CASE_II.D_s2)  # fmt: skip
     assert case_ii['wall_energy'].values['energy'] == pytest.approx(energy, rel=1e-6)
@@ -116,7 +116,7 @@ def test_the_numbers_of_case_ii(case_ii):
 
 
 def test_the_check_is_quick(timed):
-    """What a node can afford when it is configured; measured 0.3 s on an idle core."""
+    """A node can afford this when it is configured; measured 0.3 s on an idle core."""
     assert timed[1] < 2.0
 
 
@@ -190,8 +190,8 @@ def test_weak_peaks_move_nothing():
     assert 'from level 0 to the next' in report['write_steps'].text
 
 
-def test_a_hasty_schedule_is_for_a_simulation_to_judge():
-    """Its tension is a third of what a slow ramp needs, and yet it writes (test_fast.py)."""
+def test_a_fast_schedule_is_left_to_a_simulation():
+    """Its tension is a third of what a slow ramp needs, and yet it writes."""
     report = check(*load('fast'))
     assert failed(report) == set()
     assert report['write_peaks'].verdict is Verdict.WARN
@@ -217,7 +217,7 @@ def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
     assert report['erase_ramps'].verdict is Verdict.PASS
 
 
-def test_steps_that_fail_near_the_operating_point_are_warned_of():
+def test_steps_that_fail_near_the_operating_point_are_a_warning():
     """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
     settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
     found = part((steps,), CASE_II, settings)['write_steps']
@@ -226,8 +226,8 @@ def test_steps_that_fail_near_the_operating_point_are_warned_of():
     assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
 
 
-def test_what_rings_spoils_the_second_step():
-    """The fast write of eight levels needs its damping: with the paper's its steps are lost."""
+def test_ringing_spoils_the_second_step():
+    """The fast write of eight levels needs its own damping: with the paper's it loses steps."""
     design, settings = load('damped_bits_3')
     assert part((steps,), design, settings)['write_steps'].verdict is Verdict.PASS
     ringing = part((steps,), dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
@@ -245,7 +245,7 @@ def test_a_wide_wall_does_not_fit_a_level():
 
 
 def test_a_trap_too_near_the_end_loses_the_launched_wall():
-    """The device itself loses it, too: the wall swings back and out of the free end."""
+    """The device also loses it: the wall swings back and out of the free end."""
     near = dataclasses.replace(CASE_II, J=10, J_s=20, j_0=6.8)
     assert 'launch_write' in failed(part((launch,), near))
     assert math.isnan(launched(Subject(near, Settings()), 'write'))
@@ -268,7 +268,7 @@ def test_the_actuators_rate_stretches_the_durations(case_ii):
 
 
 def test_the_echoes_of_the_device_are_forecast():
-    """Delays to 2 time units, which is less than a hundredth of a level's."""
+    """Delays to 2 time units."""
     settings = Settings()
     known = factory_calibration(CASE_II, settings)
     for end, probe in ((End.LEFT, settings.probe), (End.RIGHT, settings.probe_right)):
@@ -290,7 +290,7 @@ def test_a_forecast_margin_is_that_of_the_device():
     assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
 
 
-def test_the_range_by_closed_forms_is_next_to_the_forecast():
+def test_the_range_by_closed_forms_is_close_to_the_forecast():
     """At the band's edge a perfect mirror returns three times as much as the wall.
 
     The short pulse of the right end spreads into more than a Gaussian, whose height is a fifth
@@ -323,7 +323,7 @@ def test_a_pulse_outside_the_band_returns_nothing():
     assert v_c.tolist() == [0.0, 0.0]
 
 
-def test_an_echo_that_is_sought_below_what_sensors_tell_is_a_warning():
+def test_a_threshold_too_low_for_a_sensor_is_a_warning():
     """The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back."""
     eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
     report = part((echo_range,), settings=Settings(probe=eager))
@@ -332,7 +332,7 @@ def test_an_echo_that_is_sought_below_what_sensors_tell_is_a_warning():
     assert report['range_left'].values['range'] > 200.0
 
 
-def test_a_report_knows_its_findings_by_name(case_ii):
+def test_a_report_finds_its_findings_by_name(case_ii):
     assert case_ii['bands'].name == 'bands'
     with pytest.raises(KeyError):
         case_ii['none']

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every legal design is judged, or refused in one clear sentence: no error, no warning."""
+"""Every legal design is judged, or refused in one clear sentence, without other errors."""
 
 import dataclasses
 import math
@@ -21,11 +21,11 @@ from mlmem_ros.physics import CASE_II
 QUICK = (checks.material, checks.waves, checks.wall, checks.echo_range, checks.echoes)
 
 NONE = re.compile(r'freed_by_\w+|launch_\w+|pin_depth|peierls_nabarro|rigidity|echo_(left|right)')
-"""Findings that may have no number: no strain frees a wall, none is left, no echo is heard."""
+"""Findings that may lack a number: no strain frees a wall, no wall is left, no echo is heard."""
 
 
 def judge(design, settings):
-    """Check a design; return the verdict, or None where it is refused."""
+    """Check a design; return the verdict, or None if it is refused."""
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:
@@ -54,7 +54,7 @@ def test_legal_designs_are_judged():
 
 
 def test_a_hundred_legal_designs_are_judged_by_closed_forms(monkeypatch):
-    """Without the runs and the landscapes, which take ten times as long."""
+    """Without the simulations and landscapes, which take ten times as long."""
     monkeypatch.setattr(checks, 'CONCERNS', QUICK)
     verdicts = {judge_seed(seed, drawn=False) for seed in range(100, 200)}
     assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
@@ -73,13 +73,13 @@ def test_no_damping_and_no_defects_are_judged(changes, gamma):
     assert judge(dataclasses.replace(CASE_II, gamma=gamma, **changes), Settings()) is Verdict.FAIL
 
 
-def test_without_a_gain_a_carrier_that_does_not_travel_is_judged():
+def test_a_carrier_that_does_not_propagate_is_judged_without_a_gain():
     probe = dataclasses.replace(Settings().probe, omega_c=5.0, gain_decay=0.0)
     assert judge(CASE_II, Settings(probe=probe)) is Verdict.FAIL
 
 
-def test_runs_that_take_too_long_are_not_made():
-    """An actuator as slow as is legal takes a thousand million time units for a ramp."""
+def test_runs_that_would_take_too_long_are_skipped():
+    """The slowest legal actuator takes a thousand million time units for a ramp."""
     settings = Settings(actuator=ActuatorSettings(max_rate=1e-9))
     assert Cycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
     report = check(CASE_II, settings)
