@@ -3,8 +3,8 @@
 """Launch several elements as one word: ros2 launch mlmem_ros bank.launch.py elements:=4.
 
 One process runs them. Element i is NAMESPACE/element_i/mlmem and holds the digit of weight p^i.
-`MemoryBank.on(node, 4)` writes and reads them all at once. The arguments of memory.launch.py go to
-every element; a parameter file may have a part for each, by its full name.
+`MemoryBank.on(node, 4)` writes and reads them all at once. The arguments of memory.launch.py apply
+to every element; a parameter file may have a section for each, by its full name.
 """
 
 from launch import LaunchDescription
@@ -13,16 +13,16 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, ThisLaunchFileDir
 
 ARGUMENTS = {
-    'elements': ('4', 'how many'),
+    'elements': ('4', 'number of elements'),
     'namespace': ('/bank', 'namespace of the bank'),
-    'config': ('case_2', 'preset of every element, or parameter file'),
-    'record': ('', 'folder of a session each; empty: none'),
-    'state': ('', 'folder of a state file each; empty: none'),
+    'config': ('case_2', 'preset or parameter file of all elements'),
+    'record': ('', 'folder of the sessions; empty: none'),
+    'state': ('', 'folder of the state files; empty: none'),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the description: the arguments, and the bank that they make."""
+    """Return the launch description: the arguments, and the bank."""
     passed = {name: LaunchConfiguration(name) for name in ARGUMENTS if name != 'state'}
     passed['state.path'] = LaunchConfiguration('state')
     one = PathJoinSubstitution([ThisLaunchFileDir(), 'memory.launch.py'])

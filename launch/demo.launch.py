@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Look at an element at work, and record it: ros2 launch mlmem_ros demo.launch.py.
+"""Watch and record an element at work: ros2 launch mlmem_ros demo.launch.py.
 
-Starts an element that records a session, and RViz where it is installed. Then `mlmem write 5`, or
-any other request, shows what it does. The arguments of memory.launch.py go to the element.
+Starts an element that records a session, and RViz if it is installed. Send it requests, such as
+`mlmem write 5`. The arguments of memory.launch.py apply, too.
 """
 
 import time
@@ -26,7 +26,7 @@ LAYOUT = Path(__file__).parent.parent / 'config' / 'memory.rviz'
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the description: an element, its session, and RViz."""
+    """Return the launch description: an element, its session, and RViz."""
     session = f'sessions/{time.strftime("%Y%m%d-%H%M%S")}'
     one = PathJoinSubstitution([ThisLaunchFileDir(), 'memory.launch.py'])
     return LaunchDescription(
@@ -35,7 +35,10 @@ def generate_launch_description() -> LaunchDescription:
                 'record', default_value=session, description='bag directory of the session'
             ),
             DeclareLaunchArgument(
-                'rviz', default_value='true', choices=['true', 'false'], description='look at it'
+                'rviz',
+                default_value='true',
+                choices=['true', 'false'],
+                description='whether to start RViz',
             ),
             IncludeLaunchDescription(PythonLaunchDescriptionSource(one)),
             OpaqueFunction(function=viewer, condition=IfCondition(LaunchConfiguration('rviz'))),
@@ -44,9 +47,9 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def viewer(_: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return RViz with the shipped layout, or where it is not installed what to do instead."""
+    """Return RViz with the shipped layout, or advice if it is not installed."""
     try:
         get_package_prefix('rviz2')
     except PackageNotFoundError:
-        return [LogInfo(msg='rviz2 is not installed; look at the element with "mlmem watch"')]
+        return [LogInfo(msg='rviz2 is not installed; watch the element with "mlmem watch"')]
     return [Node(package='rviz2', executable='rviz2', arguments=['-d', str(LAYOUT)])]

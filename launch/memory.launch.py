@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Launch one memory element: ros2 launch mlmem_ros memory.launch.py config:=case_2.
 
-`config` is a preset, or the path of a parameter file. Every parameter of the node is an argument,
-as `--show-args` tells; an empty one leaves it to the configuration. With `managed:=true` the
-launch takes the node through its life cycle, instead of the node itself. With `elements:=4` it is
-a bank, as bank.launch.py tells.
+`config` is a preset or the path of a parameter file. Every parameter of the node is an argument
+(`--show-args` lists them); an empty one leaves the parameter as configured. With `managed:=true`
+the launch configures and activates the node, instead of the node itself. With `elements:=4` it
+starts a bank, as bank.launch.py does.
 """
 
 from typing import Any
@@ -34,7 +34,7 @@ TRUTH = {'true': True, 'false': False}
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the description: the arguments, and the node that they make."""
+    """Return the launch description: the arguments, and the node."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -53,10 +53,12 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 'elements',
                 default_value='',
-                description='a bank of so many in one process, record.path and state.path folders '
-                'of a session and a state file each; empty: one element',
+                description='number of elements of a bank in one process, whose record.path and '
+                'state.path are folders; empty: one element',
             ),
-            DeclareLaunchArgument('record', default_value='', description='short for record.path'),
+            DeclareLaunchArgument(
+                'record', default_value='', description='the same as record.path'
+            ),
             *(argument(*declaration) for declaration in declarations()),
             OpaqueFunction(function=element),
         ]
@@ -64,19 +66,19 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def argument(name: str, default: Any, description: Description) -> DeclareLaunchArgument:
-    """Return the argument of a parameter."""
+    """Return the launch argument of a parameter."""
     unit = f' [{description.unit}]' if description.unit else ''
     choices = list(TRUTH) if isinstance(default, bool) else list(description.choices)
     return DeclareLaunchArgument(
         name,
         default_value=LaunchConfiguration('record') if name == 'record.path' else '',
         choices=['', *choices] if choices else None,
-        description=f'{description.text}{unit}; empty: as the configuration says',
+        description=f'{description.text}{unit}; empty: as configured',
     )
 
 
 def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the node with the parameters that were given, and what takes it to active."""
+    """Return the node with the given parameters, and what activates it."""
     given = {
         name: value(name, text, default)
         for name, default, _ in declarations()
@@ -86,7 +88,7 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     config = node_parameters(LaunchConfiguration('config').perform(context))
     if number := LaunchConfiguration('elements').perform(context):
         if managed:
-            raise ValueError('managed is for one element; got elements, too')
+            raise ValueError('managed must be false with elements')
         return [bank(number, config, given)]
     if managed:
         given['autostart'] = False
@@ -120,7 +122,7 @@ def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> No
 
 
 def value(name: str, text: str, default: Any) -> bool | int | float | str:
-    """Return the value that an argument means, of the type that the parameter has."""
+    """Return the value of an argument, in the type of the parameter."""
     kind = type(default)
     try:
         return TRUTH[text] if kind is bool else kind(text)
@@ -130,7 +132,7 @@ def value(name: str, text: str, default: Any) -> bool | int | float | str:
 
 
 def life_cycle(node: LifecycleNode) -> list[LaunchDescriptionEntity]:
-    """Return a node, what configures it once it is there, and what activates it after that."""
+    """Return a node, what configures it, and what activates it after that."""
     configured = OnStateTransition(
         target_lifecycle_node=node,
         start_state='configuring',
@@ -145,6 +147,6 @@ def life_cycle(node: LifecycleNode) -> list[LaunchDescriptionEntity]:
 
 
 def change(node: LifecycleNode, transition: int) -> EmitEvent:
-    """Return the event that asks a node for a transition."""
+    """Return the event that requests a transition of a node."""
     event = ChangeState(lifecycle_node_matcher=matches_action(node), transition_id=transition)
     return EmitEvent(event=event)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Optional packages: how to install one that is missing."""
+"""How to install an optional package that is missing."""
 
 from __future__ import annotations
 
@@ -24,14 +24,11 @@ ROS = (
     'lifecycle_msgs', 'trajectory_msgs', 'visualization_msgs', 'geometry_msgs',
     'builtin_interfaces',
 )  # fmt: skip
-"""Packages of ROS 2 that the node or its client use."""
+"""ROS 2 packages that the node or its clients use."""
 
 
 def advice(name: str) -> str:
-    """Return what to do if a package is missing, in one line.
-
-    Args: name: Its import name.
-    """
+    """Return in one line how to install a package, given its import name."""
     if name in ROS:
         return (
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
@@ -47,7 +44,7 @@ def advice(name: str) -> str:
 
 
 def missing(error: ModuleNotFoundError) -> str:
-    """Return which package an import did not find, and what to do, in one line."""
+    """Return in one line which package an import did not find, and how to install it."""
     name = (error.name or '').partition('.')[0]
     if name in ROS:
         return f'this needs ROS 2: {advice(name)}'

@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Threads and everything they wait on, in one place: a test may substitute a scheduler and clock.
+"""Threads and all that they wait on, so that a test can substitute a scheduler and a clock.
 
-Use it by the module's name (`threads.Condition()`), so that a test's substitutes affect everything
-created afterwards.
+Write `threads.Condition()`, with the module's name, so that substitutes take effect.
 """
 
 from concurrent.futures import Future

@@ -57,13 +57,7 @@ class Sessions:
     """
 
     def __init__(self, root: Callable[[], str], journal: Journal, now: Callable[[], int]) -> None:
-        """Create it idle.
-
-        Args:
-            root: Returns the folder that confines paths; see `files`.
-            journal: The log.
-            now: Returns the time in nanoseconds for messages.
-        """
+        """Create it idle; `root` confines paths (see `files`), `now` is in nanoseconds."""
         self.state = State.IDLE
         self.current: Recording | None = None
         self.last: LastSeconds | None = None

@@ -51,15 +51,11 @@ class Store:
     ) -> None:
         """Create it without opening a file.
 
-        Args:
-            settings: Path and interval.
-            root: The folder that confines the path; see `files`.
-            journal: The log.
-            worker: Writes to the disk. Successive stores share it: older writes come first.
-            owner: Name of the owner, shown to anyone else who wants the file.
+        Successive stores share a worker, so that older writes come first. The name of the owner is
+        shown to anyone else who wants the file.
 
         Raises:
-            SettingsError: The path is invalid, or leads out of the root.
+            SettingsError: The path is invalid, or leads out of the root (see `files`).
         """
         self.path = confined(settings.path, root) if settings.path else None
         self._calibrations = calibration_file.beside(self.path) if self.path else None

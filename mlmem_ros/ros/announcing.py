@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fast discovery of the node by clients.
 
-Fast DDS announces itself to a newcomer once, mostly before that one can listen, and then every
-three seconds: a third of all clients would wait for that, which adds 1 to 3 s to `mlmem read`. The
-node announces itself more often, and all clients find it within 0.8 s.
+Fast DDS announces itself to a newcomer once, mostly before the newcomer can listen, and then every
+three seconds. A third of all clients would wait for that, 1 to 3 s in `mlmem read`. The node
+announces itself more often, and all clients find it within 0.8 s.
 """
 
 from __future__ import annotations
@@ -15,22 +15,19 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 PROFILE = Path(__file__).with_name('fast_dds.xml')
-"""Fast DDS profile with the announcement period; other middleware ignores it."""
+"""Fast DDS profile with a shorter period; other middleware ignores it."""
 
 NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
-"""Variables that name a profile: for Fast DDS 2, which Jazzy has, and for Fast DDS 3."""
+"""Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""
 
 FILES = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
-"""Profiles in the current folder that they load by default."""
+"""Profiles that they load from the current folder by default."""
 
 
 def profile_variable(environment: Mapping[str, str]) -> str:
     """Return the variable that names a profile for the installed Fast DDS.
 
-    Each version reads its own, and rmw_fastrtps warns about the older one with Fast DDS 3.
-
-    Args:
-        environment: Of the process.
+    Each version reads its own, and with Fast DDS 3 rmw_fastrtps warns of the older one.
     """
     prefixes = [*environment.get('AMENT_PREFIX_PATH', '').split(os.pathsep), sys.prefix]
     return NAMES[any(Path(prefix, 'share', 'fastdds').is_dir() for prefix in prefixes if prefix)]
@@ -40,7 +37,7 @@ def announce_often(environment: MutableMapping[str, str]) -> None:
     """Make the process announce itself often, unless it has a profile already.
 
     Args:
-        environment: Of the process, before it loads the middleware.
+        environment: That of the process, which must not have loaded the middleware yet.
     """
     given = any(environment.get(name) for name in NAMES)
     if not given and not any(Path(name).exists() for name in FILES):

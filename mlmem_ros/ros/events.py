@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""rclpy's executor of events, made without the fault handler that its own function turns on.
+"""rclpy's executor of events, without the fault handler that its own function turns on.
 
-That one needs a stderr that is a file: notebooks and captured tests have none.
+The fault handler needs a stderr that is a file, which notebooks and captured tests do not have.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 
 
 def events_executor(context: Context | None = None) -> Executor:
-    """Return an executor that spends microseconds per callback, and builds no wait set.
+    """Return an executor that builds no wait set and takes only microseconds for a callback.
 
-    It ignores callback groups, and waits for ever without a time-out.
+    It ignores callback groups, and without a time-out it waits for ever.
 
     Args:
-        context: ROS's, by default the one of the process.
+        context: The ROS context, by default that of the process.
 
     Raises:
         ImportError: rclpy is older than 7.1.4.

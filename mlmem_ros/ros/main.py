@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executables `memory_node` and `memory_bank`: they handle signals before loading the rest."""
+"""The executables `memory_node` and `memory_bank`; they handle signals before loading the rest."""
 
 from __future__ import annotations
 
@@ -11,32 +11,18 @@ from collections.abc import Sequence
 from typing import Any
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     """Run one memory node until SIGINT or SIGTERM.
+
+    We handle signals ourselves: rclpy's handler would shut the context down before the session
+    file is closed and pending requests are answered.
 
     Args:
         arguments: Command line, the program first; by default that of the process.
+        several: Whether it is the command line of `memory_bank`.
 
     Returns:
         Exit status, of `node.run`.
-    """
-    return _serve(arguments, several=False)
-
-
-def bank(arguments: Sequence[str] | None = None) -> int:
-    """Run several memory nodes in one process, as `main` runs one."""
-    return _serve(arguments, several=True)
-
-
-def _serve(arguments: Sequence[str] | None, several: bool) -> int:
-    """Run what a command line asks for.
-
-    We handle signals: rclpy's own handler would shut the context down before the session file is
-    closed and pending requests are answered.
-
-    Args:
-        arguments: The command line.
-        several: Whether it is that of `memory_bank`.
     """
     received: list[int] = []
 
@@ -54,6 +40,11 @@ def _serve(arguments: Sequence[str] | None, several: bool) -> int:
     from .node.run import run  # takes a second or two, in which a signal must not raise
 
     return 0 if received else run(given, received, elements)
+
+
+def bank(arguments: Sequence[str] | None = None) -> int:
+    """Run several memory nodes in one process, as `main` runs one."""
+    return main(arguments, several=True)
 
 
 if __name__ == '__main__':

@@ -24,12 +24,7 @@ Parameters = Mapping[str, bool | int | float | str]
 def node_process(
     arguments: Sequence[str], **streams: Any
 ) -> AbstractContextManager[subprocess.Popen[bytes]]:
-    """Run a memory node as `child` does.
-
-    Args:
-        arguments: Its command line.
-        streams: `stdout` and `stderr` for `subprocess.Popen`.
-    """
+    """Run a memory node; see `child`."""
     return child('mlmem_ros.ros.main', arguments, **streams)
 
 
@@ -67,13 +62,7 @@ def _end_with_parent() -> None:
 def node_arguments(
     element: str, parameters: Parameters | None = None, file: str | PathLike[str] | None = None
 ) -> list[str]:
-    """Return the ROS command line of a node.
-
-    Args:
-        element: Its name with its namespace.
-        parameters: Parameters by name.
-        file: A parameter file.
-    """
+    """Return the ROS command line of a node, from its full name, parameters and a file."""
     namespace, _, name = element.rpartition('/')
     given = [f'{key}:={_literal(value)}' for key, value in (parameters or {}).items()]
     remaps = [f'__node:={name}', *([f'__ns:=/{namespace.lstrip("/")}'] if namespace else [])]

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Plain options of `memory_node` and `memory_bank` for common needs, besides ROS's."""
+"""The plain options of `memory_node` and `memory_bank`, besides those of ROS."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""
 
 MOST = 64
-"""More elements than this are probably a mistake."""
+"""Most elements; more are probably a mistake."""
 
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
@@ -30,14 +30,7 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
 
 
 def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
-    """Return the ROS arguments of a bank, and those of each of its nodes.
-
-    Args:
-        arguments: The command line, the program first.
-
-    Raises:
-        SystemExit: As `ros_arguments`.
-    """
+    """Return the ROS arguments of a bank, and those of each of its nodes; see `ros_arguments`."""
     parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
     parser.add_argument(
         '--elements',
@@ -47,8 +40,8 @@ def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, 
         help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
         f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
     )
-    parser.add_argument('--record', default='', metavar='FOLDER', help='of a session each')
-    parser.add_argument('--state', default='', metavar='FOLDER', help='of a state file each')
+    parser.add_argument('--record', default='', metavar='FOLDER', help='of the sessions')
+    parser.add_argument('--state', default='', metavar='FOLDER', help='of the state files')
     given, of_ros = _read(parser, arguments)
     namespace, rest = NAMESPACE, of_ros[:1]
     for word in of_ros[1:]:
@@ -69,7 +62,7 @@ def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, 
 
 
 def _parser(program: str, description: str) -> argparse.ArgumentParser:
-    """Return the parser of the options common to both."""
+    """Return a parser of the common options."""
     parser = argparse.ArgumentParser(
         program,
         description=description,

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every parameter of the node: name, default, meaning. It needs no ROS: the docs use it too."""
+"""Every parameter of the node: name, default, meaning. No ROS here: the docs use it, too."""
 
 from __future__ import annotations
 
@@ -54,15 +54,11 @@ OF_A_PRESET = (
     'design', 'actuator', 'write', 'erase', 'down_even', 'down_odd', 'up_even', 'up_odd',
     'throw', 'probe', 'probe_right', 'read', 'time',
 )  # fmt: skip
-"""Groups that change when a preset is set later; the others are the robot's own."""
+"""Groups that a preset sets; the others are the robot's."""
 
 
 def groups(chosen: Preset | None = None) -> dict[str, Any]:
-    """Return the defaults of every group by the prefix of its parameters.
-
-    Args:
-        chosen: The preset; by default that of a new node.
-    """
+    """Return the defaults of each group of a preset (that of a new node), by prefix."""
     chosen = chosen or preset(DEFAULT)
     return {
         'device': DeviceSettings(),
@@ -77,11 +73,7 @@ def groups(chosen: Preset | None = None) -> dict[str, Any]:
 
 
 def declarations(chosen: Preset | None = None) -> Iterator[tuple[str, Any, Description]]:
-    """Yield every parameter: name, default and description.
-
-    Args:
-        chosen: The preset of the defaults; by default that of a new node.
-    """
+    """Yield every parameter with its default in a preset (that of a new node)."""
     for name, (default, description) in {**LIVE, **OF_THE_NODE}.items():
         yield name, default, description
     for prefix, defaults in groups(chosen).items():

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What an inlet needs from an Imu message, taken from its bytes.
+"""What an inlet needs of an Imu message, taken from its bytes.
 
-A robot sends some hundred a second, and building the whole message (37 numbers in nine objects)
-costs ten times as much as the rest of the way into the device.
+A robot sends some hundred a second, and to build the whole message (37 numbers in nine objects)
+costs ten times as much as the rest of its way into the device.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ NUMBERS, ACCELERATION, COVARIANCE = 37, 25, 28
 
 
 def decoded(cdr: bytes) -> Any:
-    """Return the linear acceleration along x and its first covariance, as an Imu has them.
+    """Return an Imu's linear acceleration along x and first covariance, under its own names.
 
-    Raises: Whatever the middleware raises: the bytes are not an Imu.
+    Raises:
+        What the middleware raises if the bytes are not an Imu.
     """
     if cdr[:2] == LITTLE_ENDIAN and len(cdr) >= 16:
         header = 12 + struct.unpack_from('<I', cdr, 12)[0]  # stamp, and the name of the frame

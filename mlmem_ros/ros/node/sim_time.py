@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pacing by /clock, for `use_sim_time`: it pauses, jumps and runs at any rate."""
+"""Pacing by /clock, for `use_sim_time`; it may pause, jump and run at any rate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ POLL = 1e-3
 
 
 class SimTimePacer:
-    """ROS time as the node's clock follows it on /clock, in steps of 1 to 100 ms as a rule."""
+    """Follows the node's clock, which /clock advances, mostly by 1 to 100 ms at a time."""
 
     slack = 0.5
 

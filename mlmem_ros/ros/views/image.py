@@ -16,29 +16,23 @@ from ...host.settings import PublishSettings
 from .palette import COLOURS, Palette
 
 ROWS = 512
-"""Greatest height; in a longer chain every second, third ... cell is shown."""
+"""Greatest height; of a longer chain, only every second, third ... cell is shown."""
 
 DEFECT_SHADE = 0.8
 """Brightness of the lines along the defects, where walls rest."""
 
 EMPTY = 128
-"""Grey of the time before the node was started."""
+"""Grey of the time before the start."""
 
 
 class Contour:
     """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
 
-    A column is taken every few ticks, at almost no cost, so that late subscribers see the past
-    too; the message is built only on demand.
+    A column is taken every few ticks, at almost no cost, so that late subscribers see the past,
+    too. The message is built only on demand.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
-        """Begin an empty contour.
-
-        Args:
-            element: The device.
-            settings: `image_span` is the number of ticks that the image shows.
-        """
         self._element = element
         self._frame_id = settings.frame_id
         self._every = settings.column_every
@@ -48,13 +42,13 @@ class Contour:
         rows = len(range(0, element.design.N, self._stride))
         defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
-        # Twice as wide as the image: every column is kept twice, one width apart, so that the
+        # Twice as wide as the image: each column is stored twice, one width apart, so that the
         # latest ones always lie side by side.
         self._pixels = np.full((rows, 2 * self._columns, 3), EMPTY, dtype=np.uint8)
         self._taken = 0
 
     def take(self) -> None:
-        """Take a column of the present state if one is due; call it whenever one is."""
+        """Take a column of the present state, if one is due in this tick."""
         if self._element.ticks % self._every:
             return
         shown = self._element.chain.configuration[:: self._stride]

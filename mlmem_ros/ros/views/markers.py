@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point, Vector3
@@ -18,13 +18,13 @@ from ...physics import walls
 from .palette import COLOURS, Palette
 
 CELLS = 500
-"""Most cells shown; of a longer chain every second, third ... is."""
+"""Most cells shown; of a longer chain, only every second, third ... cell is."""
 
 LABELS = 32
-"""Most levels labelled."""
+"""Most levels that get a label."""
 
 WALLS = 4
-"""Most walls shown: the memory has one, and an erase a second."""
+"""Most walls shown; the memory has one, and a second during an erase."""
 
 SLENDERNESS = 25.0
 """Length of the drawn chain over its width."""
@@ -38,16 +38,10 @@ class ChainMarkers:
     """The element along x, in metres, cell j at j lattice constants from the left end.
 
     Cells and defects are drawn where they are, moved by the strain and by their own displacement.
-    The markers are created once and only moved afterwards, because creation is costly.
+    The markers are created once and then only moved, because creation is costly.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
-        """Make the markers.
-
-        Args:
-            element: The device.
-            settings: Their frame.
-        """
         design, self._unit = element.design, element.settings.scale.length
         self._element = element
         self._palette = Palette(design)
@@ -75,29 +69,22 @@ class ChainMarkers:
         ]
         self._wall_labels = [_text('wall label', '', AMBER, text, y=above) for _ in range(WALLS)]
         self._title = _text('level', '', AMBER, 1.5 * text, y=above + 1.8 * text)
-        self._message = MarkerArray(
-            markers=[
-                self._substrate,
-                self._cells,
-                *self._labels,
-                *self._walls,
-                *self._wall_labels,
-                self._title,
-            ]
-        )
+        lists = self._labels, self._walls, self._wall_labels
+        markers = [self._substrate, self._cells, *chain(*lists), self._title]
+        self._message = MarkerArray(markers=markers)
         for number, marker in enumerate(self._message.markers):
             marker.id = number
             marker.header.frame_id = settings.frame_id
 
     def message(self, stamp: Time) -> MarkerArray:
         """Return the markers of the present state; the next call changes them."""
-        chain, unit = self._element.chain, self._unit
-        configuration, displacement = chain.configuration, chain.v
+        state, unit = self._element.chain, self._unit
+        configuration, displacement = state.configuration, state.v
         substrate = displacement - configuration
         for marker in self._message.markers:
             marker.header.stamp = stamp
 
-        length = (self._element.design.N + chain.V_N) * unit
+        length = (self._element.design.N + state.V_N) * unit
         self._substrate.pose.position.x = 0.5 * length
         self._substrate.scale.x = length
         shown = slice(None, None, self._stride)
@@ -122,7 +109,7 @@ class ChainMarkers:
         return self._message
 
     def _content(self) -> str:
-        """Return what the device believes it holds: it has not seen the wall."""
+        """Return what the device believes that it holds; it has not seen the wall."""
         reading = self._element.reading
         if self._element.procedure:
             return self._element.procedure

@@ -30,5 +30,5 @@ class Palette:
         self._scale = 255.0 / ((1.0 + 2.0 * OVERSHOOT) * span)
 
     def indices(self, configuration: Array) -> np.ndarray:
-        """Return the index of every value's colour; beyond the scale, that of its end."""
+        """Return the index of each value's colour, clipped to the scale."""
         return np.clip((configuration - self._low) * self._scale, 0.0, 255.0).astype(np.uint8)
