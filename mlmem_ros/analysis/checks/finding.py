@@ -34,16 +34,11 @@ class Finding:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the finding for JSON, with None for NaN."""
-        values = {key: value if math.isfinite(value) else None for key, value in self.numbers}
+        values = {key: v if math.isfinite(v) else None for key, v in self.values.items()}
         return {
             'name': self.name, 'values': values, 'unit': self.unit,
             'verdict': self.verdict.value, 'text': self.text, 'source': self.source,
         }  # fmt: skip
-
-    @property
-    def numbers(self) -> list[tuple[str, float]]:
-        """The values as plain numbers, in order."""
-        return [(key, float(value)) for key, value in self.values.items()]
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def judge(design, settings):
         assert re.search('(time.tick|omega_c) must be at (most|least)', refusal)
         return None
     for finding in report.findings:
-        numberless = [name for name, value in finding.numbers if math.isnan(value)]
+        numberless = [name for name, value in finding.values.items() if math.isnan(value)]
         assert not numberless or NONE.fullmatch(finding.name), finding
         assert not numberless or finding.verdict is not Verdict.PASS or 'back' in str(numberless)
     return report.verdict

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mlmem_ros.analysis.scattering import echo_response, propagation
+from mlmem_ros.analysis.echo_forecast import echo_response, propagation
 from mlmem_ros.device.end import End
 from mlmem_ros.physics import CASE_II, Chain, Drive, Specimen, substep_times
 from mlmem_ros.physics.dispersion import wavenumber
