@@ -71,7 +71,8 @@ class Linkage:
         """
         state, last = self.state, float(told[-1])
         slipping = self._slips(told, faults, tick)
-        if state.true and not (slipping or _faulty(faults)):
+        faulty = slipping or faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset
+        if state.true and not faulty:
             if last != state.told:
                 self.state = LinkageState(last, last, last)
             return told
@@ -95,10 +96,9 @@ class Linkage:
         start = self.state.drive
         if faults.actuator_stuck:
             return np.full_like(told, start)
-        limits = self._limits(told, self.state.told, dt)
-        if faults.actuator_lag == 0.0:
-            return _followed(start, told, limits)
-        share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
+        limits, share = self._limits(told, self.state.told, dt), None
+        if faults.actuator_lag:
+            share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
         return _followed(start, told, limits, share)
 
     def _limits(self, course: Array, before: float, dt: Array) -> Array:
@@ -111,11 +111,6 @@ class Linkage:
         down = np.maximum(np.minimum(moves, 0.0) - by_hand, -most)
         up = np.minimum(np.maximum(moves, 0.0) + by_hand, most)
         return np.array((down, up))
-
-
-def _faulty(faults: Faults) -> bool:
-    """Return whether a fault of the drive or its mounting distorts the commanded strain."""
-    return bool(faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset)
 
 
 def _followed(start: float, wanted: Array, limits: Array, share: Array | None = None) -> Array:

@@ -45,6 +45,9 @@ def take(element: MemoryElement) -> dict[str, Any]:
     """
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running; only an idle device has a snapshot')
+    reading = element.reading and dataclasses.asdict(element.reading)
+    if reading and math.isinf(reading['distance']):
+        reading['distance'] = None  # JSON has no infinity
     material = {}
     if element.simulated:
         chain = element.chain
@@ -62,7 +65,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
         'linkage': dataclasses.asdict(element.linkage.state),
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
-        'reading': _reading_values(element.reading),
+        'reading': reading,
         'calibration': element.calibration.as_dict(),
         'calibration_key': calibration_key(element.design, element.settings),
         'statistics': dataclasses.asdict(element.statistics),
@@ -177,15 +180,6 @@ def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
     if not (0.0 <= motion.duration < math.inf and 0.0 <= elapsed < math.inf):
         raise ValueError(f'a move must take a finite time; got {elapsed} of {motion.duration}')
     return motion, strain, elapsed
-
-
-def _reading_values(reading: Reading | None) -> dict[str, Any] | None:
-    if reading is None:
-        return None
-    values = dataclasses.asdict(reading)
-    if math.isinf(reading.distance):
-        values['distance'] = None  # JSON has no infinity
-    return values
 
 
 def _reading(values: Mapping[str, Any] | None, levels: int) -> Reading | None:

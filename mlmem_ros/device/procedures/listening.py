@@ -104,15 +104,10 @@ def _loud(element: Instrument) -> tuple[End, float] | None:
     heard, probes = read_from(element.settings), element.transducer.probes
     for end in probes:
         limit = element.settings.read.quiet * probes[end if end in heard else end.opposite].v_th
-        if _restless(element, end, limit):
+        unrest = element.transducer.unrest(end)
+        if unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end):
             return end, limit
     return None
-
-
-def _restless(element: Instrument, end: End, limit: float) -> bool:
-    """Return whether an end moves more than a limit, and more than its sensor's noise."""
-    unrest = element.transducer.unrest(end)
-    return unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end)
 
 
 def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
