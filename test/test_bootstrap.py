@@ -90,7 +90,7 @@ def test_each_command_installs_what_it_needs(bootstrap, commands, capsys):
     assert not commands
 
 
-def test_another_setup_is_made_anew(bootstrap, commands):
+def test_another_setup_is_made_from_scratch(bootstrap, commands):
     assert bootstrap.main('test') == 0
     stamp = bootstrap.VENV / 'mlmem_ros.stamp'
     stamp.write_text(stamp.read_text().replace(' ', 'x ', 1))
@@ -99,7 +99,7 @@ def test_another_setup_is_made_anew(bootstrap, commands):
     assert len(commands) == 2
 
 
-def test_a_failed_check_names_the_road_for_robots(bootstrap, monkeypatch, capsys, tmp_path):
+def test_a_failed_check_points_to_colcon(bootstrap, monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(bootstrap, 'VENV', tmp_path / '.venv')
     monkeypatch.setattr(bootstrap, 'missing_prerequisite', lambda: 'something is missing')
     assert bootstrap.main() == 1

@@ -11,7 +11,7 @@ from mlmem_ros.chance import Stream, generator, normal
 SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN, Stream.LEVELS]
 
 
-def test_streams_of_an_element_are_the_children_of_its_seed_in_their_order():
+def test_streams_of_an_element_are_spawned_from_its_seed_in_order():
     children = np.random.SeedSequence(7).spawn(len(SPAWNED))
     for stream, child in zip(SPAWNED, children, strict=True):
         expected = np.random.Generator(np.random.PCG64(child)).random(5)

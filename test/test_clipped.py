@@ -44,12 +44,12 @@ def test_a_short_value_is_its_repr():
         assert clipped(value) == repr(value)
 
 
-def test_start_and_end_of_a_long_text_are_left():
+def test_a_long_text_keeps_its_start_and_end():
     assert clipped('a' * 50 + 'z' * 50, 20).startswith("'aaa")
     assert clipped('a' * 50 + 'z' * 50, 20).endswith("zzz'")
 
 
-def test_no_text_commands_the_terminal():
+def test_no_text_controls_the_terminal():
     shown = printable('\x1b[2Jgone\nnext \ud800 größe [/red]')
     assert shown == '\\x1b[2Jgone\\nnext \\ud800 größe [/red]'
     assert shown.encode()

@@ -64,7 +64,7 @@ def test_a_field_without_default_is_required():
     ],
     ids=str,
 )
-def test_legal_values_are_no_problem(values):
+def test_legal_values_are_accepted(values):
     assert problems(Lamp(**values)) == []
 
 
@@ -96,7 +96,7 @@ def test_a_wrong_value_is_one_problem(values, problem):
     assert problems(Lamp(**values)) == [problem]
 
 
-def test_a_number_too_large_for_a_float_is_a_problem_like_any_other():
+def test_an_integer_too_large_for_a_float_is_out_of_range():
     (problem,) = problems(Lamp(cells=10**400))
     assert problem.startswith('cells must be a whole number from 1 to 8; got 1000')
 
@@ -106,7 +106,7 @@ def test_every_problem_is_found_in_the_order_of_the_fields():
     assert [problem.split()[0] for problem in found] == ['cells', 'volts', 'lit']
 
 
-def test_annotations_that_are_types_count_like_those_that_are_texts():
+def test_annotations_may_be_types_or_strings():
     """A module without `from __future__ import annotations` stores the type itself."""
     plain = dataclasses.make_dataclass(
         'Plain', [('size', int, described(1, 'size')), ('on', bool, described(True, 'on'))]

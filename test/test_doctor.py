@@ -26,13 +26,13 @@ def test_python(version, verdict):
     assert checkup.check_python(version).verdict is verdict
 
 
-def test_a_library_that_is_there_tells_its_version():
+def test_the_version_of_a_library():
     import numpy
 
     assert checkup.check_library('numpy') == Diagnosis('numpy', PASS, numpy.__version__)
 
 
-def test_a_library_that_is_missing_or_broken_says_how_to_get_it(tmp_path, monkeypatch):
+def test_advice_for_a_missing_or_broken_library(tmp_path, monkeypatch):
     (tmp_path / 'broken_library.py').write_text('raise OSError("libfoo.so.1: no such file")')
     monkeypatch.syspath_prepend(tmp_path)
     assert checkup.check_library('broken_library').seen == 'libfoo.so.1: no such file'
@@ -65,7 +65,7 @@ def test_an_unset_domain_is_fine_on_one_machine(monkeypatch):
 
 
 @pytest.mark.parametrize(('free', 'verdict'), [(2e9, PASS), (5e8, WARN), (5e7, FAIL)])
-def test_room_for_records(free, verdict, tmp_path, monkeypatch):
+def test_free_space_for_recordings(free, verdict, tmp_path, monkeypatch):
     usage = namedtuple('usage', 'total used free')
     monkeypatch.setattr('shutil.disk_usage', lambda _: usage(int(1e10), 0, int(free)))
     assert checkup.check_disk(tmp_path / 'not' / 'there' / 'yet').verdict is verdict
@@ -89,14 +89,14 @@ def test_where_ros_logs_go(tmp_path, monkeypatch):
     assert str(checkup.log_folder()) == '/home/robot/logs'
 
 
-def test_kernels_that_cannot_be_kept(monkeypatch, tmp_path):
+def test_an_unwritable_compile_cache(monkeypatch, tmp_path):
     assert checkup.check_compile_cache().verdict in (PASS, WARN)
     monkeypatch.setattr(checkup, '_writable', lambda _: False)
     found = checkup.check_compile_cache()
     assert (found.verdict, 'NUMBA_CACHE_DIR' in found.advice) == (WARN, True)
 
 
-def test_without_ros_it_says_how_to_get_it(monkeypatch, capsys):
+def test_without_ros_it_says_how_to_install_it(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, 'rclpy', None)
     assert main(['doctor']) == 1
     told = capsys.readouterr().out
@@ -105,7 +105,7 @@ def test_without_ros_it_says_how_to_get_it(monkeypatch, capsys):
     assert 'node mlmem' not in told  # there is no use in asking
 
 
-def test_no_node_is_a_warning_and_the_rest_of_this_machine_is_fine(tmp_path):
+def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
     """As a process: what rclpy makes of the environment is settled when it is imported."""
     if importlib.util.find_spec('rclpy') is None:
         pytest.skip('rclpy is not installed')
@@ -125,7 +125,7 @@ def test_a_row_of_the_table():
     assert '\x1b[33mwarn\x1b[0m' in doctor.line(finding, colour=True)
 
 
-def test_warming_does_all_that_a_first_start_has_to(monkeypatch, capsys):
+def test_warming_does_all_the_work_of_a_first_start(monkeypatch, capsys):
     """Every loop with every substrate, and every preset's check."""
     names = [name for name, _ in doctor.first_start()]
     assert len(names) == 2 * len(INTEGRATORS) + len(PRESETS)

@@ -47,7 +47,7 @@ def test_a_failed_write_leaves_the_old_content(tmp_path, refuse, step):
     assert open_files() == before
 
 
-def test_text_that_is_no_unicode_leaves_the_old_content(tmp_path):
+def test_invalid_unicode_leaves_the_old_content(tmp_path):
     file = tmp_path / 'file'
     write_atomically(file, 'old')
     with pytest.raises(ValueError, match='surrogates'):
@@ -70,7 +70,7 @@ def test_a_file_that_cannot_be_made_durable_is_closed(tmp_path, refuse):
     assert open_files() == before
 
 
-def test_a_closed_file_does_not_close_another_one_of_its_number(tmp_path):
+def test_closing_a_file_twice_does_not_close_another_one(tmp_path):
     first = durable.create(tmp_path / 'first')
     first.close()
     second = durable.create(tmp_path / 'second')
@@ -79,14 +79,14 @@ def test_a_closed_file_does_not_close_another_one_of_its_number(tmp_path):
     second.close()
 
 
-def test_every_directory_that_is_made_is_synced_into_its_parent(tmp_path, monkeypatch):
+def test_every_new_directory_is_synced_into_its_parent(tmp_path, monkeypatch):
     synced = []
     monkeypatch.setattr(durable, 'sync_directory', synced.append)
     make_directory(tmp_path / 'a' / 'b' / 'c')
     assert {tmp_path, tmp_path / 'a', tmp_path / 'a' / 'b'} <= set(synced)
 
 
-def test_a_directory_that_is_there_is_refused_unless_it_may_be(tmp_path):
+def test_an_existing_directory_is_refused_unless_allowed(tmp_path):
     make_directory(tmp_path, exist_ok=True)
     with pytest.raises(FileExistsError):
         make_directory(tmp_path)

@@ -45,6 +45,6 @@ def test_imports_run_one_way():
     assert upward == []
 
 
-def test_every_room_has_its_place():
+def test_every_package_is_in_the_list():
     rooms = {path.parent.name for path in ROOT.glob('*/__init__.py')}
     assert rooms == set(LAYERS)

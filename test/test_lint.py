@@ -42,12 +42,12 @@ def told(path):
     return lines[1:3] if lines and lines[0].startswith('#!') else lines[:2]
 
 
-def test_every_source_tells_copyright_and_license():
+def test_every_source_names_copyright_and_license():
     assert len(SOURCES) > 300
     assert [str(path) for path in SOURCES if told(path) != HEADER] == []
 
 
-def test_the_license_is_the_one_that_is_named():
+def test_the_license_file_matches_package_xml():
     text = (ROOT / 'LICENSE').read_text()
     assert 'Apache License' in text
     assert 'Version 2.0, January 2004' in text
@@ -78,7 +78,7 @@ def test_package_xml_is_format_3():
     assert root.findtext('export/build_type') == 'ament_python'
 
 
-def test_dependencies_are_named_once_and_well():
+def test_dependencies_are_named_once():
     for tag in DEPENDS:
         names = [element.text for element in package().findall(tag)]
         assert len(names) == len(set(names)), tag
@@ -86,7 +86,7 @@ def test_dependencies_are_named_once_and_well():
             assert re.fullmatch(r'[a-z][a-z0-9_-]*', name), name
 
 
-def test_the_order_of_package_xml_is_the_schema_s():
+def test_package_xml_follows_the_order_of_its_schema():
     """Name first, export last, and the same kinds of dependency side by side."""
     tags = [child.tag for child in package()]
     assert tags[:3] == ['name', 'version', 'description']
@@ -115,7 +115,7 @@ def test_the_resource_marker_is_there():
 # CHANGELOG.rst
 
 
-def test_the_changelog_is_one_that_catkin_reads():
+def test_the_changelog_follows_rep_132():
     """REP 132: a title, then a section per version, newest first, each a list."""
     lines = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8').splitlines()
     title = f'Changelog for package {package().findtext("name")}'

@@ -31,7 +31,7 @@ class Pair:
     where: Path
 
 
-def test_json_is_of_plain_values(capsys):
+def test_json_holds_plain_values(capsys):
     print_json(
         {
             'pair': Pair(Colour.RED, Path('a/b')),
@@ -77,7 +77,7 @@ def test_a_machine_as_json(capsys):
     assert status == any(each['verdict'] == 'fail' for each in findings)
 
 
-def test_a_table_fits_and_its_headings_are_whole():
+def test_a_table_fits_80_columns_with_whole_headings():
     headings = ('>time', 'procedure', '>level margin', '>threshold margin', 'error')
     table = plain_table('procedures', *headings)
     table.add_row('123456.789 s', 'calibrate', '0.94', '4.37', 'word ' * 30 + 'x' * 120)

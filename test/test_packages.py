@@ -22,7 +22,7 @@ def python(code, *arguments):
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
-def test_an_element_is_hosted_without_what_writes_bags():
+def test_an_element_is_hosted_without_the_bag_libraries():
     """It cannot record, and is refused with what to install."""
     done = python("""
 from types import SimpleNamespace
@@ -39,13 +39,13 @@ assert '\\n' not in str(refused.value)
     assert done.returncode == 0, done.stderr
 
 
-def test_the_node_is_made_of_nothing_more_than_its_host():
+def test_the_node_is_imported_without_the_bag_libraries():
     pytest.importorskip('rclpy')
     done = python('import mlmem_ros.ros.node.run, mlmem_ros.ros.main')
     assert done.returncode == 0, done.stderr
 
 
-def test_a_command_says_what_it_misses():
+def test_a_command_names_the_missing_package():
     done = python(
         'import mlmem_ros.cli.main as cli; sys.exit(cli.main(sys.argv[1:]))', 'inspect', 'bag'
     )
@@ -70,7 +70,7 @@ def test_advice_fits_the_package(name, words):
     assert '\n' not in said
 
 
-def test_the_command_itself_needs_none():
+def test_the_command_needs_no_package():
     with pytest.raises(SystemExit) as told:
         main(['--help'])
     assert told.value.code == 0

@@ -38,7 +38,7 @@ def wrapped(text):
     return f'/**:\n  ros__parameters:\n    {text}\n'
 
 
-def test_a_file_changes_what_it_names_and_leaves_the_rest():
+def test_a_file_changes_only_what_it_names():
     design, settings = parse(MINE)
     assert (design.N, design.gamma, design.J) == (150, -2e-4, CASE_II.J)
     assert (settings.write.tension, settings.write.attempts) == (0.06, 5)
@@ -46,7 +46,7 @@ def test_a_file_changes_what_it_names_and_leaves_the_rest():
 
 
 @pytest.mark.parametrize('name', PRESETS)
-def test_a_preset_is_known_by_its_name_and_its_file_says_no_more(name):
+def test_the_file_of_a_preset_holds_only_its_name(name):
     assert load(name) == preset(name)
     assert load(str(CONFIG / f'{name}.yaml')) == preset(name)
     assert parse(text_of(*preset(name))) == preset(name)
@@ -54,7 +54,7 @@ def test_a_preset_is_known_by_its_name_and_its_file_says_no_more(name):
     assert said == {'/**': {'ros__parameters': {'design.preset': name}}}
 
 
-def test_a_file_overrides_its_preset_and_leaves_the_rest_of_it():
+def test_a_file_overrides_part_of_its_preset():
     design, settings = parse(wrapped('{design: {preset: bits_4, N: 216}, write: {hold: 60.0}}'))
     assert design == dataclasses.replace(preset('bits_4').design, N=216)
     assert settings.write.hold == 60.0
@@ -62,7 +62,7 @@ def test_a_file_overrides_its_preset_and_leaves_the_rest_of_it():
     assert settings.probe_right == preset('bits_4').settings.probe_right
 
 
-def test_the_example_says_nothing_twice():
+def test_the_example_repeats_no_default():
     """Every line of it changes something."""
     said = yaml.safe_load((CONFIG / 'example.yaml').read_text())['/**']['ros__parameters']
     base = groups(preset(said['design'].pop('preset')))
@@ -74,7 +74,7 @@ def test_the_example_says_nothing_twice():
     load(str(CONFIG / 'example.yaml'))
 
 
-def test_a_launch_file_takes_a_preset_or_a_file(tmp_path, monkeypatch):
+def test_a_launch_file_accepts_a_preset_or_a_file(tmp_path, monkeypatch):
     """As `mlmem design --output` wrote it, from where the launch was started."""
     assert node_parameters('bits_4') == {'design.preset': 'bits_4'}
     file = tmp_path / 'mine.yaml'
@@ -129,7 +129,7 @@ def test_a_bad_file_is_named_with_what_is_wrong(text, words):
         (wrapped('design: {N: 20}'), DesignError, 'J must be at most N - tail - 1 = 19'),
     ],
 )
-def test_a_value_out_of_range_is_refused_as_by_the_node(text, error, words):
+def test_a_value_out_of_range_is_refused(text, error, words):
     with pytest.raises(error, match=words):
         parse(text, 'my.yaml')
 
@@ -144,7 +144,7 @@ def test_a_preset_passes_its_check(capsys):
     assert ' 0 failed, 0 with a warning' in shown
 
 
-def test_a_failing_file_has_the_status_1_and_json_has_everything(tmp_path, capsys):
+def test_a_failed_check_ends_with_status_1_and_json_lists_all_findings(tmp_path, capsys):
     file = tmp_path / 'my.yaml'
     file.write_text(wrapped('probe: {omega_c: 2.4}'))
     assert main(['design', 'check', str(file), '--json']) == 1
@@ -154,7 +154,7 @@ def test_a_failing_file_has_the_status_1_and_json_has_everything(tmp_path, capsy
     assert 'carrier_left' in failed
 
 
-def test_a_brief_table_has_what_did_not_pass(capsys):
+def test_a_brief_table_lists_what_did_not_pass(capsys):
     assert main(['design', 'check', str(CONFIG / 'case_1.yaml'), '--brief']) == 0
     shown = capsys.readouterr().out
     assert 'carrier_right' in shown
@@ -173,7 +173,7 @@ def test_a_brief_table_has_what_did_not_pass(capsys):
         (wrapped('design: {N: 20}'), 1, 'J must be at most N - tail - 1'),
     ],
 )
-def test_what_cannot_be_checked(tmp_path, capsys, text, status, words):
+def test_files_that_cannot_be_checked(tmp_path, capsys, text, status, words):
     file = tmp_path / 'my.yaml'
     if text is not None:
         file.write_text(text)
@@ -183,7 +183,7 @@ def test_what_cannot_be_checked(tmp_path, capsys, text, status, words):
     assert words in message
 
 
-def test_what_is_written_as_a_parameter_file_is_read_back():
+def test_a_written_parameter_file_is_read_back():
     design = dataclasses.replace(CASE_II, N=250, eta=1e-3, gamma=-1e-5, substrate='elastic')
     settings = Settings(
         write=WriteSettings(tension=0.04, attempts=5), erase=EraseSettings(settle=1e5)

@@ -15,7 +15,7 @@ def test_it_is_short():
     assert len(README.split()) <= MOST_WORDS
 
 
-def test_what_it_points_to_is_there():
+def test_its_links_lead_somewhere():
     targets = re.findall(r'\]\(([^)#:]+)(?:#[^)]*)?\)', README)
     targets += re.findall(r'src(?:set)?="([^"]+)"', README)
     assert len(targets) > 20

@@ -23,7 +23,7 @@ def made():
 
 
 @pytest.mark.parametrize(('name', 'text'), made().items())
-def test_a_page_is_what_the_code_says(name, text):
+def test_a_reference_page_is_up_to_date(name, text):
     path = ROOT / 'docs' / 'reference' / name
     assert path.read_text(encoding='utf-8') == text, 'run .venv/bin/python tools/reference.py'
 

@@ -48,10 +48,10 @@ def found(source):
         'subprocess.run(line, shell=True)',
     ],
 )  # fmt: skip
-def test_the_search_finds(source):
+def test_the_search_finds_each_pattern(source):
     assert found(source)
 
 
-def test_nothing_that_is_read_is_run():
+def test_no_input_is_executed():
     assert len(SOURCES) > 100
     assert {str(path): names for path in SOURCES if (names := found(path.read_text()))} == {}

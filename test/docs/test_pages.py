@@ -27,5 +27,5 @@ def test_three_dots_stand_for_anything():
     assert not matches('level 4, delay 3.2\n', 'level 5, ...\n')
 
 
-def test_a_block_is_its_commands():
+def test_a_block_is_split_into_commands():
     assert list(commands('$ one\nsaid\n$ two\n')) == [('one', 'said\n'), ('two', '')]

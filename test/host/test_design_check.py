@@ -10,7 +10,7 @@ from mlmem_ros.host.design_check import check_design
 from mlmem_ros.physics import CASE_I, CASE_II
 
 
-def test_a_design_that_is_configured_again_is_not_checked_again(monkeypatch, journal, log):
+def test_a_design_is_checked_only_once(monkeypatch, journal, log):
     found = Finding('carrier_left', {}, '', Verdict.WARN, 'close to the edge of its band', '')
     checked = []
 
@@ -27,7 +27,7 @@ def test_a_design_that_is_configured_again_is_not_checked_again(monkeypatch, jou
     assert len(log.of('warning')) == 4  # what it found is told each time
 
 
-def test_what_was_found_is_kept_for_the_next_process(monkeypatch, tmp_path):
+def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
     """Until a file that it depends on has changed; a damaged file of checks is ignored."""
     path = tmp_path / 'checks.json'
     checked = []

@@ -59,7 +59,7 @@ def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
     assert saved['statistics']['writes'] == 1
 
 
-def test_a_write_that_cannot_be_saved_is_no_success(serve, file, kept, monkeypatch):
+def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
     def full(path, taken):
         raise StateError('the state cannot be saved in element.json: No space left on device')
 
@@ -90,7 +90,7 @@ def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkey
     assert any('the disk does not answer' in text for text in log.of('error'))
 
 
-def test_a_refused_command_is_refused_with_a_state_file_too(serve, kept):
+def test_a_command_is_refused_with_a_state_file_too(serve, kept):
     host = serve(**kept).activate()
     with pytest.raises(Refused, match='level must be'):
         host.submit(Write(8)).result(SOON)
@@ -115,7 +115,7 @@ def poison(host):
     host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(SOON)
 
 
-def test_a_device_that_fails_is_released_and_what_was_saved_stays(serve, kept, file, log):
+def test_a_device_that_fails_is_released_and_its_state_file_is_kept(serve, kept, file, log):
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).result(SOON).success
@@ -166,7 +166,7 @@ def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(failed):
     assert failed.activate().submit(Read()).result(SOON).reading.level == 0
 
 
-def test_another_design_does_not_get_what_a_failed_one_held(failed, log):
+def test_another_design_does_not_get_the_content_of_a_failed_one(failed, log):
     shorter = dataclasses.replace(CASE_II, N=224)
     failed.host.configure(dataclasses.replace(failed.given, design=shorter))
     assert log.of('warning') == ['the failed device had another design: the element is blank']
@@ -189,7 +189,7 @@ def record(tmp_path):
     return RecordSettings(path=str(tmp_path / 'session'))
 
 
-def test_of_many_starts_and_stops_at_once_one_is_done(serve, record):
+def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
     service = serve()
     host = service.activate()
     started = [host.record(service.plan(record)) for _ in range(20)]
@@ -203,7 +203,7 @@ def test_of_many_starts_and_stops_at_once_one_is_done(serve, record):
     assert host.sessions.state is State.IDLE
 
 
-def test_a_bag_is_told_where_it_is_whoever_asks(serve, tmp_path, monkeypatch):
+def test_the_path_of_a_bag_is_absolute(serve, tmp_path, monkeypatch):
     """A client is elsewhere: a path from the node's own folder tells it nothing."""
     monkeypatch.chdir(tmp_path)
     service = serve()
@@ -213,7 +213,7 @@ def test_a_bag_is_told_where_it_is_whoever_asks(serve, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize('active', [False, True])
-def test_a_session_whose_path_exists_gets_the_time_added(serve, record, tmp_path, active):
+def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
     """At the start of an element as while it runs; what is there stays as it is."""
     (tmp_path / 'session').mkdir()
     service = serve(record=RecordSettings() if active else record)
@@ -227,9 +227,7 @@ def test_a_session_whose_path_exists_gets_the_time_added(serve, record, tmp_path
     assert not any((tmp_path / 'session').iterdir())
 
 
-def test_a_session_that_must_not_get_the_time_added_refuses_a_path_that_exists(
-    serve, record, tmp_path
-):
+def test_an_existing_path_is_refused_unless_the_time_may_be_added(serve, record, tmp_path):
     (tmp_path / 'session').mkdir()
     exactly = dataclasses.replace(record, add_time=False)
     service = serve()
@@ -249,7 +247,7 @@ def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record,
     assert service.host.sessions.state is State.IDLE
 
 
-def test_a_disk_that_hangs_while_a_recording_begins_holds_nobody_up(
+def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     serve, record, monkeypatch, hung
 ):
     made = recording_module.Recording
@@ -273,7 +271,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_holds_nobody_up(
     assert host.sessions.current is None
 
 
-def test_a_recording_that_failed_is_told_when_it_is_stopped(serve, record):
+def test_stopping_a_failed_recording_reports_the_failure(serve, record):
     service = serve()
     host = service.activate()
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
@@ -305,14 +303,14 @@ def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
     host.close()
 
 
-def test_faults_that_the_element_cannot_have_refuse_the_configuration(serve):
+def test_impossible_faults_refuse_the_configuration(serve):
     service = serve(faults=Faults(stuck_cell=10_000))
     with pytest.raises(ValueError, match='parameters faults'):
         service.activate()
     assert service.host.element is None
 
 
-def test_the_content_survives_a_life(serve, kept):
+def test_the_content_survives_release_and_configuration(serve, kept):
     service = serve(**kept)
     host = service.activate()
     assert host.submit(Write(0)).result(SOON).success

@@ -20,14 +20,14 @@ def test_a_flood_of_refusals_is_one_line_a_second(journal, log, monkeypatch):
     assert more == '(and 1023 more since the last line)'
 
 
-def test_one_flood_does_not_hide_another_thing(journal, log):
+def test_a_flood_does_not_hide_other_lines(journal, log):
     for _ in range(100):
         journal.refused('~/strain', 'it is not finite')
     journal.refused('~/probe', 'busy')
     assert log.of('warning')[-1] == '~/probe refused: busy'
 
 
-def test_a_line_is_short_whatever_came_in(journal, log):
+def test_a_log_line_is_short_whatever_came_in(journal, log):
     journal.refused('~/strain_trajectory', f'the joint must be substrate; got {"j" * 5_000_000}!')
     (told,) = log.of('warning')
     assert len(told) < LONGEST + 20
@@ -35,7 +35,7 @@ def test_a_line_is_short_whatever_came_in(journal, log):
     assert told.endswith('jjj!')
 
 
-def test_a_defect_is_told_with_its_traceback_and_counted(journal, log):
+def test_a_defect_is_logged_with_its_traceback_and_counted(journal, log):
     for _ in range(3):
         with journal.guarded('the test'):
             raise ZeroDivisionError('by hand')

@@ -36,11 +36,11 @@ def commands(session):
     return [command for _, command in session.stamped]
 
 
-def test_nothing_is_kept_unless_it_is_asked_for(serve):
+def test_nothing_is_kept_by_default(serve):
     assert serve().activate().transcript is None
 
 
-def test_a_session_begins_with_what_led_up_to_it(serve, tmp_path):
+def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
     assert host.submit(Write(5)).result(SOON).success
@@ -56,7 +56,7 @@ def test_a_session_begins_with_what_led_up_to_it(serve, tmp_path):
     assert [outcome.reading.level for outcome in report.outcomes] == [5, 5]
 
 
-def test_what_led_up_to_a_failure_is_saved(serve, tmp_path, monkeypatch, log):
+def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatch, log):
     monkeypatch.chdir(tmp_path)
     service = serve(record=LONG)
     host = service.activate()
@@ -75,7 +75,7 @@ def test_what_led_up_to_a_failure_is_saved(serve, tmp_path, monkeypatch, log):
     assert host.transcript is None
 
 
-def test_what_lies_far_back_is_let_go_and_a_long_write_is_kept_whole(serve, tmp_path):
+def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path):
     service = serve(record=SHORT)
     host = service.activate()
     for level in (1, 6):
@@ -94,7 +94,7 @@ def test_what_lies_far_back_is_let_go_and_a_long_write_is_kept_whole(serve, tmp_
     assert replay(session).exact
 
 
-def test_it_begins_anew_after_a_session(serve, tmp_path):
+def test_it_starts_over_after_a_session(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
     assert host.submit(Write(3)).result(SOON).success
@@ -118,7 +118,7 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
     assert replay(session).exact
 
 
-def test_it_stays_within_its_bytes(serve, tmp_path, monkeypatch):
+def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
     """A write fills more than that: what is kept begins after it."""
     monkeypatch.setattr(last_seconds, 'MOST_BYTES', 50_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))

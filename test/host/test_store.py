@@ -44,7 +44,7 @@ def _store(file):
     return Store(settings, '', journal, Worker('test-store', journal))
 
 
-def test_what_is_kept_is_on_the_disk_once_it_is_told(file, kept):
+def test_a_kept_state_is_on_the_disk_before_the_answer(file, kept):
     element = new_element(CASE_II)
     store = kept(file)
     for _ in range(3):
@@ -53,7 +53,7 @@ def test_what_is_kept_is_on_the_disk_once_it_is_told(file, kept):
         assert state_file.load(file)['ticks'] == element.ticks
 
 
-def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch, kept):
+def test_states_are_saved_in_order(file, monkeypatch, kept):
     """A disk that is slow once does not put back what was before the last saving."""
     element, store, slow = new_element(CASE_II), kept(file), threading.Event()
     save = state_file.save
@@ -73,7 +73,7 @@ def test_states_are_saved_in_the_order_they_were_taken(file, monkeypatch, kept):
     assert state_file.load(file)['ticks'] == element.ticks == 1
 
 
-def test_a_state_that_cannot_be_saved_is_told(tmp_path, kept):
+def test_a_state_that_cannot_be_saved_is_reported(tmp_path, kept):
     store = kept(tmp_path / 'folder' / 'element.json')
     (tmp_path / 'folder').write_text('a file stands where a folder is wanted')
     with pytest.raises(StateError, match=r'the state cannot be saved in .*element\.json'):
@@ -116,7 +116,7 @@ def test_without_a_state_file_nothing_is_kept(tmp_path, counted, kept):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_was_learnt_is_known_even_where_the_state_is_gone(file, kept):
+def test_a_learnt_calibration_outlives_the_state(file, kept):
     store = kept(file)
     element = store.new_element(CASE_II, Settings())
     left = element.calibration.left
@@ -130,7 +130,7 @@ def test_what_was_learnt_is_known_even_where_the_state_is_gone(file, kept):
     assert kept(file).new_element(CASE_II, Settings()).calibration == learnt
 
 
-def test_a_state_for_other_pulses_brings_its_content_and_not_its_delays(file, kept):
+def test_a_state_with_other_pulses_restores_content_but_no_delays(file, kept):
     element = new_element(CASE_II)
     element.calibration = dataclasses.replace(
         element.calibration,

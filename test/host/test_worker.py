@@ -51,7 +51,7 @@ def test_work_is_done_in_order_and_its_thread_ends_with_it(worker):
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
 
 
-def test_what_is_refused_is_the_callers_and_a_defect_is_told_too(worker, journal, log):
+def test_refusals_go_to_the_caller_and_defects_also_to_the_log(worker, journal, log):
     def fail(error):
         raise error
 
@@ -65,7 +65,7 @@ def test_what_is_refused_is_the_callers_and_a_defect_is_told_too(worker, journal
     assert 'work failed; this is a defect' in log.of('error')[0]
 
 
-def test_who_waits_for_a_disk_that_hangs_is_told_so(worker, disk, later):
+def test_waiting_for_a_disk_that_hangs_ends_with_an_error(worker, disk, later):
     hung = worker.do('writing', disk.wait)
     behind = worker.do('closing', lambda: pytest.fail('nobody waits for it any more'))
     worker.tend()
@@ -80,7 +80,7 @@ def test_who_waits_for_a_disk_that_hangs_is_told_so(worker, disk, later):
     assert worker.do('more', lambda: 'again').result(SOON) == 'again'
 
 
-def test_a_wait_is_limited_and_gives_up_what_it_waited_for(worker, disk):
+def test_a_wait_is_limited_and_cancels_what_it_waited_for(worker, disk):
     hung = worker.do('writing', disk.wait)
     assert not worker.wait(0.01)
     assert isinstance(hung.exception(0.0), Overdue)
@@ -104,7 +104,7 @@ def test_a_step_that_comes_too_late_is_not_taken(worker, disk, later):
     assert not taken
 
 
-def test_a_step_that_is_refused_is_told_to_nobody_twice(worker, disk, later, journal):
+def test_a_refused_step_is_answered_once(worker, disk, later, journal):
     """It was answered before; its refusal is no defect either."""
     late = worker.do('work', lambda: disk.wait() and worker.unless_given_up(int))
     later()

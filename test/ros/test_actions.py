@@ -102,7 +102,7 @@ def test_a_write_is_a_goal(tool):
     assert tool('read').do(end='right').result.level == 3
 
 
-def test_its_feedback_tells_how_far_it_is(tool, robot):
+def test_its_feedback_reports_the_progress(tool, robot):
     write = tool('write')
     write.do(level=0)
     write.feedback.clear()
@@ -117,7 +117,7 @@ def test_its_feedback_tells_how_far_it_is(tool, robot):
     assert max(abs(each.strain) for each in write.feedback) > 0.005
 
 
-def test_a_goal_answers_what_the_service_does(tool, robot):
+def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
     by_action = goals.said('read', tool('read').do().result)
     by_service = robot.trigger('read')
     assert by_service.items() - dict(by_action).items() <= {
@@ -137,7 +137,7 @@ def test_a_goal_that_is_refused_says_why(tool, name, goal, why):
     assert why in ended.result.error
 
 
-def test_of_two_goals_at_once_the_second_is_refused_as_busy(tool):
+def test_a_second_goal_is_refused_as_busy(tool):
     tool('write').do(level=0)
     write, erase = tool('write'), tool('erase')
     first = write.send(level=5)
@@ -175,7 +175,7 @@ def test_a_cancel_stops_nobody_else(tool, robot):
     assert write.result(running).status == SUCCEEDED
 
 
-def test_a_goal_or_a_result_that_nobody_knows(robot):
+def test_an_unknown_goal(robot):
     name = '/mlmem/read/_action'
     cancel = robot.node.create_client(CancelGoal, f'{name}/cancel_goal')
     result = robot.node.create_client(Read.Impl.GetResultService, f'{name}/get_result')
@@ -189,7 +189,7 @@ def test_a_goal_or_a_result_that_nobody_knows(robot):
     assert robot.wait(lambda: sent.done() and sent.result(), 'a result').status == UNKNOWN
 
 
-def test_actions_are_listed_as_any_others(robot):
+def test_actions_are_listed_on_the_graph(robot):
     from rclpy.action import get_action_server_names_and_types_by_node as served
 
     robot.wait(lambda: len(served(robot.node, 'mlmem', '/')) == len(KINDS), 'five actions')
@@ -202,7 +202,7 @@ def test_actions_are_listed_as_any_others(robot):
 # MemoryClient
 
 
-def test_a_client_asks_by_actions_and_is_answered_the_same(client, memory):
+def test_a_client_gets_the_same_answers_through_actions(client, memory):
     plain = MemoryClient(client.node, memory.element, actions=False)
     content = client.write(2).wait()
     assert isinstance(content, Decoded)
@@ -210,7 +210,7 @@ def test_a_client_asks_by_actions_and_is_answered_the_same(client, memory):
     assert set(plain.write(2).wait().details) <= {*client.write(2).wait().details, 'asked'}
 
 
-def test_self_test_and_calibration_tell_all_they_found(client):
+def test_self_test_and_calibration_return_their_findings(client):
     learnt = client.calibrate().wait()
     assert isinstance(learnt, Calibrated)
     assert [len(learnt.delays[end]) for end in ('left', 'right')] == [8, 8]
@@ -262,7 +262,7 @@ def test_a_client_cancels_its_own_goal(client):
     assert not write.cancel_goal()
 
 
-def test_without_actions_there_is_nothing_to_iterate_and_nothing_to_cancel(client, memory):
+def test_without_actions_there_is_no_progress_and_no_cancel(client, memory):
     plain = MemoryClient(client.node, memory.element, actions=False)
     read = plain.read()
     assert not read.cancel_goal()
@@ -271,12 +271,12 @@ def test_without_actions_there_is_nothing_to_iterate_and_nothing_to_cancel(clien
         aiter(read).__anext__().send(None)
 
 
-def test_the_types_of_another_build_are_none(monkeypatch):
+def test_incomplete_action_types_are_ignored(monkeypatch):
     monkeypatch.setitem(sys.modules, 'mlmem_interfaces.action', SimpleNamespace(Write=Write))
     assert goals.action_types() == {}
 
 
-def test_at_the_end_who_waits_is_told(client, memory):
+def test_requests_under_way_are_refused_at_the_end(client, memory):
     client.write(0).wait()
     client.pause().wait()
     write = client.write(7)

@@ -144,6 +144,6 @@ def test_bad_requests_are_counted_in_diagnostics(written):
     assert refused_until_now(written) == before + 4
 
 
-def test_it_works_on_after_all_that(memory, written):
+def test_it_still_works_after_all_that(memory, written):
     assert written.write(LEVEL + 1)['level'] == LEVEL + 1
     assert 'Traceback' not in memory.output

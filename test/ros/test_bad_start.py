@@ -59,7 +59,7 @@ def test_a_missing_parameter_file(refused, tmp_path):
     assert str(file) in refused(file=file)
 
 
-def test_an_option_that_ros_does_not_know(refused):
+def test_an_unknown_ros_option(refused):
     assert "only ROS options; got ['--bogus']" in refused(options=['--bogus'])
 
 
@@ -91,6 +91,6 @@ def test_a_design_that_fails_its_check(refused):
         assert word in line
 
 
-def test_a_check_of_another_name(refused):
+def test_an_unknown_value_of_design_check(refused):
     line = refused({'design.check': 'perhaps'})
     assert 'design.check must be one of refuse, warn, skip' in line

@@ -63,7 +63,7 @@ def test_a_word_is_written_and_read(bank):
     assert [said.code for said in read.answers] == ['011', '001', '010']
 
 
-def test_a_bank_on_a_node_that_nobody_turns(bank):
+def test_a_bank_on_a_node_without_an_executor(bank):
     with on_a_node_of_its_own() as node:
         assert MemoryBank.on(node, ELEMENTS).read(end='both').wait().value == 0o213
 
@@ -135,7 +135,7 @@ def test_a_word_that_does_not_fit_is_not_sent(bank):
             bank.write(word)
 
 
-def test_one_element_that_refuses_is_named_and_the_others_write(bank):
+def test_an_element_that_refuses_is_named_and_the_others_write(bank):
     bank.write(0).wait()
     busy = bank.elements[1]
     busy.pause().wait()
@@ -152,7 +152,7 @@ def test_one_element_that_refuses_is_named_and_the_others_write(bank):
     assert bank.read().wait().digits == (1, 0, 1)
 
 
-def test_an_element_that_is_not_there(bank):
+def test_a_missing_element_is_named(bank):
     nobody = MemoryClient(bank.elements[0].node, '/nobody', patience=0.2)
     with pytest.raises(BankFailed, match='/nobody: no memory node answers') as failure:
         MemoryBank([bank.elements[0], nobody]).read().wait()
@@ -188,7 +188,7 @@ def coded(bank):
     return MemoryBank(bank.elements, check=2)
 
 
-def test_one_wrong_or_two_unreadable_elements_are_corrected_and_told(coded):
+def test_one_wrong_or_two_unreadable_elements_are_corrected_and_reported(coded):
     first, _, seal = coded.elements
     assert (coded.size, coded.write(5).wait().corrected) == (8, ())
     digits = coded.digits(5)
@@ -211,7 +211,7 @@ def test_one_wrong_or_two_unreadable_elements_are_corrected_and_told(coded):
     assert word.answers[1] is None
 
 
-def test_a_write_that_does_not_end_is_a_torn_word_and_may_go_round_one_element(coded):
+def test_a_failed_write_leaves_a_torn_word_and_may_bypass_one_element(coded):
     """The drive of one is stuck, and its digit stays what it was."""
     stuck, _, seal = coded.elements
     coded.write(2).wait()
@@ -234,7 +234,7 @@ def test_a_write_that_does_not_end_is_a_torn_word_and_may_go_round_one_element(c
     assert coded.read().wait().blank
 
 
-def test_of_two_check_digits_one_element_may_be_spared(coded):
+def test_a_spare_out_of_range_is_refused(coded):
     with pytest.raises(ValueError, match='spare must be from 0 to 1; got 2'):
         coded.write(1, spare=2)
 

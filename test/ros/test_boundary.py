@@ -41,7 +41,7 @@ def robot(node):
 
 
 @pytest.mark.parametrize('own', [True, False])
-def test_a_defect_is_answered_as_every_refusal_is(own):
+def test_a_defect_is_answered_like_a_refusal(own):
     """A service of ours with one JSON object, one of rclpy's with its text."""
 
     def broken(request, response):
@@ -83,7 +83,7 @@ ACTIVE_CAN = {4, 7}
 """Transitions of an active node: deactivate, and shut down."""
 
 
-def test_transitions_that_are_not_open_now_are_refused(robot, node):
+def test_transitions_that_are_not_available_are_refused(robot, node):
     for number in sorted(set(range(256)) - ACTIVE_CAN):
         assert not change(robot, id=number), number
     assert not change(robot, label='activate')
@@ -119,7 +119,7 @@ def test_a_parameter_of_no_known_type_is_refused(robot):
     ],
 )
 @pytest.mark.parametrize('parameter', ['record.path', 'state.path'])
-def test_a_path_that_can_be_none_is_refused_when_it_is_set(robot, parameter, path, why):
+def test_an_impossible_path_is_refused_when_it_is_set(robot, parameter, path, why):
     result = robot.try_set(parameter, path)
     assert not result.successful
     assert result.reason.startswith(parameter)
@@ -128,7 +128,7 @@ def test_a_path_that_can_be_none_is_refused_when_it_is_set(robot, parameter, pat
         assert robot.get('record.path') == ''
 
 
-def test_of_many_requests_to_record_one_is_done(robot, tmp_path):
+def test_one_of_many_requests_to_record_succeeds(robot, tmp_path):
     robot.set(record__path=str(tmp_path / 'session'))
     for on in (True, False):
         sent = [robot.send('record', SetBool.Request(data=on)) for _ in range(20)]
@@ -141,7 +141,7 @@ def test_of_many_requests_to_record_one_is_done(robot, tmp_path):
     robot.set(record__path='')
 
 
-def test_views_may_be_asked_for_while_a_recording_begins(robot, tmp_path):
+def test_views_are_turned_on_while_a_recording_begins(robot, tmp_path):
     robot.set(record__path=str(tmp_path / 'session'))
     begun = robot.send('record', SetBool.Request(data=True))
     robot.set(record__views=True)
@@ -152,7 +152,7 @@ def test_views_may_be_asked_for_while_a_recording_begins(robot, tmp_path):
     robot.set(record__views=False, record__path='')
 
 
-def test_steps_are_all_answered_though_time_runs(robot):
+def test_every_step_is_answered_although_time_runs(robot):
     sent = [robot.send('step') for _ in range(50)]
     answers = [robot.answer(future) for future in sent]
     assert len(answers) == 50
@@ -192,7 +192,7 @@ def test_a_flood_of_bad_messages_leaves_a_short_log(robot, node):
     assert len(node.output) - before < 20_000
 
 
-def test_a_trajectory_whose_points_are_no_strains_is_refused(robot, node):
+def test_a_trajectory_with_malformed_points_is_refused(robot, node):
     message = JointTrajectory(joint_names=['substrate'])
     message.points = [JointTrajectoryPoint(positions=[0.0, 0.0]), JointTrajectoryPoint()]
     robot.send_message('strain_trajectory', message)
@@ -205,7 +205,7 @@ def test_sim_time_is_not_switched_while_time_runs(robot):
     assert 'not active' in result.reason
 
 
-def test_at_the_end_it_ends_as_it_is_asked_to(node):
+def test_ctrl_c_ends_it_after_all_that(node):
     node.signal(signal.SIGINT)
     assert node.exit_status() == ENDED
     assert 'Traceback' not in node.output

@@ -124,7 +124,7 @@ def test_write_read_and_erase(client):
     assert client.read().wait().level == -1
 
 
-def test_a_self_test_tells_every_check_and_keeps_the_content(client):
+def test_a_self_test_reports_every_check_and_keeps_the_content(client):
     client.write(1).wait()
     tested = client.self_test().wait()
     assert tested.passed, tested.failed
@@ -144,7 +144,7 @@ def test_results_are_values(client):
         content.level = 5
 
 
-def test_time_is_held_and_stepped(client):
+def test_time_is_paused_and_stepped(client):
     held = client.pause().wait()
     try:
         assert held.paused
@@ -168,7 +168,7 @@ def test_parameters(client):
         client.parameters('design.N', 'design.nothing').wait()
 
 
-def test_a_whole_number_is_a_double_where_one_is_meant(client):
+def test_an_integer_is_converted_for_a_parameter_of_type_double(client):
     client.set_parameters({'time.speed': 2, 'faults.seed': 3}).wait()
     assert client.parameters('time.speed', 'faults.seed').wait() == {
         'time.speed': 2.0, 'faults.seed': 3,
@@ -178,14 +178,14 @@ def test_a_whole_number_is_a_double_where_one_is_meant(client):
     client.set_parameters({'time.speed': 1, 'faults.seed': 0}).wait()
 
 
-def test_a_node_that_nobody_turns_is_turned_while_it_waits(node):
+def test_waiting_spins_a_node_without_an_executor(node):
     """As in a node's __init__, which wants to know the content before it begins."""
     client = MemoryClient(node, '/mlmem')
     assert client.write(2).wait().level == 2
     assert node.executor is None  # left as it was: rclpy.spin(node) may follow
 
 
-def test_a_thread_waits_while_another_one_spins(node):
+def test_a_thread_waits_while_another_spins(node):
     client = MemoryClient(node, '/mlmem')
     with spinning(node):
         assert client.write(4).wait().level == 4
@@ -213,7 +213,7 @@ def test_a_callback_awaits(node, context, kind):
     assert in_a_callback(node, kind(context=context), write_and_read).level == 5
 
 
-def test_a_callback_that_waits_gets_its_answer(node, context):
+def test_a_callback_that_blocks_gets_its_answer(node, context):
     """Though nothing else runs in its executor meanwhile, nothing that it waits for has to."""
     client = MemoryClient(node, '/mlmem')
 
@@ -243,7 +243,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     assert told[:2] == 2 * [{'design.N': 225}]
 
 
-def test_a_node_waits_that_an_executor_has_let_go(node, context):
+def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
     """rclpy.spin_once leaves a node with an executor that nobody spins."""
     client = MemoryClient(node, '/mlmem')
     executor = SingleThreadedExecutor(context=context)
@@ -277,7 +277,7 @@ def test_waiting_ends_with_ros(node, context):
         reply.wait()
 
 
-def test_a_reason_reaches_who_awaits(node, context):
+def test_an_awaited_refusal_gives_the_reason(node, context):
     client = MemoryClient(node, '/mlmem')
 
     async def too_much():
@@ -305,7 +305,7 @@ def test_replies_leave_nothing_behind(node, context):
 # No, and why
 
 
-def test_a_level_that_is_none_is_not_sent(client):
+def test_an_invalid_level_is_not_sent(client):
     for level in (-1, 2.5, True, '3', None):
         with pytest.raises(ValueError, match='level must be a whole number from 0'):
             client.write(level)
@@ -364,7 +364,7 @@ def test_an_answer_that_does_not_come_in_time(client):
         client.read(timeout=0)
 
 
-def test_the_name_is_looked_for_beside_the_node(context):
+def test_names_are_relative_to_the_namespace_of_the_node(context):
     node = rclpy.create_node('arm', namespace='/robot', context=context)
     assert MemoryClient(node).name == '/robot/mlmem'
     assert MemoryClient(node, 'left/mlmem').name == '/robot/left/mlmem'
@@ -372,7 +372,7 @@ def test_the_name_is_looked_for_beside_the_node(context):
     node.destroy_node()
 
 
-def test_the_package_needs_no_ros_until_its_client_is_used():
+def test_the_package_is_imported_without_ros():
     code = (
         'import sys; sys.modules["rclpy"] = None; import mlmem_ros\n'
         'assert "MemoryClient" in dir(mlmem_ros)\n'
@@ -386,9 +386,7 @@ def test_the_package_needs_no_ros_until_its_client_is_used():
 # Several clients
 
 
-def test_of_two_writes_at_once_one_is_done_whole_and_the_other_changes_nothing(
-    memory, client, robot
-):
+def test_one_of_two_writes_at_once_succeeds_and_the_other_changes_nothing(memory, client, robot):
     """As requests that set a parameter first and pull the trigger then did not."""
     client.erase().wait()
     kept = robot.get('target_level')
@@ -410,14 +408,14 @@ def test_of_two_writes_at_once_one_is_done_whole_and_the_other_changes_nothing(
     assert robot.get('target_level') == kept
 
 
-def test_an_answer_names_the_level_that_was_asked_for(robot):
+def test_an_answer_names_the_requested_level(robot):
     robot.set(target_level=3)
     assert robot.trigger('write')['asked'] == 3
     refused = robot.answer(robot.ask('write', level=9))
     assert (refused.success, refused['asked']) == (False, 9)
 
 
-def test_an_end_is_probed_for_this_once(client):
+def test_the_end_to_probe_is_given_for_one_read(client):
     assert client.read(end='right').wait().end == 'right'
     assert client.read(end='both').wait().details['walls'] == 1
     assert client.read().wait().end == 'left'

@@ -13,7 +13,7 @@ from mlmem_ros.ros.node.command_line import ros_arguments
 @pytest.mark.parametrize(
     ('given', 'speed'), [(['--speed', 'max'], '0.0'), (['--speed=2.5'], '2.5')]
 )
-def test_the_speed_is_a_parameter_that_wins_over_all_before(given, speed):
+def test_the_speed_option_overrides_the_parameter(given, speed):
     others = ['node', '--ros-args', '-p', 'time.speed:=7.0', '-r', '__node:=other']
     expected = [*others, '--ros-args', '-p', f'time.speed:={speed}']
     assert ros_arguments([*others[:1], *given, *others[1:]]) == expected
@@ -23,7 +23,7 @@ def test_the_page_is_a_parameter():
     assert ros_arguments(['node', '--view']) == ['node', '--ros-args', '-p', 'view:=true']
 
 
-def test_the_options_of_ros_pass():
+def test_ros_options_are_passed_on():
     arguments = ['node', '--ros-args', '--log-level', 'warn', '-p', 'target_level:=3', '--']
     assert ros_arguments(arguments) == arguments
     assert ros_arguments(['node']) == ['node']
@@ -34,21 +34,21 @@ def test_the_options_of_ros_pass():
     [['--bogus'], ['bogus'], ['--spee', '2'], ['--bogus', '--ros-args', '--', '--speed', '2']],
     ids=str,
 )
-def test_what_is_no_option_is_refused(given, capsys):
+def test_an_unknown_option_is_refused(given, capsys):
     with pytest.raises(SystemExit) as refused:
         ros_arguments(['node', *given])
     assert refused.value.code == 2
     assert f'unrecognized arguments: {given[0]}' in capsys.readouterr().err
 
 
-def test_plain_options_go_behind_those_of_ros_too():
+def test_plain_options_may_follow_those_of_ros():
     given = ['node', '--ros-args', '-r', '__ns:=/leg', '--', '--speed', '2']
     expected = [*given[:5], '--ros-args', '-p', 'time.speed:=2.0']
     assert ros_arguments(given) == expected
 
 
 @pytest.mark.parametrize('of', [mlmem, lambda given: ros_arguments(['node', *given])])
-def test_the_version_is_told(of, capsys):
+def test_the_version_is_printed(of, capsys):
     with pytest.raises(SystemExit) as told:
         of(['--version'])
     assert told.value.code == 0
@@ -65,7 +65,7 @@ def test_a_bad_speed_is_refused_with_what_was_expected(factor, capsys):
     assert '"max"' in said
 
 
-def test_as_fast_as_it_can_and_how_fast_that_is(start):
+def test_speed_max_and_the_real_time_factor(start):
     """The factor in the diagnostics is ticks a second times 2 ms."""
     node = start(options=['--speed', 'max'])
     with Robot() as robot:

@@ -62,7 +62,7 @@ def test_write_read_erase(memory, robot, inside):
     robot.latest('level', lambda level: level.data == BLANK)
 
 
-def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
+def test_replay_into_a_node_names_the_differences(memory, robot):
     """A session that read a blank element ten times slower, into one that holds a level."""
     session = load(LIFE)
     session.stamped = [(0, Read())]
@@ -86,7 +86,7 @@ def test_replay_into_a_node_says_what_was_otherwise(memory, robot):
     assert 'NOT WHOLE' in describe_played(replace(played, lost=session.lost))[-1]
 
 
-def test_calibrate_keeps_the_content_and_tells_the_delays(memory, robot, inside):
+def test_calibrate_keeps_the_content_and_prints_the_delays(memory, robot, inside):
     assert robot.write(1).success
     status, told, complaint = inside('calibrate')
     assert (status, complaint) == (0, '')
@@ -142,7 +142,7 @@ def test_a_client_loads_neither_the_material_nor_the_compiler():
     assert done.stdout == '\n'
 
 
-def test_a_node_announces_itself_often_unless_it_was_told_otherwise(tmp_path, monkeypatch):
+def test_a_node_announces_itself_often_by_default(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     environment = {}
     announce_often(environment)
@@ -187,7 +187,7 @@ def test_a_level_that_the_element_does_not_have(memory, inside):
 
 
 @pytest.mark.parametrize('level', ['five', ''])
-def test_a_level_that_is_no_number(level, capsys):
+def test_a_level_that_is_not_a_number(level, capsys):
     with pytest.raises(SystemExit, match='2'):
         main(['write', level])
     told, said = capsys.readouterr()

@@ -21,7 +21,7 @@ def cached(monkeypatch):
     return lambda answer: monkeypatch.setattr(compiling, 'kernel_in_cache', lambda *_: answer)
 
 
-def test_what_is_compiled_is_not_spoken_of(cached, caplog):
+def test_cached_kernels_are_not_reported(cached, caplog):
     cached(True)
     told = []
     with (
@@ -33,7 +33,7 @@ def test_what_is_compiled_is_not_spoken_of(cached, caplog):
     assert caplog.messages == []
 
 
-def test_it_is_told_until_it_is_over(cached, caplog, monkeypatch):
+def test_compiling_is_reported_until_it_ends(cached, caplog, monkeypatch):
     cached(False)
     monkeypatch.setattr(compiling, 'REMINDER', 0.001)
     told, thrice = [], threading.Event()
@@ -51,7 +51,7 @@ def test_it_is_told_until_it_is_over(cached, caplog, monkeypatch):
     assert 'mlmem-compiling' not in [thread.name for thread in threading.enumerate()]
 
 
-def test_a_failure_within_ends_the_reminder(cached):
+def test_a_failure_ends_the_reminders(cached):
     cached(False)
     with pytest.raises(RuntimeError), compiling.telling_compilation(NODE, CASE_II, 'pefrl', print):
         raise RuntimeError

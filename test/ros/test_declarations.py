@@ -5,7 +5,7 @@
 from mlmem_ros.ros.node.declarations import declarations
 
 
-def test_every_parameter_has_a_name_of_its_own_and_says_what_it_is():
+def test_every_parameter_has_a_unique_name_and_a_description():
     found = list(declarations())
     names = [name for name, _, _ in found]
     assert len(set(names)) == len(names)

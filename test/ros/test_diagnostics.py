@@ -42,23 +42,23 @@ def test_a_warning_stays_for_some_reports():
     assert levels([OK, WARN, OK, OK, OK, OK]) == [OK, WARN, WARN, WARN, OK, OK]
 
 
-def test_a_new_cause_begins_the_time_anew():
+def test_a_new_cause_restarts_the_hold():
     assert levels([WARN, OK, WARN, OK, OK, OK]) == [WARN] * 5 + [OK]
 
 
-def test_an_error_takes_the_place_of_a_warning_and_not_the_other_way_round():
+def test_an_error_replaces_a_warning_but_not_the_other_way_round():
     assert levels([WARN, ERROR, WARN, OK, OK]) == [WARN, ERROR, ERROR, ERROR, OK]
     assert levels([ERROR, WARN, WARN, WARN, WARN]) == [ERROR, ERROR, ERROR, WARN, WARN]
 
 
-def test_who_is_not_active_has_no_warnings():
+def test_an_inactive_node_has_no_warnings():
     smoother = Hysteresis()
     smoother.smooth(Health(WARN, 'two were lost'))
     smoother.forget()
     assert smoother.smooth(Health(OK, 'inactive')) == Health(OK, 'inactive')
 
 
-def test_the_text_is_that_of_the_warning_and_the_values_are_present():
+def test_a_lasting_warning_has_present_values():
     smoother = Hysteresis()
     smoother.smooth(Health(WARN, 'two were lost', {'lost': 2}))
     assert smoother.smooth(Health(OK, 'running', {'lost': 0})) == Health(
@@ -76,7 +76,7 @@ def element():
     return MemoryElement(CASE_II, Settings(), Calibration(table, table))
 
 
-def test_the_energies_are_those_of_a_chain_that_is_strained(element):
+def test_the_energies_of_a_strained_chain(element):
     element.apply(SetStrain(0.02))
     element.advance()
     health = diagnostics.material(element)
@@ -112,7 +112,7 @@ def test_two_walls_at_rest_are_a_warning(element):
     assert diagnostics.material(element).level == OK  # not while it is driven
 
 
-def test_samples_that_a_real_element_missed_are_a_warning():
+def test_missed_samples_of_a_real_element_are_a_warning():
     reports = [Health(OK, 'a real element', {'missed_samples': missed}) for missed in (0, 3, 3)]
     compared = map(diagnostics.compared, reports, [diagnostics.INACTIVE, *reports])
     assert [health.level for health in compared] == [OK, WARN, OK]
@@ -152,7 +152,7 @@ def session(**changes):
         (session(error=BagError('no space left'), dropped=3), ERROR, 'no space left'),
     ],
 )
-def test_the_gravest_of_a_recording_is_told(recording, level, text):
+def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
     sessions = SimpleNamespace(state=State.IDLE, current=recording, last=None)
     health = diagnostics.recorder(SimpleNamespace(sessions=sessions))
     assert (health.level, health.text[: len(text)]) == (level, text)
@@ -200,7 +200,7 @@ def test_a_weak_echo_of_a_level_is_a_warning(heard):
     assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # the memory's to tell
 
 
-def test_what_cannot_be_decoded_is_a_warning_with_its_reason(element, heard):
+def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):
     assert diagnostics.memory(element) == Health(OK, 'not read yet', ANY)
     health = diagnostics.memory(heard(-2, 1.2))
     assert (health.level, health.text) == (WARN, 'between two levels')
@@ -232,7 +232,7 @@ def test_every_component_reports(robot):
     assert int(memory['writes']) >= 1
 
 
-def test_what_is_inactive_says_so(start):
+def test_an_inactive_node_reports_it(start):
     start({'scale.time': 1e-5}, name='idle')
     with Robot('/idle', 'idle_robot') as robot:
         robot.next('/diagnostics', lambda a: reported(a)['loop'].level <= WARN)

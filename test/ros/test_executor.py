@@ -60,7 +60,7 @@ def responses(executor, client, sent):
     return [future.result().message for future in sent]
 
 
-def test_requests_that_come_with_one_that_cannot_be_decoded_are_served(executor, node, client):
+def test_requests_beside_an_undecodable_one_are_served(executor, node, client):
     """The middleware counts them; the count is lost with the exception, and would be for good."""
 
     class Odd:
@@ -88,7 +88,7 @@ def test_requests_that_come_with_one_that_cannot_be_decoded_are_served(executor,
     assert service.srv_type.failures > 1
 
 
-def test_a_request_is_answered_from_the_thread_that_brings_the_answer(executor, node, client):
+def test_a_request_is_answered_from_the_thread_that_settles_it(executor, node, client):
     waits = Future()
 
     async def answer(_, response):
@@ -107,7 +107,7 @@ def test_a_request_is_answered_from_the_thread_that_brings_the_answer(executor, 
     assert not boundary.waiting
 
 
-def test_an_interruption_ends_the_present_turn_or_the_next(executor):
+def test_an_interrupt_ends_the_present_spin_or_the_next(executor):
     for seconds in (0.05, 0.0):
         begun = time.monotonic()
         if seconds:

@@ -37,7 +37,7 @@ def mean(field):
     return sum(field.data) / len(field.data)
 
 
-def test_a_fault_can_be_had_and_healed_while_running(robot):
+def test_a_fault_is_set_and_removed_while_running(robot):
     assert robot.write(2).success
     robot.set(faults__actuator_stuck=True)
     robot.set(target_level=3)
@@ -84,14 +84,14 @@ def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
     robot.next('field', lambda field: abs(mean(field) - rest) < 1e-5)
 
 
-def test_an_acceleration_that_cannot_be_is_refused_and_counted(robot):
+def test_an_impossible_acceleration_is_refused_and_counted(robot):
     before = refused(robot)
     for wrong in (imu(math.nan), imu(math.inf), imu(1.0 * UNIT), imu(0.0, covariance=-1.0)):
         robot.send_message('disturbance', wrong)
     robot.wait(lambda: refused(robot) >= before + 4, 'four refusals')
 
 
-def test_a_best_effort_imu_is_heard(robot):
+def test_a_best_effort_imu_is_received(robot):
     publisher = robot.node.create_publisher(Imu, robot.name('disturbance'), SENSOR)
     robot.wait(publisher.get_subscription_count, 'the subscriber')
     rest, fields = mean(robot.next('field')), robot.received('field')
@@ -104,7 +104,7 @@ def test_a_best_effort_imu_is_heard(robot):
     robot.wait(shaken, 'cells that are shaken')
 
 
-def test_a_client_sets_faults_and_is_told_why_not(robot):
+def test_a_client_sets_faults_and_gets_the_reason_of_a_refusal(robot):
     with standalone(robot.element) as memory:
         memory.set_parameters({'faults.weak_cell': 150, 'faults.weak_factor': 0.9}).wait()
         assert memory.parameters('faults.weak_cell').wait() == {'faults.weak_cell': 150}

@@ -28,7 +28,7 @@ def root(tmp_path):
         ('way_in/session', 'below/session'),
     ],
 )
-def test_what_stays_below_the_root(root, path, meant):
+def test_a_path_below_the_root_is_accepted(root, path, meant):
     assert confined(path.format(root=root), str(root)) == root.resolve() / meant
 
 
@@ -36,7 +36,7 @@ def test_what_stays_below_the_root(root, path, meant):
     'path',
     ['..', '.', '', '../session', '{root}', '/session', '~/x', 'way_out/x', 'below/../../x'],
 )
-def test_what_leads_out_is_refused(root, path):
+def test_a_path_outside_the_root_is_refused(root, path):
     with pytest.raises(SettingsError, match=r'must lie below files\.root = .*; it leads to /'):
         confined(path.format(root=root), str(root))
 
@@ -46,7 +46,7 @@ def test_a_root_that_is_a_link_is_what_it_points_to(root, tmp_path):
     assert confined('x', str(tmp_path / 'link')) == root.resolve() / 'x'
 
 
-def test_without_a_root_a_path_lies_anywhere(tmp_path):
+def test_without_a_root_any_path_is_accepted(tmp_path):
     assert confined(f'{tmp_path}/x', '') == tmp_path / 'x'
     assert str(confined('x', '')) == 'x'
 
@@ -73,13 +73,13 @@ def test_a_node_stays_below_its_root(start, root, tmp_path):
 
 
 @pytest.mark.parametrize('name', ['record.path', 'state.path'])
-def test_a_node_that_shall_write_elsewhere_does_not_start(refused, root, tmp_path, name):
+def test_a_node_with_a_path_outside_its_root_does_not_start(refused, root, tmp_path, name):
     line = refused({'files.root': str(root), name: str(tmp_path / 'x')})
     for word in ('files.root', str(root), str(tmp_path / 'x')):
         assert word in line
 
 
-def test_a_parameter_that_is_none_is_told(start):
+def test_an_unknown_parameter_is_reported(start):
     parameters = {'write.atempts': 5, 'probe.colour': 'red', 'scale.time': 1e-5}
     node = start(parameters)
     with Robot() as robot:

@@ -159,7 +159,7 @@ def series(robot):
     yield from (f'/mlmem/wall/data[{number}]' for number in range(2))
 
 
-def test_every_layout_is_there_and_told():
+def test_every_layout_exists_and_is_documented():
     pages = [ROOT / 'docs' / name for name in ('look.md', 'robot.md')]
     told = ''.join(page.read_text(encoding='utf-8') for page in pages)
     for layout in ('memory.rviz', 'foxglove_layout.json', 'plotjuggler.xml', 'sros2_policy.xml'):

@@ -26,7 +26,7 @@ def state(robot):
 
 
 @pytest.mark.slow
-def test_a_cold_cache_is_told(start, tmp_path, monkeypatch):
+def test_compiling_is_reported(start, tmp_path, monkeypatch):
     """In the log and on /diagnostics, while it compiles; the second start need not."""
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
     first = start(BY_HAND, apart=True)
@@ -47,7 +47,7 @@ def wall(robot):
     return list(robot.next('wall').data)
 
 
-def test_a_node_that_does_not_start_itself_is_taken_through_its_states(start):
+def test_a_managed_node_is_taken_through_its_states(start):
     start(BY_HAND)
     with Robot() as robot:
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
@@ -70,7 +70,7 @@ def test_a_node_that_does_not_start_itself_is_taken_through_its_states(start):
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
 
 
-def test_a_design_is_changed_while_unconfigured_and_never_else(start):
+def test_a_design_is_changed_only_while_unconfigured(start):
     node = start(BY_HAND)
     with Robot() as robot:
         assert change(robot, Transition.TRANSITION_CONFIGURE)

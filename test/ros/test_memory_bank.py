@@ -43,7 +43,7 @@ def elements(bank):
         yield [MemoryClient(client.node, node.get_fully_qualified_name()) for node in bank.nodes]
 
 
-def test_what_happens_to_one_does_not_happen_to_the_others(bank, elements, tmp_path, capfd):
+def test_elements_of_a_bank_fail_independently(bank, elements, tmp_path, capfd):
     first, damaged, other = elements
     assert '/robot/bank/element_1 cannot start: ' in capfd.readouterr().err
     with pytest.raises(RequestRefused, match='inactive: configure and activate the node first'):
@@ -67,7 +67,7 @@ def test_what_happens_to_one_does_not_happen_to_the_others(bank, elements, tmp_p
     assert (tmp_path / 'states' / 'element_1.json').read_text().startswith('what a disk')
 
 
-def test_a_bank_of_which_nothing_can_start_does_not():
+def test_a_bank_fails_to_start_if_no_element_can():
     arguments, elements = bank_arguments(
         [
             'memory_bank',
@@ -95,7 +95,7 @@ def test_the_command_line_of_a_bank():
 
 
 @pytest.mark.parametrize('number', ['0', '65', '-1', '2.5', 'four'])
-def test_a_bank_has_some_elements(number, capsys):
+def test_a_bank_has_from_1_to_64_elements(number, capsys):
     with pytest.raises(SystemExit):
         bank_arguments(['memory_bank', f'--elements={number}'])
     assert f"must be a number from 1 to 64; got '{number}'" in capsys.readouterr().err

@@ -23,13 +23,13 @@ def looked():
     time.sleep(1.5 * namesakes.LOOKS * namesakes.PERIOD)
 
 
-def test_a_second_node_of_the_name_says_so_once():
+def test_a_second_node_of_the_same_name_is_logged_once():
     with memory_node(BY_HAND, name='twin'), memory_node(BY_HAND, name='twin') as second:
         looked()
         assert second.output.count('another node named /twin is running') == 1
 
 
-def test_a_node_that_is_alone_says_nothing():
+def test_a_node_without_namesakes_logs_nothing():
     with memory_node(BY_HAND, name='single', namespace='/other') as other, Robot(name='single'):
         looked()
         assert other.output == ''

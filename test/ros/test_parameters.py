@@ -50,12 +50,12 @@ def set_all(node, values):
 
 
 @pytest.mark.parametrize('name', PRESETS)
-def test_a_preset_that_is_given_is_the_whole_element(declared, name):
+def test_a_preset_given_at_the_start_is_the_whole_element(declared, name):
     _, given = declared({'design.preset': name})
     assert (given.values().design, given.values().settings) == preset(name)
 
 
-def test_what_is_given_beside_a_preset_overrides_it(declared):
+def test_a_parameter_given_beside_a_preset_overrides_it(declared):
     _, given = declared({'design.preset': 'bits_4', 'design.N': 216, 'write.hold': 60.0})
     design, settings = preset('bits_4')
     assert asdict(given.values().design) == {**asdict(design), 'N': 216}
@@ -65,13 +65,13 @@ def test_what_is_given_beside_a_preset_overrides_it(declared):
 
 
 @pytest.mark.parametrize('name', PRESETS)
-def test_a_preset_that_is_set_brings_its_settings_along(declared, name):
+def test_setting_a_preset_changes_all_its_settings(declared, name):
     node, given = declared()
     assert set_all(node, {'design.preset': name}).successful
     assert (given.values().design, given.values().settings) == preset(name)
 
 
-def test_a_preset_that_is_set_ends_what_was_set_of_the_element_and_not_of_the_robot(declared):
+def test_setting_a_preset_keeps_the_settings_of_the_robot(declared):
     node, given = declared({'scale.time': 1e-5, 'publish.frame_id': 'leg', 'design.N': 250})
     assert set_all(node, {'write.hold': 60.0}).successful
     assert set_all(node, {'design.preset': 'bits_4'}).successful
@@ -84,13 +84,13 @@ def test_a_preset_that_is_set_ends_what_was_set_of_the_element_and_not_of_the_ro
 @pytest.mark.parametrize(
     ('namespace', 'frame'), [('', 'memory'), ('/bank/element_1', 'bank/element_1/memory')]
 )
-def test_elements_side_by_side_have_frames_apart(declared, namespace, frame):
+def test_elements_in_namespaces_have_separate_frames(declared, namespace, frame):
     _, given = declared(namespace=namespace)
     assert given.values().publish.frame_id == frame
 
 
 @pytest.mark.parametrize('order', [1, -1])
-def test_what_is_set_with_a_preset_overrides_it_in_any_order(declared, order):
+def test_a_parameter_set_with_a_preset_overrides_it_in_any_order(declared, order):
     node, given = declared()
     both = [('design.preset', 'bits_4'), ('design.N', 216), ('write.hold', 60.0)]
     assert set_all(node, dict(both[::order])).successful
@@ -100,13 +100,13 @@ def test_what_is_set_with_a_preset_overrides_it_in_any_order(declared, order):
 
 
 @pytest.mark.parametrize('name', ['bits_7', '', 4, [1.5]])
-def test_a_preset_that_is_none_changes_nothing(declared, name):
+def test_an_unknown_preset_changes_nothing(declared, name):
     node, given = declared({'design.preset': 'bits_2'})
     assert not set_all(node, {'design.preset': name, 'write.hold': 60.0}).successful
     assert (given.values().design, given.values().settings) == preset('bits_2')
 
 
-def test_a_preset_is_for_who_is_unconfigured(declared):
+def test_a_preset_is_set_only_while_unconfigured(declared):
     node, given = declared()
     given.lock(8)
     refused = set_all(node, {'design.preset': 'bits_4'})
@@ -114,7 +114,7 @@ def test_a_preset_is_for_who_is_unconfigured(declared):
     assert (given.values().design, given.values().settings) == preset('case_2')
 
 
-def test_a_node_of_sixteen_levels(start):
+def test_a_node_with_sixteen_levels(start):
     start({'design.preset': 'bits_4', 'scale.time': 1e-5})
     with Robot() as robot:
         (levels,) = robot.describe(['target_level'])['target_level'].integer_range
@@ -123,7 +123,7 @@ def test_a_node_of_sixteen_levels(start):
         assert robot.trigger('read')['end'] == 'right'
 
 
-def test_the_loop_counts_on_the_interval_of_the_hashes(declared):
+def test_the_interval_of_the_hashes_is_fixed_while_configured(declared):
     node, given = declared()
     given.lock(8)
     assert set_all(node, {'record.path': '/tmp/session'}).successful
@@ -132,7 +132,7 @@ def test_the_loop_counts_on_the_interval_of_the_hashes(declared):
 
 
 @pytest.mark.parametrize('name', ['time.integrator', 'read.end'])
-def test_a_word_that_is_no_choice_is_refused_at_once(declared, name):
+def test_a_word_that_is_not_a_choice_is_refused(declared, name):
     node, _ = declared()
     refused = set_all(node, {name: 'euler'})
     assert refused.reason.startswith(f'{name} must be one of ')
@@ -144,7 +144,7 @@ def test_a_word_that_is_no_choice_is_refused_at_once(declared, name):
 
 
 @pytest.mark.parametrize('word', [True, 0, 'off'])
-def test_an_unknown_way_to_check_is_refused(declared, word):
+def test_an_unknown_value_of_design_check_is_refused(declared, word):
     with pytest.raises(SettingsError, match=r'design\.check must be'):
         declared({'design.check': word})[1].values()
     node, given = declared()

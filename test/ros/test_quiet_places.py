@@ -8,7 +8,7 @@ from mlmem_ros.cli.checkup import check_node
 from mlmem_ros.verdict import Verdict
 
 
-def test_a_plain_subscriber_hears_every_stream(robot):
+def test_a_default_subscriber_receives_every_stream(robot):
     """`create_subscription(..., 10)` is reliable, and hears nothing of who offers best effort."""
     for topic in ('joint_states', 'field', 'wall', 'range'):
         heard = []
@@ -25,7 +25,7 @@ def test_how_a_procedure_ended_is_in_the_log(memory, robot):
     assert ': level 0' in memory.output
 
 
-def test_time_that_stands_still_is_told(start):
+def test_a_missing_clock_is_reported(start):
     node = start({'use_sim_time': True}, name='frozen')
     with Robot('/frozen', 'frozen_robot') as robot:
         robot.wait(lambda: 'no /clock has arrived yet' in node.output, 'the warning')
@@ -43,7 +43,7 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
     assert 'element.json is in use by /first (process' in line
 
 
-def test_the_level_is_the_content_and_not_what_is_heard_on_the_way(start):
+def test_the_level_is_the_content_and_not_an_echo_during_a_write(start):
     """A kink is listened for: it hears other levels, and none while two walls are there."""
     slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0, 'scale.time': 1e-5}
     start(slow, name='slow')

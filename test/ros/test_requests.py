@@ -48,7 +48,7 @@ def parameters(**values):
         ('record', {'on': False}, Record(False)),
     ],
 )
-def test_a_request_comes_out_as_it_went_in(name, arguments, command):
+def test_a_request_is_decoded_as_it_was_encoded(name, arguments, command):
     assert requested(message_of(name, **arguments).parameters) == command
 
 
@@ -64,13 +64,13 @@ def test_a_request_comes_out_as_it_went_in(name, arguments, command):
         FollowTrajectory((1.0, 2.0), (0.1, 0.0), (0.0, 0.0)),
     ],
 )
-def test_a_command_goes_as_a_request_and_comes_back(command):
+def test_a_command_survives_the_way_through_a_request(command):
     name, arguments = asked(command)
     assert requested(message_of(name, **arguments).parameters) == command
 
 
 @pytest.mark.parametrize('command', [SetStrain(0.02), Disturb(1e-7)])
-def test_a_command_goes_as_a_message_and_comes_back(command):
+def test_a_command_survives_the_way_through_a_message(command):
     units = Units(CASE_II, ScaleSettings(time=1e-5))
     topic, message = published(command, units)
     came = OF_TOPIC[topic.name](message, units)
@@ -99,7 +99,7 @@ def test_every_argument_is_one_of_its_command():
         ({'request': 'record', 'on': 1}, r'on must be of type 1 \(bool\); got type 2'),
     ],
 )
-def test_a_request_that_is_none_is_refused(values, reason):
+def test_an_invalid_request_is_refused(values, reason):
     with pytest.raises(Refused, match=reason):
         requested(parameters(**values))
 
@@ -109,7 +109,7 @@ def test_no_argument_is_named_twice():
         requested([*parameters(request='write', level=1), *parameters(level=2)])
 
 
-def test_a_type_that_is_none_is_refused():
+def test_an_unknown_type_is_refused():
     odd, level = parameters(request='write', level=1)
     level.value = ParameterValue(type=200)
     with pytest.raises(Refused, match='level must be of type 2'):

@@ -105,19 +105,19 @@ def check_session(bag):
     assert {echo.level for echo in session.echoes} >= {1}
 
 
-def test_a_node_over_a_rig_records_nothing_unless_it_is_asked_to(server, start):
+def test_a_node_over_a_rig_records_only_on_request(server, start):
     node = start({'device.driver': 'rig', 'device.address': f'tcp://127.0.0.1:{server.port}'})
     with Robot(node.element) as robot:
         assert robot.write(0)['level'] == 0
     assert 'the device has stopped' not in node.output
 
 
-def test_a_rig_that_is_not_there_is_told_at_the_start(refused):
+def test_a_start_without_a_rig_fails(refused):
     line = refused({'device.driver': 'rig', 'device.address': 'tcp://127.0.0.1:1'})
     assert 'cannot start: no rig at tcp://127.0.0.1:1: Connection refused' in line
 
 
-def test_what_is_no_driver_is_told_at_the_start(refused):
+def test_a_start_with_an_unknown_driver_fails(refused):
     assert 'device.driver must be sim, rig or package.module:Class' in refused(
         {'device.driver': 'bench'}
     )

@@ -51,7 +51,7 @@ def able(name):
     }
 
 
-def test_the_joint_may_what_the_node_allows():
+def test_the_limits_of_the_joint_are_those_of_the_node():
     assert limits(urdf()) == pytest.approx(able('case_2')[0])
     for name in PRESETS:
         allowed, arguments = able(name)
@@ -128,7 +128,7 @@ def test_a_trajectory_of_set_points_is_followed(memory, robot):
     ],
     ids=lambda value: None,
 )
-def test_another_command_is_refused_with_the_reason(memory, robot, message, words):
+def test_a_bad_joint_command_is_refused_with_the_reason(memory, robot, message, words):
     before = len(memory.output)
     robot.send_message('joint_commands', message)
     robot.wait(lambda: 'refused' in memory.output[before:], 'the refusal')

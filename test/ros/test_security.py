@@ -111,14 +111,14 @@ def test_the_policy_is_well_formed():
                     assert expression.text[0] in '~/'
 
 
-def test_the_node_may_do_what_it_does(robot):
+def test_the_policy_allows_what_the_node_does(robot):
     robot.next('wall')
     for rule, names in used(robot, 'mlmem').items():
         assert names == allowed('/mlmem', rule) - ON_DEMAND, rule
     assert allowed('/mlmem', 'request') == set()  # it asks nobody
 
 
-def test_a_client_may_do_what_it_does(robot):
+def test_the_policy_allows_what_the_client_does(robot):
     with standalone(robot.element) as client:
         client.ready().wait()
         requests = [
@@ -150,6 +150,6 @@ def test_a_client_may_do_what_it_does(robot):
     assert set(listed('/mlmem_client', 'subscribe')) == LISTENING
 
 
-def test_a_client_asks_for_nothing_that_the_node_does_not_offer():
+def test_the_policies_of_client_and_node_agree():
     assert allowed('/mlmem_client', 'request') <= allowed('/mlmem', 'reply')
     assert allowed('/mlmem_client', 'subscribe') <= allowed('/mlmem', 'publish')

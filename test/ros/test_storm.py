@@ -133,7 +133,7 @@ class Storm:
 
 
 @pytest.mark.parametrize('length', [300, pytest.param(20_000, marks=pytest.mark.slow)])
-def test_a_storm_is_survived(start, tmp_path, length):
+def test_the_node_survives_a_storm(start, tmp_path, length):
     node = start(
         {
             'scale.time': 1e-6,

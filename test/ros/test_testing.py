@@ -54,7 +54,7 @@ def test_two_nodes_here_are_two_elements():
         assert [reply.wait().level for reply in written] == [1, 6]
 
 
-def test_what_cannot_start_raises_and_leaves_nothing_behind():
+def test_a_failed_start_raises_and_leaves_nothing_behind():
     reason = 'target_level must be from 0 to 7; got 9'
     with (
         pytest.raises(SettingsError, match=reason),
@@ -65,7 +65,7 @@ def test_what_cannot_start_raises_and_leaves_nothing_behind():
         assert 'never' not in robot.node.get_node_names()
 
 
-def test_a_frozen_clock_is_the_time_of_all(start):
+def test_nodes_follow_a_frozen_clock(start):
     node = start({**QUICK, 'use_sim_time': True}, name='held')
     with frozen_clock(node) as clock:
         writing = node.memory.write(5)
@@ -80,13 +80,13 @@ def test_a_frozen_clock_is_the_time_of_all(start):
         assert clock.now - 0.1 < stamp.sec + 1e-9 * stamp.nanosec <= clock.now
 
 
-def test_what_is_waited_for_in_vain_is_given_up_in_time(node):
+def test_advance_until_gives_up_in_time(node):
     with frozen_clock(node) as clock, pytest.raises(TimeoutError, match=r'0\.1 s of ROS time'):
         clock.advance_until(lambda: False, within=0.1)
     assert node.memory.pause(False).wait()
 
 
-def test_faults_are_healed_whatever_happens(node):
+def test_faults_are_removed_whatever_happens(node):
     memory = node.memory
     memory.set_parameters({'faults.sensor_noise': 1e-9}).wait()
     stuck = faults(node, sensor_noise=1e-8, actuator_stuck=True)
@@ -105,7 +105,7 @@ def test_faults_are_healed_whatever_happens(node):
     assert not memory.parameters('faults.actuator_stuck').wait()['faults.actuator_stuck']
 
 
-def test_a_session_is_held_to_its_last_write(tmp_path, node):
+def test_assert_written_checks_the_last_write(tmp_path, node):
     assert_written(DATA / 'aborted_write', 1)  # the first was aborted
     with pytest.raises(AssertionError, match='found level 1; expected 3'):
         assert_written(DATA / 'aborted_write', 3)

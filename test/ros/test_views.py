@@ -163,7 +163,7 @@ def test_the_markers_of_a_written_element(written):
     assert labels == {format(n, '03b'): pytest.approx(0.25 * (n + 1)) for n in range(8)}
 
 
-def test_a_strained_chain_is_longer_and_carries_its_wall_along():
+def test_a_strained_chain_is_longer_and_moves_its_wall():
     design, strain = CASE_II, 0.04
     V = design.end_displacement(strain)
     element = still(design, with_wall(design, 100), V=V)
@@ -176,7 +176,7 @@ def test_a_strained_chain_is_longer_and_carries_its_wall_along():
     assert found['level'][0].text == 'not read'
 
 
-def test_walls_that_are_gone_are_deleted():
+def test_markers_of_former_walls_are_deleted():
     design = CASE_II
     element = still(design, with_wall(design, 100))
     markers = ChainMarkers(element, PublishSettings())

@@ -64,7 +64,7 @@ def test_level_and_code():
     assert row('level', level=-2) == 'undecodable'
 
 
-def test_the_wall_stands_where_it_is():
+def test_the_wall_is_drawn_where_it_is():
     for site in (1.0, 100.0, 225.0):
         chain = row('chain', walls=[site])
         assert chain.count('┃') == 1
@@ -193,7 +193,7 @@ def test_one_picture(robot, memory, capsys):
     assert re.search(rf'level +{level} +001', capsys.readouterr().out)
 
 
-def test_no_node_is_told(capsys):
+def test_a_missing_node_is_reported(capsys):
     assert main(['watch', '--node', 'nobody', '--wait', '0.2']) == 1
     line = 'mlmem watch: no memory node answers as /nobody within 0.2 s'
     assert capsys.readouterr().err.startswith(line)

@@ -40,7 +40,7 @@ def test_the_first_picture_comes_within_a_second(page):
     assert min(took) < 1000.0, took
 
 
-def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(page):
+def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_moving(page):
     page.pick('#speed', '0.25')  # or it is there within a blink
     page.click('[data-level="5"]')
     seen = set()
@@ -60,7 +60,7 @@ def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_to_go_there(p
     assert abs(page.ask('mlmem.shown().echo.delay') - delays[5]) < 5.0
 
 
-def test_a_refusal_is_shown_where_the_hand_is(page):
+def test_a_refusal_is_shown_beside_the_button(page):
     both = '[data-level="6"]', '[data-do="erase"]'  # at once: a write may take 50 ms here
     page.ask('arguments[0].forEach((each) => document.querySelector(each).click())', both)
     said = page.until(lambda: page.text('#bubble'), 'a refusal')
@@ -72,7 +72,7 @@ def test_a_refusal_is_shown_where_the_hand_is(page):
     page.until(lambda: page.text('.level') == '6', 'what was written all the same')
 
 
-def test_a_fault_is_seen_in_the_health_and_healed(page):
+def test_a_fault_is_shown_in_the_health_and_removed(page):
     page.until("document.getElementById('word').textContent !== 'connecting'", 'health')
     page.click('#stuck')
     page.until("document.getElementById('word').textContent === 'faulty'", 'a fault')
@@ -84,7 +84,7 @@ def test_a_fault_is_seen_in_the_health_and_healed(page):
     page.click('#health summary')
 
 
-def test_time_is_held_and_goes_on_by_steps(page):
+def test_time_is_paused_and_stepped(page):
     page.click('#pause')
     page.until("document.getElementById('pause').textContent === 'Run'", 'a pause')
     page.until("!document.getElementById('step').disabled", 'the button')

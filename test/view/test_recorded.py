@@ -27,14 +27,14 @@ def life():
     return load(DATA / 'life')
 
 
-def test_a_session_tells_what_was_asked_and_what_came_of_it(life):
+def test_a_session_lists_commands_and_outcomes(life):
     asked = [event['text'] for event in life.events if event['kind'] == 'command']
     ended = [event['text'] for event in life.events if event['kind'] == 'outcome']
     assert asked == ['write 2', 'read', 'erase', 'read']
     assert ended == [f'{name.split()[0]} succeeded' for name in asked]
 
 
-def test_its_configuration_goes_as_whole_numbers_between_the_phases(life):
+def test_its_configuration_is_sent_as_integers_between_the_phases(life):
     """While level 2 is held the first 75 cells are active; an erased element has none."""
     head, body = unpacked(life.frame)
     columns = np.frombuffer(body, dtype='<i2').reshape(len(head['t']), head['element']['rows'])
@@ -59,7 +59,7 @@ def test_nothing_differs_between_a_session_and_itself(life):
     assert found == {'parameters': [], 'events': [], 'alike': len(life.events)}
 
 
-def test_what_differs_is_told_by_side(life):
+def test_differences_are_listed_by_side(life):
     aborted = load(DATA / 'aborted_write')
     found = differences(life, aborted)
     left = [row['left']['text'] for row in found['events'] if row['left']]
@@ -68,7 +68,7 @@ def test_what_differs_is_told_by_side(life):
     assert any('aborted' in text for text in right)
 
 
-def test_what_is_no_session_is_refused(tmp_path):
+def test_a_path_without_a_session_is_refused(tmp_path):
     with pytest.raises(BagError):
         load(tmp_path / 'nowhere')
     (tmp_path / 'empty').mkdir()
@@ -76,12 +76,12 @@ def test_what_is_no_session_is_refused(tmp_path):
         load(tmp_path / 'empty')
 
 
-def test_a_frame_holds_no_number_that_json_does_not_know():
+def test_a_frame_holds_null_for_infinity():
     head, body = unpacked(packed({'a': [float('inf'), 1.5]}, np.array([1, -2])))
     assert head == {'a': [None, 1.5], 'body': 'i2'}
     assert np.frombuffer(body, dtype='<i2').tolist() == [1, -2]
 
 
-def test_cells_beyond_the_scale_are_drawn_at_its_end():
+def test_cells_beyond_the_scale_are_clipped():
     values = counts(np.array([-1.0, 1.0, 100.0, np.nan]), (-1.0, 1.0))
     assert values.tolist() == [0, COUNTS, 32767, 0]

@@ -76,7 +76,7 @@ def test_a_request(requests, client, asked, sent):
         {'do': 'fault', 'name': 'stuck_cell', 'value': 'x'},
     ],
 )
-def test_what_is_no_request_is_not_sent(requests, client, asked):
+def test_an_invalid_request_is_not_sent(requests, client, asked):
     with pytest.raises(ValueError, match=r'must be|no request'):
         requests.send(asked)
     assert not client.sent
@@ -93,7 +93,7 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, clie
     assert fastest < ABOUT['hand_rate'] / ABOUT['scale']['time']
 
 
-def test_healing_leaves_no_fault(requests, client):
+def test_healing_resets_every_fault(requests, client):
     requests.send({'do': 'heal'})
     ((_, (values,), _),) = client.sent
     assert values['faults.actuator_stuck'] is False
@@ -101,7 +101,7 @@ def test_healing_leaves_no_fault(requests, client):
     assert 'faults.seed' not in values
 
 
-def test_a_procedure_is_known_from_the_page_that_asked_or_from_the_diagnostics():
+def test_a_procedure_is_known_from_a_request_or_from_the_diagnostics():
     activity = Activity()
     assert activity.now() == {}
     assert activity.asked({'do': 'write', 'level': 3})
@@ -114,7 +114,7 @@ def test_a_procedure_is_known_from_the_page_that_asked_or_from_the_diagnostics()
     assert not activity.asked({'do': 'strain'})
 
 
-def test_an_action_tells_how_far_it_is_whoever_asked_for_it():
+def test_the_progress_of_any_action_is_shown():
     activity = Activity()
     activity.progress(
         'erase', SimpleNamespace(phase='quieting', share=0.25, strain=0.0, attempts=1)

@@ -46,7 +46,7 @@ def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
     until(lambda: gone(address), 'the end of the page')
 
 
-def test_what_cannot_be_shown_is_told_in_a_line(tmp_path, capsys):
+def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys):
     assert main(['view', str(tmp_path / 'nowhere')]) == 1
     assert main(['view', 'a', 'b', 'c']) == 2
     assert main(['view', '--start', 'a']) == 2

@@ -119,12 +119,12 @@ def test_a_gait_is_a_level():
         assert max(max(legs) for legs in pressures) > 0.9 or gait.name == 'rest'
 
 
-def test_the_gait_was_remembered():
+def test_a_recorded_day_replays():
     """A recorded day: blank at first; written, read after a restart; another one, read again."""
     assert_replays(PACKAGE / 'bag').assert_levels([-1, 1, 1, 3, 3])
 
 
-def test_a_crashed_behaviour_walks_on(memory, robot, behave, tmp_path):
+def test_a_behaviour_walks_on_after_a_crash(memory, robot, behave, tmp_path):
     bag = tmp_path / 'session'
     memory.memory.record(path=str(bag)).wait()
     first = behave()
@@ -142,7 +142,7 @@ def test_a_crashed_behaviour_walks_on(memory, robot, behave, tmp_path):
     assert_written(bag, 1)
 
 
-def test_the_legs_go_on_in_the_old_gait_until_the_new_one_is_held(memory, robot, behave):
+def test_the_legs_keep_the_old_gait_until_the_new_one_is_written(memory, robot, behave):
     memory.memory.write(1).wait()
     behave(sim_time=True)
     robot.wait_for_gait(1)
