@@ -61,7 +61,7 @@ def pytest_collection_modifyitems(items):
         rooms[NEED_ROS.isdisjoint(file[0].path.parts)].append(file)
     placed = [(place / len(room), file) for room in rooms for place, file in enumerate(room)]
     items[:] = [item for _, file in sorted(placed, key=itemgetter(0)) for item in file]
-    gc.freeze()  # what the imports have made stays, and need not be looked through again
+    gc.freeze()  # spares the collector the objects of all imports
 
 
 @pytest.fixture(scope='module')
@@ -84,7 +84,7 @@ def emulated_rig(*options):
 
 
 LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')
-"""Of a rig that is up to 5 ms away: frames get lost, and its clock is not ours."""
+"""A rig up to 5 ms away, which loses frames and has its own clock."""
 
 
 @contextlib.contextmanager

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Setting up says what a machine lacks, and what to do about it."""
+"""The set-up names what a machine lacks, and what to do about it."""
 
 import importlib.util
 import platform
@@ -58,7 +58,7 @@ def test_another_interpreter(bootstrap, monkeypatch):
 
 @pytest.fixture
 def commands(bootstrap, monkeypatch, tmp_path):
-    """Set up in an empty folder, with the commands noted down and not run."""
+    """Set up in an empty folder; the commands are noted instead of run."""
     given = []
 
     def run(command):
@@ -73,7 +73,7 @@ def commands(bootstrap, monkeypatch, tmp_path):
 
 
 def test_each_command_installs_what_it_needs(bootstrap, commands, capsys):
-    """The tests add to what the demonstration has, which adds nothing to theirs."""
+    """The set-up of the tests contains that of the demonstration."""
     assert bootstrap.main('demo') == 0
     making, installing = commands
     assert 'venv' in making

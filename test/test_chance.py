@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Streams of chance: none is another's, and every seed gives what it gave before."""
+"""Streams of random numbers: all differ, and a seed gives the same numbers as ever."""
 
 import itertools
 

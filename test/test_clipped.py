@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What comes from outside goes into a message short, in one line, printable."""
+"""Input is quoted in messages short, in one line, printable."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def deep(levels):
 
 
 def aliases(doublings):
-    """A list that a YAML document of a few lines can make: 2^n words when written out."""
+    """A list as a short YAML document with aliases makes it: 2^n words when written out."""
     value = ['lol']
     for _ in range(doublings):
         value = [value, value]

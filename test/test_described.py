@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fields that describe themselves: what is legal, and what is said of what is not."""
+"""Fields that describe themselves: which values are legal, and the message for others."""
 
 from __future__ import annotations
 

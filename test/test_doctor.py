@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The doctor tells what is wrong, and what to do about it; it needs nothing to be right."""
+"""The doctor names problems and their cure, whatever is missing."""
 
 import importlib.util
 import subprocess
@@ -102,11 +102,11 @@ def test_without_ros_it_says_how_to_install_it(monkeypatch, capsys):
     told = capsys.readouterr().out
     assert 'fail  ROS 2' in told
     assert 'setup.bash' in told
-    assert 'node mlmem' not in told  # there is no use in asking
+    assert 'node mlmem' not in told  # without ROS it is not asked
 
 
 def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
-    """As a process: what rclpy makes of the environment is settled when it is imported."""
+    """In its own process, as rclpy reads the environment when it is imported."""
     if importlib.util.find_spec('rclpy') is None:
         pytest.skip('rclpy is not installed')
     command = ['doctor', '--node', 'nobody', '--wait', '0.2', '--records', str(tmp_path)]

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A file is replaced whole or not at all, and what fails leaves nothing behind."""
+"""A file is replaced whole or not at all; a failure leaves nothing behind."""
 
 import os
 
@@ -12,7 +12,7 @@ from mlmem_ros.durable import make_directory, write_atomically
 
 @pytest.fixture
 def refuse(monkeypatch):
-    """Let a function of the system fail from now on."""
+    """Let a function of os fail from now on: refuse('write')."""
 
     def refuse(name):
         def fails(*_):

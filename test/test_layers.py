@@ -11,7 +11,7 @@ LAYERS = (
     'physics', 'device', 'analysis', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'view',
     'testing', 'studies', 'paper', 'bench', 'cli',
 )  # fmt: skip
-"""A room imports from itself and from those before it; files beside them are everybody's."""
+"""A package imports from itself and from those before it; all may import the files beside them."""
 
 
 def imported(path):
@@ -28,7 +28,7 @@ def imported(path):
 
 
 def room(parts):
-    """Return the room that a module is in, None for the files beside the rooms."""
+    """Return the package of a module, None for the files beside the packages."""
     return next((part for part in parts if part), None) if parts else None
 
 

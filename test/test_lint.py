@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What ament's linters look at, where ament is not installed.
+"""What ament's linters check, without ament.
 
 copyright: the two SPDX lines here; flake8 and pep257: ruff, in `make lint`; xmllint: the rules of
-package format 3 (REP 149) and of the catkin changelog (REP 132) that can be told offline.
+package format 3 (REP 149) and of the catkin changelog (REP 132) that need no network.
 """
 
 import ast
@@ -37,7 +37,7 @@ OTHER = {'maintainer', 'author', 'url', 'export', 'conflict', 'replace', 'member
 
 
 def told(path):
-    """Return the first two lines of a source, behind the one that names its interpreter."""
+    """Return the first two lines of a source after its #! line."""
     lines = path.read_text(encoding='utf-8').splitlines()
     return lines[1:3] if lines and lines[0].startswith('#!') else lines[:2]
 

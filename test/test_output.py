@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What commands print: JSON for a program, tables that fit a terminal for a person."""
+"""The output of commands: JSON, and tables that fit a terminal."""
 
 import io
 import json

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What only some uses need is imported by them alone; where it is missing they say what to do."""
+"""Optional packages are imported only where needed; an error says how to install them."""
 
 import subprocess
 import sys
@@ -17,13 +17,13 @@ sys.modules.update(dict.fromkeys('mcap rosbags lz4 zstandard scipy matplotlib ri
 
 
 def python(code, *arguments):
-    """Run code where nothing can be found that a node does not need."""
+    """Run code without the packages that a node does not need."""
     command = [sys.executable, '-c', HIDDEN + code, *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_an_element_is_hosted_without_the_bag_libraries():
-    """It cannot record, and is refused with what to install."""
+    """It cannot record; the refusal says what to install."""
     done = python("""
 from types import SimpleNamespace
 import pytest

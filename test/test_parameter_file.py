@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameter file, read without ROS, with the node's own strictness."""
+"""A node's parameter file, read without ROS and as strictly as by the node."""
 
 import dataclasses
 import json
@@ -75,7 +75,7 @@ def test_the_example_repeats_no_default():
 
 
 def test_a_launch_file_accepts_a_preset_or_a_file(tmp_path, monkeypatch):
-    """As `mlmem design --output` wrote it, from where the launch was started."""
+    """A file as `mlmem design --output` writes it, relative to the working folder."""
     assert node_parameters('bits_4') == {'design.preset': 'bits_4'}
     file = tmp_path / 'mine.yaml'
     file.write_text(text_of(*preset('bits_4')))

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The README stays short, and what it points to is there. Its commands: test/docs."""
+"""The README is short and its links lead somewhere. Its commands are run by test/docs."""
 
 import re
 from pathlib import Path

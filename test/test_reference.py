@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The reference pages tell what the code declares, and the code declares what a live node has."""
+"""The reference pages match the declarations in the code, and those a live node."""
 
 import importlib.util
 from pathlib import Path

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nothing that is read from a file or a message is ever run: no pickle, no eval, safe YAML."""
+"""Nothing read from a file or a message is executed: no pickle, no eval, safe YAML."""
 
 import ast
 from pathlib import Path
@@ -21,7 +21,7 @@ ARGUMENTS = {'allow_pickle': True, 'shell': True}
 
 
 def found(source):
-    """Return what a source uses that would run what it reads."""
+    """Return the names in a source that would execute their input."""
     names = set()
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):

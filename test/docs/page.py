@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run a page of the documents: its Python and its commands, from top to bottom, as a reader does.
 
-`python` is executed, in one namespace for the page; what defines tests is given to pytest.
-`console` is run by a shell, a line after each `$`; `...` in what it prints stands for anything.
-`&` leaves a memory node running until the page ends, or `kill %1`. `ros2` is passed over where it
-is missing. What reads `sh` or `text` is not run.
+`python` is executed, in one namespace for the page; tests are given to pytest.
+`console` is run by a shell, a command after each `$`; `...` in the output stands for anything.
+`&` leaves a memory node running until the page ends, or `kill %1`. `ros2` is skipped where it is
+missing. `sh` and `text` are not run.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def blocks(path: Path) -> Iterator[tuple[str, str, int]]:
 
 
 class Page:
-    """A page that is being read."""
+    """A page that is run."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -51,9 +51,9 @@ class Page:
         """Run all its blocks in the present folder.
 
         Raises:
-            AssertionError: A command fails, or prints something else than the page says.
+            AssertionError: A command fails, or its output is not the page's.
         """
-        tests: list[str] = []  # in a row, for one run of pytest
+        tests: list[str] = []  # consecutive ones, for one run of pytest
         with self.nodes:
             for language, text, line in blocks(self.path):
                 if language == 'python' and re.search(r'^def test_', text, re.MULTILINE):
@@ -71,7 +71,7 @@ class Page:
     def _tests(self, tests: list[str]) -> None:
         if not tests:
             return
-        file = Path(f'test_{self.path.stem}.py')  # of its own name: modules are kept by name
+        file = Path(f'test_{self.path.stem}.py')  # a unique name: Python caches modules by name
         file.write_text('\n\n'.join(tests))
         tests.clear()
         options = ['-q', '-p', 'no:cacheprovider', '-c', os.devnull, '--rootdir', '.']
@@ -105,14 +105,14 @@ class Page:
 
 
 def commands(text: str) -> Iterator[tuple[str, str]]:
-    """Yield every command of a block with what the page says it prints."""
+    """Yield every command of a block with its output as the page shows it."""
     for part in re.split(r'^\$ ', text, flags=re.MULTILINE)[1:]:
         command, _, expected = part.partition('\n')
         yield command, expected
 
 
 def matches(printed: str, expected: str) -> bool:
-    """Return whether something printed is as expected, spaces at the ends of lines aside."""
+    """Return whether an output is as expected, apart from spaces at the ends of lines."""
     pattern = re.escape(plain(expected)).replace(re.escape('...'), '.*')
     return not expected or re.fullmatch(pattern, plain(printed), re.DOTALL) is not None
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every page that tells how to do something is read aloud to a computer: it works as printed."""
+"""The code and commands of README, tutorials and guides work as printed."""
 
 from pathlib import Path
 

@@ -22,7 +22,7 @@ from mlmem_ros.physics import CASE_II
 
 
 class Lines(list):
-    """A log: what was told, by severity and text."""
+    """A log: pairs of severity and text."""
 
     def info(self, text):
         self.append(('info', text))
@@ -49,7 +49,7 @@ def journal(log):
 
 @pytest.fixture(scope='session')
 def parameters():
-    """All that a host is given, for the paper's element; a test replaces what it is about."""
+    """The parameters of a host with the paper's element; a test replaces some."""
     return Parameters(
         design=CASE_II,
         check='skip',
@@ -68,7 +68,7 @@ def calibration():
 
 
 class Service:
-    """A host whose element is in service, as fast as it can, with a clock of nanoseconds."""
+    """A host with its element in service, at greatest speed, with a clock of nanoseconds."""
 
     def __init__(self, log, given):
         self.given = given
@@ -89,7 +89,7 @@ class Service:
 
 @pytest.fixture
 def serve(log, parameters, calibration, monkeypatch):
-    """Put an element in service: serve(state=StateSettings(...), ...); it ends with the test."""
+    """Make a service: serve(state=StateSettings(...), ...); it ends with the test."""
     monkeypatch.setattr(factory, 'factory_calibration', lambda *_: calibration)
     services = []
 

@@ -24,7 +24,7 @@ def test_a_design_is_checked_only_once(monkeypatch, journal, log):
     for settings in (one, one, other, one):
         check_design(CASE_II, settings, 'refuse', journal)
     assert checked == [one, other]
-    assert len(log.of('warning')) == 4  # what it found is told each time
+    assert len(log.of('warning')) == 4  # its findings are logged each time
 
 
 def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element in service: what was acknowledged is safe, who asked is told, and it goes on.
+"""An element in service: acknowledged writes are safe, every request is answered, failures end.
 
-The disk is the real one, or a function that stands in for it where it shall fail or hang.
+The disk is real; where it has to fail or hang, a function replaces it.
 """
 
 import dataclasses
@@ -39,7 +39,7 @@ def kept(file):
 
 @pytest.fixture
 def hung(monkeypatch):
-    """Let whoever waits for the disk give up after a moment; the disk goes on at the end."""
+    """Let waits for the disk end after a moment; set the event to let the disk go on."""
     monkeypatch.setattr(worker_module, 'PATIENCE', 0.2)
     monkeypatch.setattr(worker_module.Worker.wait, '__defaults__', (0.2,))
     event = threading.Event()
@@ -69,7 +69,7 @@ def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
     assert not outcome.success
     assert outcome.reading.level == 0
     assert outcome.error.startswith('write succeeded, but is not saved: the state cannot be saved')
-    assert host.submit(Read()).result(SOON).success  # which changes nothing that is to be saved
+    assert host.submit(Read()).result(SOON).success  # a read changes nothing that has to be saved
 
 
 def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
@@ -111,7 +111,7 @@ def test_a_second_element_on_the_same_file_is_refused_by_the_name_of_the_first(s
 
 
 def poison(host):
-    """Let the material stop being finite."""
+    """Put NaN into the material."""
     host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(SOON)
 
 
@@ -204,7 +204,7 @@ def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
 
 
 def test_the_path_of_a_bag_is_absolute(serve, tmp_path, monkeypatch):
-    """A client is elsewhere: a path from the node's own folder tells it nothing."""
+    """A client does not know the working folder of the node."""
     monkeypatch.chdir(tmp_path)
     service = serve()
     host = service.activate()
@@ -214,7 +214,7 @@ def test_the_path_of_a_bag_is_absolute(serve, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize('active', [False, True])
 def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active):
-    """At the start of an element as while it runs; what is there stays as it is."""
+    """At activation and while it runs; existing files stay as they are."""
     (tmp_path / 'session').mkdir()
     service = serve(record=RecordSettings() if active else record)
     host = service.activate()
@@ -265,7 +265,7 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     with pytest.raises(Overdue):
         begun.result()
     assert host.submit(Write(0)).result(SOON).success
-    hung.set()  # it comes too late: nobody knows of a recording, so there is none
+    hung.set()  # too late: the request has been answered, so there is no recording
     while host.sessions.state is not State.IDLE:
         time.sleep(0.01)
     assert host.sessions.current is None

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What people are told: once a second of each thing, never at length, and never at a price."""
+"""The log: each subject once a second, in short lines, at no cost."""
 
 import itertools
 

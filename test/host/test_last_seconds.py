@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What led up to a request, or to a failure, is in the session, and runs again to the bit."""
+"""The last seconds before a request or a failure are in the session and replay to the bit."""
 
 import math
 
@@ -119,7 +119,7 @@ def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
 
 
 def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch):
-    """A write fills more than that: what is kept begins after it."""
+    """A write fills more than the limit: what is kept begins after it."""
     monkeypatch.setattr(last_seconds, 'MOST_BYTES', 50_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Keeping content and calibration: nothing older over newer, nothing calibrated twice."""
+"""Content and calibration: nothing old replaces newer, nothing is calibrated twice."""
 
 import dataclasses
 import logging
@@ -24,7 +24,7 @@ def file(tmp_path):
 
 @pytest.fixture
 def kept():
-    """Make a store after the one before has been closed: kept(file); a file belongs to one."""
+    """Make a store: kept(file); the one before is closed, since a file has one owner."""
     stores = []
 
     def kept(file):
@@ -54,7 +54,7 @@ def test_a_kept_state_is_on_the_disk_before_the_answer(file, kept):
 
 
 def test_states_are_saved_in_order(file, monkeypatch, kept):
-    """A disk that is slow once does not put back what was before the last saving."""
+    """A disk that is slow once does not restore an older state."""
     element, store, slow = new_element(CASE_II), kept(file), threading.Event()
     save = state_file.save
 
@@ -85,7 +85,7 @@ def test_a_state_that_cannot_be_saved_is_reported(tmp_path, kept):
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Count the calibrations on an ideal element, which take their time."""
+    """Count the calibrations on an ideal element."""
     made = []
 
     def count(design, settings):

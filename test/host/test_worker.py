@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Work that waits for a disk: in order, answered once, and nobody waits longer than PATIENCE."""
+"""Work that waits for a disk: in order, answered once, within PATIENCE."""
 
 import threading
 
@@ -13,7 +13,7 @@ from mlmem_ros.host import Overdue
 from mlmem_ros.host.worker import PATIENCE, Worker
 
 SOON = 20.0
-"""Seconds within which everything here comes, on a loaded machine too."""
+"""Longest wait in seconds, on a loaded machine."""
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def disk():
 
 @pytest.fixture
 def later(monkeypatch):
-    """Let the time a worker waits pass at once."""
+    """Let the patience of a worker end at once."""
     now = threads.monotonic
     return lambda: monkeypatch.setattr(threads, 'monotonic', lambda: now() + PATIENCE)
 

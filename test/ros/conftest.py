@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element that many tests share, a robot that talks to it, and starts that are refused."""
+"""An element that the tests of a module share, a robot that talks to it, and refused starts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 @pytest.fixture
 def refused(capfd):
-    """Start the program with what it refuses: refused(parameters, ...), the line it ends with."""
+    """Start the program with bad input: refused(parameters, ...) returns the line it ends with."""
     import rclpy
 
     from mlmem_ros.ros.node.run import NOT_STARTED, run
@@ -28,7 +28,7 @@ def refused(capfd):
         assert not [line for line in said if line.startswith('Traceback')], said
         harmless = ('[INFO]', '[WARN]') if warned else '[INFO]'  # other nodes warn here, too
         lines = [line for line in said if line.startswith('[') and not line.startswith(harmless)]
-        if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, which says nothing
+        if '[rcl]: Failed to parse global arguments' in lines[0]:  # rcl's own, without a reason
             lines.pop(0)
         assert len(lines) == 1, said
         (line,) = lines

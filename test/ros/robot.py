@@ -43,7 +43,7 @@ LATCHED = QoSProfile(
 )
 SENSOR = qos_profile_sensor_data
 EVERY_ONE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-"""Of a client that has many requests under way: with rclpy's default it hears the last ten."""
+"""For a client with many requests under way: rclpy's default keeps the last ten answers."""
 
 IN = {
     'strain': Float64,
@@ -80,7 +80,7 @@ PATIENCE = 90.0
 
 BLANK, UNDECODABLE = -1, -2
 ELONGATION = 2.25
-"""Metres of the end for a strain of 1: 225 cells of 1 cm."""
+"""Displacement of the end in metres at a strain of 1: 225 cells of 1 cm."""
 
 
 class Answer(dict):
@@ -143,8 +143,8 @@ class Robot:
     def received(self, topic):
         """Return the list of messages of a topic, which grows while the robot waits.
 
-        It holds all that has arrived. The node publishes what it has heard before it answers, so
-        after an answer nothing older is still to come.
+        It holds everything that has arrived. The node publishes what happened before it answers,
+        so nothing older arrives after an answer.
         """
         kind, qos = OUT[topic]
         messages = self._received[topic]

@@ -41,7 +41,7 @@ SUCCEEDED, CANCELED, ABORTED, UNKNOWN = (
 
 
 class Tool:
-    """Any action tool: rclpy's client of an action, turned by the robot."""
+    """rclpy's client of an action, as any tool has it; the robot spins it."""
 
     def __init__(self, robot, name):
         self.robot = robot
@@ -158,7 +158,7 @@ def test_a_cancel_ends_its_own_goal_with_no_strain(tool, robot):
     ]
     ended = write.result(running)
     assert (ended.status, ended.result.error_code) == (CANCELED, ended.result.CANCELED)
-    assert write.do(level=1).result.level == 1  # at once: the strain is down
+    assert write.do(level=1).result.level == 1  # at once: the strain is zero
     outcome = robot.latest('outcome', lambda status: values(status)['procedure'] == 'write')
     assert outcome.level == b'\0'
 

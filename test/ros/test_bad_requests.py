@@ -26,13 +26,13 @@ def written(robot):
 
 
 def warnings(output):
-    """Return what was refused; a loaded machine may lose ticks, and say so."""
+    """Return the refusals; on a loaded machine there are warnings of lost ticks, too."""
     lines = output.splitlines()
     return [line for line in lines if line.startswith('[WARN]') and 'refused' in line]
 
 
 class Unchanged:
-    """What must be the same after a request as before it: parameters, content, strain."""
+    """Asserts that a block changes neither parameters nor content nor strain."""
 
     def __init__(self, robot):
         self.robot = robot
@@ -55,8 +55,8 @@ class Unchanged:
         if kind is not None:
             return
         after = self.take()
-        # It may ring on from the write: by far less than the step of 1 between the phases that a
-        # cell would take if the wall moved.
+        # It may still ring after the write, by far less than the step of 1 between the phases
+        # that a cell would make if the wall moved.
         for what in ('field', 'wall'):
             assert after.pop(what) == pytest.approx(self.before.pop(what), abs=0.05), what
         assert after == self.before
@@ -129,8 +129,8 @@ def test_a_bad_parameter_is_refused_with_the_reason(written, name, value, words)
 
 
 def refused_until_now(robot):
-    """Return the count of refused requests in a report that is not older than this call."""
-    robot.next('/diagnostics')  # which may have been on its way
+    """Return the count of refused requests from a report made after this call."""
+    robot.next('/diagnostics')  # made before the call, perhaps
     statuses = robot.next('/diagnostics').status
     return next(int(found['refused']) for s in statuses if 'refused' in (found := values(s)))
 

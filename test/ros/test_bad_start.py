@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that is given nonsense says in one line what was wrong, and ends with status 1."""
+"""A node started with bad input names the mistake in one line and ends with status 1."""
 
 import re
 
@@ -64,7 +64,7 @@ def test_an_unknown_ros_option(refused):
 
 
 def test_an_unwritable_record_path(refused, tmp_path):
-    """Below a file, as a test that runs as root can write everywhere else."""
+    """Below a file, since root can write everywhere else."""
     file = tmp_path / 'file'
     file.write_text('kept')
     path = file / 'session'

@@ -98,7 +98,7 @@ def test_every_element_holds_its_digit(bank):
 
 
 def test_elements_are_written_at_the_same_time(bank):
-    """While the time of one is held, the others are written."""
+    """While one is paused, the others are written."""
     held, *others = bank.elements
     heard = {}
     for other in others:
@@ -141,7 +141,7 @@ def test_an_element_that_refuses_is_named_and_the_others_write(bank):
     busy.pause().wait()
     reading = busy.read(timeout=30)
     try:
-        busy.step().wait()  # takes the read: from now on it is busy
+        busy.step().wait()  # begins the read: from now on it is busy
         writing = bank.write(0o111)
         wait_until(lambda: busy.step().wait() and writing.done(), 'the refusal', 30.0)
     finally:
@@ -184,7 +184,7 @@ def test_a_bank_has_elements_and_a_base(bank):
 
 @pytest.fixture(scope='module')
 def coded(bank):
-    """The same elements, two of them for check digits: eight words."""
+    """The same elements with two check digits: eight words."""
     return MemoryBank(bank.elements, check=2)
 
 
@@ -202,7 +202,7 @@ def test_one_wrong_or_two_unreadable_elements_are_corrected_and_reported(coded):
     with pytest.raises(LostWord, match='too far from any word; read, from element 0: 6 '):
         torn_off.read().wait()
     with pytest.raises(BankFailed, match='/nobody: no memory node answers'):
-        torn_off.write(6).wait()  # and has broken no seal
+        torn_off.write(6).wait()  # without breaking the seal
     first.erase().wait()
     word = torn_off.read().wait()
     assert word.value == 5
@@ -212,7 +212,7 @@ def test_one_wrong_or_two_unreadable_elements_are_corrected_and_reported(coded):
 
 
 def test_a_failed_write_leaves_a_torn_word_and_may_bypass_one_element(coded):
-    """The drive of one is stuck, and its digit stays what it was."""
+    """The actuator of one is stuck, so it keeps its digit."""
     stuck, _, seal = coded.elements
     coded.write(2).wait()
     stuck.set_parameters({'faults.actuator_stuck': True}).wait()
@@ -240,7 +240,7 @@ def test_a_spare_out_of_range_is_refused(coded):
 
 
 def test_the_heading_store(bank, monkeypatch, capsys):
-    """The example: one run of the program finds what the run before it has stored."""
+    """The example: one run of the program finds what the previous one stored."""
     example = runpy.run_path(str(Path(__file__).parents[2] / 'examples' / 'heading_store.py'))
 
     def heading_store(*arguments):

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whatever a client sends, every request is answered once and the node lives on.
 
-One node takes all of it; every test ends with a read that it has to answer, and the last one asks
-it to end.
+All tests use one node. Each ends with a read that the node has to answer; the last one ends it.
 """
 
 import json
@@ -42,7 +41,7 @@ def robot(node):
 
 @pytest.mark.parametrize('own', [True, False])
 def test_a_defect_is_answered_like_a_refusal(own):
-    """A service of ours with one JSON object, one of rclpy's with its text."""
+    """One of our services answers with a JSON object, one of rclpy's with its text."""
 
     def broken(request, response):
         raise RuntimeError('broken')
@@ -160,7 +159,7 @@ def test_every_step_is_answered_although_time_runs(robot):
 
 
 def test_messages_that_cannot_be_decoded_do_no_harm(robot):
-    """A text that is no UTF-8, a length beyond the end, nothing at all."""
+    """A text that is not UTF-8, a length beyond the end, a truncated message."""
     message = JointTrajectory()
     message.header.frame_id = 'frame'
     good = serialize_message(message)

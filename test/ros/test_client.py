@@ -32,7 +32,7 @@ SOON = 30.0
 
 @pytest.fixture(scope='module')
 def client(memory):
-    """A program that is no node."""
+    """A client for a program without a node."""
     with standalone(memory.element) as client:
         client.ready(60).wait()
         yield client
@@ -48,14 +48,14 @@ def context():
 
 @pytest.fixture
 def node(context, memory, client):
-    """A robot's node, in no executor, while the memory is there."""
+    """A robot's node, in no executor, beside the running memory."""
     node = rclpy.create_node('behaviour', context=context, use_global_arguments=False)
     yield node
     node.destroy_node()
 
 
 class StandIn:
-    """A node in place of the memory, with answers of our own choice."""
+    """A node in place of the memory that answers whatever a test chooses."""
 
     def __init__(self, context):
         self.node = rclpy.create_node('stand_in', context=context, use_global_arguments=False)
@@ -95,7 +95,7 @@ def in_a_callback(node, executor, action):
 
 @contextlib.contextmanager
 def spinning(node):
-    """Turn a node in a thread of its own, as many robots do."""
+    """Spin a node in its own thread, as many robots do."""
     executor, over = SingleThreadedExecutor(context=node.context), Future()
     executor.add_node(node)
     thread = threading.Thread(target=executor.spin_until_future_complete, args=(over,))
@@ -179,7 +179,7 @@ def test_an_integer_is_converted_for_a_parameter_of_type_double(client):
 
 
 def test_waiting_spins_a_node_without_an_executor(node):
-    """As in a node's __init__, which wants to know the content before it begins."""
+    """As in a node's __init__ that reads the content first."""
     client = MemoryClient(node, '/mlmem')
     assert client.write(2).wait().level == 2
     assert node.executor is None  # left as it was: rclpy.spin(node) may follow
@@ -214,7 +214,7 @@ def test_a_callback_awaits(node, context, kind):
 
 
 def test_a_callback_that_blocks_gets_its_answer(node, context):
-    """Though nothing else runs in its executor meanwhile, nothing that it waits for has to."""
+    """The answer does not need the executor that the callback blocks."""
     client = MemoryClient(node, '/mlmem')
 
     async def careless():
@@ -230,7 +230,7 @@ def test_all_threads_of_an_executor_wait(node, context):
     both, told, over = threading.Barrier(2), [], Future()
 
     def wait():
-        both.wait(SOON)  # until no thread is left that could turn the node
+        both.wait(SOON)  # until no thread is left that could spin the node
         told.append(client.parameters('design.N', timeout=5.0).wait())
         if both.wait(SOON) == 0:
             over.set_result(None)
@@ -253,7 +253,7 @@ def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
 
 
 def test_timers_go_on_while_a_callback_of_the_group_awaits(node, context):
-    """As in the README: without the client's group the robot would stand still for a write."""
+    """As in the README: without the client's group the robot would stop during a write."""
     client = MemoryClient(node, '/mlmem')
     executor, written, steps = SingleThreadedExecutor(context=context), Future(), []
 
@@ -298,11 +298,11 @@ def test_replies_leave_nothing_behind(node, context):
             await client.read()
 
     in_a_callback(node, executor, some)
-    assert len(list(node.timers)) == 1  # that of the test
-    client.abort().wait()  # of the read that was given up
+    assert len(list(node.timers)) == 1  # that of in_a_callback
+    client.abort().wait()  # the read that was cancelled
 
 
-# No, and why
+# Refusals and failures
 
 
 def test_an_invalid_level_is_not_sent(client):
@@ -387,7 +387,7 @@ def test_the_package_is_imported_without_ros():
 
 
 def test_one_of_two_writes_at_once_succeeds_and_the_other_changes_nothing(memory, client, robot):
-    """As requests that set a parameter first and pull the trigger then did not."""
+    """Unlike requests that first set a parameter and then trigger the write."""
     client.erase().wait()
     kept = robot.get('target_level')
     with standalone(memory.element) as other:
@@ -428,7 +428,7 @@ def test_the_end_to_probe_is_given_for_one_read(client):
 
 
 def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
-    """It asks for 10/s, which is the limit at 10 us per time unit; then back, smoothly."""
+    """First at 10/s, the limit at 10 us per time unit; then smoothly back."""
     client.follow([0.002, 0.05], [0.02, 0.02]).wait()
     robot.next('joint_states', lambda state: state.position[0] == pytest.approx(0.02 * 225 * 0.01))
     client.follow([0.02], [0.0], [0.0]).wait()
@@ -470,4 +470,4 @@ def test_a_session_is_recorded_and_ended(client, tmp_path):
     assert (ended.recording, ended.path) == (False, bag)
     with pytest.raises(RequestRefused, match='nothing is being recorded'):
         client.record(False).wait()
-    assert client.parameters('record.path').wait() == {'record.path': ''}  # it was for this once
+    assert client.parameters('record.path').wait() == {'record.path': ''}  # given once

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executable's plain options, what they turn into, and how fast time runs with them."""
+"""The plain options of the executable, their ROS arguments, and the speed of time."""
 
 import pytest
 from robot import Robot, values
@@ -69,10 +69,10 @@ def test_speed_max_and_the_real_time_factor(start):
     """The factor in the diagnostics is ticks a second times 2 ms."""
     node = start(options=['--speed', 'max'])
     with Robot() as robot:
-        robot.next('/diagnostics')  # the first may hold the start
+        robot.next('/diagnostics')  # the first may include the start
         (loop,) = (s for s in robot.next('/diagnostics').status if s.name.endswith('loop'))
         assert robot.get('time.speed') == 0.0
-        assert robot.write(0).success  # requests that end a rest, which has no pace either
+        assert robot.write(0).success  # requests also end a rest without a pace
         assert robot.trigger('read')['level'] == 0
     told = {key: float(values(loop)[key]) for key in ('rate', 'real_time_factor')}
     assert told['real_time_factor'] == pytest.approx(0.002 * told['rate'], rel=1e-4)

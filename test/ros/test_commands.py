@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of one request to a node, as a person runs them in a shell."""
+"""The commands that send one request to a node, as in a shell."""
 
 import json
 import re
@@ -35,7 +35,7 @@ def complaint(status, told, said):
 
 @pytest.fixture
 def inside(capsys):
-    """Run a command in this process, which saves a start: status, output, complaint."""
+    """Run a command in this process; return status, output and errors."""
 
     def run(*arguments):
         capsys.readouterr()
@@ -63,7 +63,7 @@ def test_write_read_erase(memory, robot, inside):
 
 
 def test_replay_into_a_node_names_the_differences(memory, robot):
-    """A session that read a blank element ten times slower, into one that holds a level."""
+    """The session read a blank element at a tenth of the speed; this one holds a level."""
     session = load(LIFE)
     session.stamped = [(0, Read())]
     session.outcomes = [(0.1, {'procedure': 'read', 'level': '-1'})]
@@ -128,7 +128,7 @@ def test_an_answer_as_json(memory, robot, inside):
 
 
 def test_a_client_loads_neither_the_material_nor_the_compiler():
-    """What `mlmem read` takes of its own is what it imports, and until it finds the node."""
+    """`mlmem read` has to start fast."""
     program = (
         'import sys, mlmem_ros.cli.main as cli\n'
         'cli.main(["read", "--node", "nobody", "--wait", "0.1"])\n'
@@ -196,7 +196,7 @@ def test_a_level_that_is_not_a_number(level, capsys):
 
 
 def test_ctrl_c_while_it_waits(start):
-    """The command ends, the node does not: it finishes the write."""
+    """The command ends; the node goes on and finishes the write."""
     node = start({'scale.time': 1e-4})
     with Robot(node.element) as robot:
         states = robot.received('joint_states')

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who waits for the compiler is told so, again and again, and not at all where it has run."""
+"""The wait for the compiler is reported repeatedly, and not at all with a warm cache."""
 
 import logging
 import threading
@@ -17,7 +17,7 @@ TEXT = 'compiling the kernels of the rigid substrate (pefrl)'
 
 @pytest.fixture
 def cached(monkeypatch):
-    """Say what is in the compiler's cache."""
+    """Set whether the kernels are in the compiler's cache: cached(True)."""
     return lambda answer: monkeypatch.setattr(compiling, 'kernel_in_cache', lambda *_: answer)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The running node does what the tables of the ROS contract say: with whatever driver.
+"""The running node does what the tables of the ROS contract say, with any driver.
 
 Written against those tables alone. The element is the paper's Case II: 225 cells, eight levels
 (three bits), level n with the wall at cell 25 (n + 1).
@@ -19,18 +19,18 @@ SCALE = 0.01  # scale.length: metres per cell
 
 
 SIMULATED = ('field', 'wall')
-"""Topics that nobody can tell of a real element."""
+"""Topics that exist only for a simulated element."""
 
 
 @pytest.fixture(scope='module', params=['sim', pytest.param('rig', marks=pytest.mark.slow)])
 def driver(request):
-    """Drive a simulation, and an emulated rig in another process."""
+    """A simulation, and an emulated rig in another process."""
     return request.param
 
 
 @pytest.fixture
 def truth(driver):
-    """Skip what looks at the true wall where nobody can."""
+    """Skip tests of the true wall where it is unknown."""
     if driver != 'sim':
         pytest.skip('a real element does not tell where its wall is')
 
@@ -159,7 +159,7 @@ def test_calibrate_restores_the_content(robot):
     assert robot.trigger('read')['delay'] == pytest.approx(before['delay'], abs=10.0)
 
 
-# What it says of itself
+# Self-test and reports
 
 
 def test_self_test_checks_every_level_and_restores_the_content(robot, driver):
@@ -229,7 +229,7 @@ def test_field_and_wall_show_the_truth(robot, truth):
     level = robot.write(5)['level']
     wall = robot.next('wall')
     (position,) = wall.data
-    assert position == pytest.approx(site(level), abs=3.0)  # pinned within the wall's own width
+    assert position == pytest.approx(site(level), abs=3.0)  # pinned within the width of the wall
     field = robot.next('field')
     assert len(field.data) == CELLS
     assert all(map(math.isfinite, field.data))
@@ -270,7 +270,7 @@ def test_a_session_is_recorded(robot, tmp_path):
 
 
 def strain_of(robot):
-    """Return the strain of the last joint state: end displacement over length."""
+    """Return the strain from the last joint state: displacement of the end over length."""
     state = robot.latest('joint_states')
     return state.position[state.name.index('substrate')] / (CELLS * SCALE)
 
@@ -291,7 +291,7 @@ def test_strain_follows_the_set_point(robot):
 
 
 def test_strain_follows_a_trajectory(robot):
-    """Points in milliseconds at 10 us per time unit, so at most 10/s."""
+    """At 10 us per time unit the limit is 10/s."""
     robot.follow((10, 0.02), (60, 0.02), (80, -0.01))
     robot.wait(lambda: strain_is(robot, 0.02), 'the first strain, which is held')
     robot.wait(lambda: strain_is(robot, -0.01), 'the last strain')
@@ -379,7 +379,7 @@ def test_manual_driving_is_refused_during_a_write(writing):
     robot.publish('strain', 0.07)
     robot.publish('probe')
     robot.publish('write_level', 5)
-    robot.get('target_level')  # by its answer the topics are heard
+    robot.get('target_level')  # when it is answered, the topics have been received
     assert not answer.done()
     written = robot.answer(answer)
     assert (written.success, written['level']) == (True, 1)
@@ -394,7 +394,7 @@ def test_abort_ends_the_write_and_relaxes_the_strain(writing):
     assert not written.success
     assert 'abort' in written['error']
     robot.wait(lambda: strain_is(robot, 0.0), 'no strain after the abort')
-    assert robot.write(1)['level'] == 1  # it works on, whatever state the abort left
+    assert robot.write(1)['level'] == 1  # it still works, whatever state the abort left
 
 
 # Several elements

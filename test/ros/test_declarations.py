@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every parameter is declared once, with a default that is legal."""
+"""Every parameter is declared once, with a legal default."""
 
 from mlmem_ros.ros.node.declarations import declarations
 

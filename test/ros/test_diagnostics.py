@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Diagnostics: a status for every component, warnings that stay a while."""
+"""Diagnostics: a status for every component, and lasting warnings."""
 
 from types import SimpleNamespace
 from unittest.mock import ANY
@@ -66,12 +66,12 @@ def test_a_lasting_warning_has_present_values():
     )
 
 
-# What a component says of the device
+# The reports on the device
 
 
 @pytest.fixture
 def element():
-    """A blank device; its calibration is never asked."""
+    """A blank device; its calibration is not used."""
     table = DelayTable(tuple(100.0 * (level + 1) for level in range(CASE_II.levels)))
     return MemoryElement(CASE_II, Settings(), Calibration(table, table))
 
@@ -100,7 +100,7 @@ def test_looking_changes_no_bit(element):
 
 
 def test_two_walls_at_rest_are_a_warning(element):
-    """Active, inactive, active: what a kink that was not driven on leaves behind."""
+    """Active, inactive, active: left by a kink that was not driven on."""
     sites = CASE_II.sites
     between = (sites > 50) & (sites <= 125)
     element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
@@ -129,11 +129,11 @@ def test_a_fault_that_is_set_is_a_warning(element):
     assert diagnostics.faults(element).level == OK
 
 
-# What a component says of what went wrong
+# The reports on failures
 
 
 def session(**changes):
-    """Return what the component sees of a recording."""
+    """Return a recording as far as the report looks at it."""
     values = {
         'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'files': 1, 'queued': 0,
         'dropped': 0, 'error': None,
@@ -171,7 +171,7 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     for statistics.overruns in (3, 4, 5, 8):
         component.health(loop)
     skipped = [int(line.split()[0]) for line in told]
-    assert skipped == [2, 4, 8]  # a line in the log each time it has doubled
+    assert skipped == [2, 4, 8]  # one line in the log each time the number has doubled
     loop.paused = True
     assert component.health(loop).text == 'paused'
     statistics.overruns = 9
@@ -197,7 +197,7 @@ def test_a_weak_echo_of_a_level_is_a_warning(heard):
     health = diagnostics.transducer(heard(3, 1.2))
     assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
     assert diagnostics.transducer(heard(3, 1.5)).level == OK
-    assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # the memory's to tell
+    assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
 
 
 def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The executor goes on after what cannot be decoded, ends when told to, answers when it can."""
+"""The executor survives undecodable messages, can be interrupted, and answers late requests."""
 
 import logging
 import threading
@@ -49,7 +49,7 @@ def executor(context, node):
 
 
 def responses(executor, client, sent):
-    """Turn the server until all have been answered; return what they were told."""
+    """Spin the server until all requests are answered; return the answers."""
     deadline = time.monotonic() + SOON
     while not all(future.done() for future in sent):
         assert time.monotonic() < deadline, 'no answer'
@@ -61,10 +61,10 @@ def responses(executor, client, sent):
 
 
 def test_requests_beside_an_undecodable_one_are_served(executor, node, client):
-    """The middleware counts them; the count is lost with the exception, and would be for good."""
+    """The exception loses the middleware's count of waiting requests."""
 
     class Odd:
-        """A type that cannot be asked for once."""
+        """A service type that fails once."""
 
         Response = Trigger.Response
         failures = 0

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Faults as parameters and the shaken base, over DDS, recorded and replayed."""
+"""Faults as parameters, and the shaken base: over DDS, recorded, replayed."""
 
 import math
 import time
@@ -23,7 +23,7 @@ def imu(acceleration, covariance=0.0):
     message = Imu()
     message.header.frame_id = 'base_link'
     message.linear_acceleration.x = acceleration
-    message.linear_acceleration.y = 9.81  # across the chain: of no effect
+    message.linear_acceleration.y = 9.81  # across the chain: no effect
     message.linear_acceleration_covariance[0] = covariance
     return message
 
@@ -68,14 +68,14 @@ def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, valu
 
 
 def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
-    """A thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3 and more."""
+    """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
     assert robot.trigger('erase').success
     rest = mean(robot.next('field'))
     fields = robot.received('field')
     seen = len(fields)
 
     def bent():
-        """Shake on: one message holds for 10 ms here, and a field comes every 20."""
+        """Keep shaking: a message acts for 10 ms here, and a field comes every 20."""
         robot.send_message('disturbance', imu(5e-4 * UNIT))
         return next((field for field in fields[seen:] if mean(field) < rest - 1e-3), None)
 
@@ -98,7 +98,7 @@ def test_a_best_effort_imu_is_received(robot):
     seen = len(fields)
 
     def shaken():
-        publisher.publish(imu(-5e-4 * UNIT))  # time and again: best effort may lose the first
+        publisher.publish(imu(-5e-4 * UNIT))  # again and again: best effort may lose the first
         return any(abs(mean(field) - rest) > 1e-3 for field in fields[seen:])
 
     robot.wait(shaken, 'cells that are shaken')
@@ -133,7 +133,7 @@ def test_faults_and_disturbances_are_played_into_a_node(robot):
 
 
 def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_path):
-    """Faulty from its start, faults that change, a base that shakes through a write."""
+    """With faults from the start, faults that change, and a base that shakes during a write."""
     bag = tmp_path / 'bag'
     node = start(
         {

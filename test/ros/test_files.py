@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""With `files.root` the node writes below one folder alone, whatever it is asked for."""
+"""With `files.root` the node writes only below one folder, whatever is requested."""
 
 import pytest
 from robot import Robot
@@ -54,7 +54,7 @@ def test_without_a_root_any_path_is_accepted(tmp_path):
 def test_a_node_stays_below_its_root(start, root, tmp_path):
     node = start({'files.root': str(root), 'state.path': 'element.json', 'scale.time': 1e-5})
     with Robot() as robot:
-        begun = robot.record(True)  # with no path of its own: the name of a session
+        begun = robot.record(True)  # without a path: named session
         assert begun['path'].startswith(str(root / 'session'))
         assert robot.record(False).success
         for name, value in (('record.path', str(tmp_path / 'x')), ('files.root', '')):
@@ -62,7 +62,7 @@ def test_a_node_stays_below_its_root(start, root, tmp_path):
             assert not refused.successful
             assert 'files.root' in refused.reason
         robot.set(record__path='later')
-        (root / 'later').symlink_to(tmp_path / 'x')  # after it was found good
+        (root / 'later').symlink_to(tmp_path / 'x')  # after the path was accepted
         refused = robot.record(True)
         assert not refused.success
         assert str(tmp_path / 'x') in refused['error']

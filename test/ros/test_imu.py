@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The short way through the bytes of an Imu ends where the middleware's does."""
+"""Our fast decoder of an Imu gives what the middleware's gives."""
 
 import struct
 
@@ -16,7 +16,7 @@ SHORT.linear_acceleration.x = 9.81
 
 @pytest.mark.parametrize('length', range(17))
 def test_an_imu_is_decoded_as_by_the_middleware(length):
-    """However long the name of the frame is, which moves the numbers behind it."""
+    """For every length of the frame's name, which moves the numbers after it."""
     message = Imu()
     message.header.frame_id = 'f' * length
     message.header.stamp.nanosec = 123

@@ -25,7 +25,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 
 def environment():
-    """Return ours less what the wheels set for this very Python, and would mislead another's."""
+    """Return our environment without what the wheels set for this Python alone."""
     result = dict(os.environ)
     if result.pop('_ROS_WHEELS_BOOTSTRAP_COMPLETE', None):
         result.pop('LD_LIBRARY_PATH', None)
@@ -57,7 +57,7 @@ def ros2():
 
 @contextlib.contextmanager
 def running(folder, *command, whole_group):
-    """Keep a ros2 command running, end it by Ctrl-C, and check that it ended well.
+    """Run a ros2 command during a block, end it with Ctrl-C, check that it ended well.
 
     Args:
         folder: Where its output is kept.
@@ -213,7 +213,7 @@ def test_launch_manages_the_life_cycle(ros2, tmp_path):
 
 
 def test_launch_bank(ros2, tmp_path):
-    """Two elements, each under its own name, with files of its own."""
+    """Two elements, each with its own name and files."""
     folders = (f'record:={tmp_path / "bags"}', f'state:={tmp_path / "states"}')
     arguments = ('elements:=2', 'scale.time:=1e-5', *folders)
     command = ('launch', 'mlmem_ros', 'bank.launch.py', *arguments)
@@ -230,7 +230,7 @@ def test_launch_bank(ros2, tmp_path):
 
 @pytest.mark.slow
 def test_launch_demo(ros2, tmp_path):
-    """With RViz where it is installed; where it is not that is told."""
+    """With RViz if it is installed; otherwise a message says that it is missing."""
     viewing = 'rviz:=false' if shutil.which('rviz2') else 'rviz:=true'
     bag = tmp_path / 'session'
     command = ('launch', 'mlmem_ros', 'demo.launch.py', viewing, 'name:=shown', f'record:={bag}')
@@ -257,7 +257,7 @@ def test_launch_in_a_larger_stack(ros2, tmp_path):
 
 
 def test_colcon_build(tmp_path):
-    """What lands where, from a copy of the checkout."""
+    """A build of a copy of the checkout installs every file where it belongs."""
     if shutil.which('colcon') is None:
         pytest.skip('colcon is not installed')
     parts = [CHECKOUT / name for name in ('package.xml', 'setup.py', 'setup.cfg', 'colcon.pkg')]

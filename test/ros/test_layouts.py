@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The layouts for RViz, Foxglove and PlotJuggler name what is there, as each tool wants it.
+"""The layouts for RViz, Foxglove and PlotJuggler name existing topics, in each tool's format.
 
 The names of panels, displays and attributes are those of rviz2 in Jazzy, of Lichtblick,
 Foxglove's open successor, and of PlotJuggler 3, looked up in their sources.
@@ -67,7 +67,7 @@ def test_the_rviz_config():
     assert shown == {marker.ns: True for marker in message.markers}
 
 
-FOXGLOVE = {  # panel types and what each cannot do without
+FOXGLOVE = {  # panel types with their required settings
     '3D': {'cameraState', 'followMode', 'topics', 'layers', 'transforms', 'publish'},
     'CallService': {'serviceName', 'requestPayload'},
     'DiagnosticSummary': {'minLevel', 'pinnedIds', 'topicToRender', 'hardwareIdFilter'},

@@ -27,7 +27,7 @@ def state(robot):
 
 @pytest.mark.slow
 def test_compiling_is_reported(start, tmp_path, monkeypatch):
-    """In the log and on /diagnostics, while it compiles; the second start need not."""
+    """In the log and on /diagnostics while it compiles; the second start does not."""
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
     first = start(BY_HAND, apart=True)
     with Robot() as robot:
@@ -88,7 +88,7 @@ def test_a_design_is_changed_only_while_unconfigured(start):
         assert not change(robot, Transition.TRANSITION_CONFIGURE)
         assert state(robot) == State.PRIMARY_STATE_UNCONFIGURED
         assert 'J must be at most N - tail - 1 = 19' in node.output
-        robot.set(design__preset='case_2')  # brings all the others along
+        robot.set(design__preset='case_2')  # sets all the others, too
         assert robot.get('design.N') == 225
         assert change(robot, Transition.TRANSITION_CONFIGURE)
 
@@ -129,7 +129,7 @@ def test_the_content_survives_the_node(start, refused, tmp_path):
 
 
 def test_the_content_is_saved_at_intervals(start, tmp_path):
-    """What changes without a write is saved, too: here the number of ticks."""
+    """Also what changes without a write: here the number of ticks."""
     file = tmp_path / 'element.json'
     start({**FAST, 'state.path': str(file), 'state.interval': 0.2})
     with Robot() as robot:
@@ -140,7 +140,7 @@ def test_the_content_is_saved_at_intervals(start, tmp_path):
 
 
 def ticks(robot):
-    """Return the ticks done: pausing tells, and changes nothing when it is undone."""
+    """Return the ticks done, as the answer to a pause tells them."""
     done = robot.pause(True)['tick']
     robot.pause(False)
     return done
@@ -174,8 +174,8 @@ def test_sim_time_paces_pauses_and_jumps(start):
         def run(first, last, steps):
             for step in range(steps + 1):
                 show(first + (last - first) * step / steps)
-                time.sleep(0.03)  # slower than it is shown: a loaded machine keeps up
-            time.sleep(0.1)  # it has heard the last one
+                time.sleep(0.03)  # slower than /clock says, so that a loaded machine keeps up
+            time.sleep(0.1)  # the last one has been received
 
         run(100.0, 100.2, 20)
         begun = ticks(robot)
@@ -185,13 +185,13 @@ def test_sim_time_paces_pauses_and_jumps(start):
         time.sleep(0.3)
         held = ticks(robot)
         time.sleep(0.3)
-        assert ticks(robot) - held <= 1  # the clock stands still: so does the material
+        assert ticks(robot) - held <= 1  # the clock stands still, and the material with it
         run(50.0, 50.2, 20)  # the simulator was reset
         assert 90 <= ticks(robot) - held <= 106
 
 
 def test_a_design_that_fails_its_check_is_refused_or_named(start):
-    """A weak gradient, which the lattice may stop, but which the factory can calibrate."""
+    """The gradient is weak: the lattice may stop the wall, but a calibration works."""
     node = start(BY_HAND)
     with Robot() as robot:
         robot.set(design__gamma=-6e-5)

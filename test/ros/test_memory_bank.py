@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Several elements in one process: apart in their names and files, and in their failures."""
+"""Several elements in one process have separate names, files and failures."""
 
 import pytest
 

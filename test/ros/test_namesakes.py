@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Two nodes of one name: both say so, once; a name in another namespace is another."""
+"""Two nodes with one full name: each logs it, once."""
 
 import time
 
@@ -19,7 +19,7 @@ def quick(monkeypatch):
 
 
 def looked():
-    """Wait until every node has looked as often as it does."""
+    """Wait until every node has done all its checks."""
     time.sleep(1.5 * namesakes.LOOKS * namesakes.PERIOD)
 
 

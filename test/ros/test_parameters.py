@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node's parameters: a preset is the whole element, what is given beside it overrides it."""
+"""A node's parameters: a preset is the whole element, others override it."""
 
 from dataclasses import asdict
 from types import SimpleNamespace

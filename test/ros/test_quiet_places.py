@@ -9,7 +9,7 @@ from mlmem_ros.verdict import Verdict
 
 
 def test_a_default_subscriber_receives_every_stream(robot):
-    """`create_subscription(..., 10)` is reliable, and hears nothing of who offers best effort."""
+    """`create_subscription(..., 10)` is reliable and does not match best-effort publishers."""
     for topic in ('joint_states', 'field', 'wall', 'range'):
         heard = []
         kind, _ = OUT[topic]
@@ -44,7 +44,7 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
 
 
 def test_the_level_is_the_content_and_not_an_echo_during_a_write(start):
-    """A kink is listened for: it hears other levels, and none while two walls are there."""
+    """A kink on its way is listened to: other levels, and none while there are two walls."""
     slow = {'throw.peak': 0.0, 'down_even.peak': 0.0, 'down_odd.peak': 0.0, 'scale.time': 1e-5}
     start(slow, name='slow')
     with Robot('/slow', 'slow_robot') as robot:

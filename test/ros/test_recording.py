@@ -19,10 +19,10 @@ from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 
 EVERY_ONE = ('level', 'outcome', 'echo')
-"""Reliable topics: a subscriber that is there receives all of them."""
+"""Topics of which a subscriber receives every message."""
 
 STREAMS = ('range', 'joint_states', 'field', 'wall')
-"""Sensor data: a subscriber may miss some, but receives nothing that was not recorded."""
+"""Fast topics: a subscriber may miss messages, but receives none that was not recorded."""
 
 
 def values(message):
@@ -56,12 +56,12 @@ def recorded(bag):
 
 @pytest.fixture
 def session(start, tmp_path):
-    """Write level 1 and read it while a session is recorded; return bag and what was heard."""
+    """Write level 1 and read it while a session is recorded; return bag and received messages."""
     bag = tmp_path / 'session'
     node = start({'record.path': str(bag), 'scale.time': 1e-5, 'record.hash_every': 50})
     with Robot() as robot:
         heard = {topic: robot.received(topic) for topic in OUT if not topic.startswith('/')}
-        # Until the node knows of the listeners it tells them nothing, not even an echo.
+        # The node sends nothing, not even an echo, before it knows of the subscribers.
         robot.wait(lambda: all(heard[topic] for topic in STREAMS[1:]), 'the steady streams')
         assert robot.write(1).success
         assert robot.trigger('read').success
@@ -80,7 +80,7 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
         assert heard[topic], topic
     for topic in STREAMS:
         assert heard[topic], topic
-        rest = iter(found[f'/mlmem/{topic}'])  # a subsequence: each is found after the one before
+        rest = iter(found[f'/mlmem/{topic}'])  # a subsequence, in order
         for message in heard[topic]:
             assert any(_same(message, other) for other in rest), topic
     report = replay(load(bag))
@@ -149,7 +149,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
         assert robot.trigger('read')['level'] == 1
         assert robot.record(False)['path'] == str(bag)
         assert 'nothing' in robot.record(False)['error']
-        again = robot.record(True)['path']  # never over the first one
+        again = robot.record(True)['path']  # it never overwrites the first one
         assert again.startswith(str(bag))
         assert again != str(bag)
         assert robot.record(False).success
@@ -157,7 +157,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
         robot.send('write')
         robot.next('joint_states', lambda message: message.position[0] != 0.0)
         assert 'write is running' in robot.record(True)['error']
-    report = replay(load(bag))  # begun in mid-life, with the wall at level 1
+    report = replay(load(bag))  # begun with the wall at level 1
     assert report.exact
     assert report.levels == [1]
 
@@ -174,13 +174,13 @@ def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
     session = load(bag)
     assert session.start < asked
     assert session.outcomes[0][1]['procedure'] == 'write'
-    assert len(session.field_time) > 10  # its streams, too, though nobody listened
+    assert len(session.field_time) > 10  # its streams, too, though nobody subscribed
     assert replay(session).exact
 
 
 @pytest.mark.slow
 def test_a_session_ends_at_its_greatest_size(start, tmp_path):
-    """Everything is streamed at every tick, so that 300 kB come within a second."""
+    """Fields at every tick make 300 kB within a second."""
     bag = tmp_path / 'session'
     limits = {'record.most_megabytes': 0.3, 'record.hash_every': 50, 'record.sync_interval': 0.1}
     streams = {'publish.field_every': 1, 'scale.time': 1e-5}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Requests that carry their arguments, as messages: what each asks for, and what is none."""
+"""Requests with arguments as messages: how they are decoded, and which are refused."""
 
 import dataclasses
 

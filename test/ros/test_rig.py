@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node over an emulated rig in short: what it tells, records, and does when the rig restarts.
+"""A node over an emulated rig: what it reports, records, and does when the rig restarts.
 
-All of the contract over a rig in another process is in test_contract.py, where it is slow.
+test_contract.py has the whole contract over a rig in another process, as slow tests.
 """
 
 import threading
@@ -92,7 +92,7 @@ def told_of(report, component):
 
 
 def check_session(bag):
-    """Every echo decodes again to what was told; the commands cannot be run again."""
+    """Assert that every echo decodes to its level again, and that a replay is refused."""
     session = load(bag)
     assert session.hashes == []
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)

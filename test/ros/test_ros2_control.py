@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What ros2_control is told of an element is what its node says and does.
+"""The files for ros2_control agree with the node.
 
-Neither controller manager nor controllers are here (they have no wheels): what their hardware
-interface does with the two topics is done by hand, as its source has it.
+There are no wheels of the controller manager and its controllers. `Hardware` does with the two
+topics what their hardware interface does.
 """
 
 import io
@@ -31,13 +31,13 @@ def urdf(**arguments):
 
 
 def limits(robot_description):
-    """Return what the joint may: lower, upper, speed."""
+    """Return the limits of the joint: lower, upper, speed."""
     limit = robot_description.find('joint/limit')
     return [float(limit.get(name)) for name in ('lower', 'upper', 'velocity')]
 
 
 def able(name):
-    """Return what the node of a preset allows by hand, in m and m/s, and the arguments for it."""
+    """Return the limits of strain by hand for a preset, in m and m/s, and its xacro arguments."""
     design, settings = preset(name)
     units = Units(design, settings.scale)
     far = settings.actuator.max_strain * units.elongation

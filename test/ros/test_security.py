@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The SROS2 policy allows what node and client do on a live graph, and nothing more."""
+"""The SROS2 policy allows exactly what node and client do on a live graph."""
 
 import contextlib
 import time
@@ -24,14 +24,14 @@ ON_DEMAND = {'/clock'}
 """Subscribed with `use_sim_time` alone."""
 
 SETTLED = 1.0
-"""Seconds without news after which all is discovered."""
+"""Seconds without news after which everything is discovered."""
 
 ACTIONS_BUILT = bool(action_types())
 SERVICES = {'send_goal', 'cancel_goal', 'get_result'}
 TOPICS = {'feedback', 'status'}
 
 LISTENING = {'/mlmem/level', '/mlmem/outcome', '/diagnostics'}
-"""What a client may listen to, though the class does not by itself."""
+"""Topics that a client may subscribe to, although `MemoryClient` does not."""
 
 
 def profiles():
@@ -42,13 +42,13 @@ ACTION = {
     'execute': {'reply': SERVICES, 'publish': TOPICS},
     'call': {'request': SERVICES, 'subscribe': TOPICS},
 }
-"""What an action is made of, and who does what with it."""
+"""The parts of an action by role and rule."""
 
 
 def allowed(enclave, rule):
     """Return the full names that an enclave's only profile allows, as SROS2 expands them.
 
-    Those of actions are left out where no action is built.
+    Without built actions, their names are left out.
     """
     names = set(listed(enclave, rule))
     for role, parts in ACTION.items():
@@ -69,7 +69,7 @@ def listed(enclave, rule):
 
 
 def used(robot, name):
-    """Return what a node has on the graph by rule, once nothing more has come for a second."""
+    """Return a node's names on the graph by rule, once none has been added for a second."""
     robot.wait(lambda: name in robot.node.get_node_names(), name)
     find = {
         'publish': robot.node.get_publisher_names_and_types_by_node,
@@ -91,7 +91,7 @@ def used(robot, name):
 
 
 def test_the_policy_is_well_formed():
-    """The rules of SROS2's policy.xsd, of which a copy would be its code."""
+    """By the rules of SROS2's policy.xsd."""
     root = ET.parse(POLICY).getroot()
     assert (root.tag, root.attrib) == ('policy', {'version': '0.2.0'})
     (enclaves,) = root
@@ -141,7 +141,7 @@ def test_the_policy_allows_what_the_client_does(robot):
         name = client.node.get_name()
         unused = {f'{action}/_action/cancel_goal' for action in listed('/mlmem_client', 'call')}
         if ACTIONS_BUILT:
-            unused.add('/mlmem/self_test')  # which an action is asked for, then
+            unused.add('/mlmem/self_test')  # done by an action instead
         found = used(robot, name)
         assert found['request'] == allowed('/mlmem_client', 'request') - unused
         assert found['publish'] == allowed('/mlmem_client', 'publish')

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Ctrl-C and SIGTERM in the middle of a write: everyone is told, the session is closed."""
+"""Ctrl-C and SIGTERM during a write: every request is answered, the session is closed."""
 
 import signal
 import subprocess
@@ -14,7 +14,7 @@ from robot import Robot
 
 
 def begin_write(robot):
-    """Ask for level 1 at the default scale, one and a half seconds; return when it is strained."""
+    """Begin to write level 1, which takes 1.5 s; return once the element is strained."""
     robot.set(target_level=1)
     states = robot.received('joint_states')
     answer = robot.send('write')
@@ -51,7 +51,7 @@ def test_sigterm_with_many_requests_waiting(start, tmp_path):
     node = start({'record.path': str(bag)}, apart=True)
     with Robot() as robot:
         waiting = [begin_write(robot)]
-        robot.pause(True)  # from here on no request is taken, not even refused: no tick begins
+        robot.pause(True)  # from here on no tick begins, so no request is accepted or refused
         waiting += [robot.send('write') for _ in range(8)]  # a service keeps the last ten
         for _ in waiting:
             robot.pause(True)  # an executor takes one of each service at a time
@@ -67,7 +67,7 @@ def test_sigterm_with_many_requests_waiting(start, tmp_path):
 
 
 def test_during_the_start(start):
-    """Ctrl-C before it is ready: as soon as it has said its first word, it can be stopped."""
+    """Ctrl-C before it is ready, right after the first line of its log."""
     node = start(apart=True)
     with Robot() as robot:
         robot.wait(lambda: 'preparing' in node.output, 'the first word')
@@ -77,19 +77,19 @@ def test_during_the_start(start):
 
 
 def test_a_signal_while_python_still_loads(start):
-    """In the first second or two, before there is a node: it ends, without a traceback."""
+    """In the first second or two, before there is a node: it ends without a traceback."""
     for delay in (0.25, 0.5, 0.9):
         node = start(apart=True)
-        time.sleep(delay)  # the moment itself is what is tested
+        time.sleep(delay)  # the moment is what is tested
         node.signal(signal.SIGTERM)
         status = node.exit_status()
         assert 'Traceback' not in node.output, delay
-        # 0, or the signal itself where not even our handler could be loaded
+        # 0, or the signal itself if not even our handler was loaded
         assert status in (0, -signal.SIGTERM), delay
 
 
 def test_a_node_ends_with_the_tests_that_started_it():
-    """Or it would answer requests of the next run that claims its domain, from a blank element."""
+    """Otherwise it would answer requests of the next run in its domain."""
     tests = (
         'import time, mlmem_ros.testing\n'
         'with mlmem_ros.testing.memory_node(apart=True) as node:\n'
@@ -104,6 +104,6 @@ def test_a_node_ends_with_the_tests_that_started_it():
     killed.kill()
     killed.communicate()
     deadline = time.monotonic() + 10.0
-    while node.exists() and ') Z ' not in node.read_text():  # nobody may have waited for it
+    while node.exists() and ') Z ' not in node.read_text():  # a zombie, perhaps
         assert time.monotonic() < deadline
         time.sleep(0.05)

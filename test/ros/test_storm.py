@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A storm of random messages and calls over real DDS: all are answered, nothing goes down.
+"""A storm of random messages and calls over real DDS: every call is answered, the node goes on.
 
-What is sent follows from the seed alone. The lives in test/lives try far more, without ROS; here
-the middleware, rclpy and the process are the real ones.
+The seed decides what is sent. The lives in test/lives try far more, without ROS; here
+middleware, rclpy and process are real.
 """
 
 import math
@@ -29,7 +29,7 @@ KEPT = {'files.root', 'autostart', 'view', 'use_sim_time', 'state.path', 'scale.
 
 
 class Storm:
-    """A client that does one random thing after another, and keeps every request it made."""
+    """A client that does random things and keeps all its requests."""
 
     def __init__(self, robot, folder, seed):
         self.robot = robot
@@ -53,9 +53,9 @@ class Storm:
         return f'an answer of every one (without: {self.waiting})'
 
     def calm(self):
-        """Let time run, or what waits for it waits for ever, until few requests wait."""
+        """Let time run, which waiting requests need, until few requests wait."""
         self.robot.pause(False)
-        self.robot.wait(lambda: len(self.waiting) < 8, self, 120)
+        self.robot.wait(lambda: len(self.waiting) < 8, self)
 
     @property
     def waiting(self):
@@ -73,7 +73,7 @@ class Storm:
             self.send(name)
 
     def arguments(self):
-        """Return those of a request, right or wrong."""
+        """Return the arguments of a request, right or wrong."""
         asked = ParameterValue(type=4, string_value=self.chance.choice((*REQUESTS, '', 'wipe')))
         given = [Parameter(name='request', value=asked)]
         names = ('level', 'end', 'times', 'strains', 'rates', 'request')
@@ -154,8 +154,8 @@ def test_the_node_survives_a_storm(start, tmp_path, length):
             request.transition.id = configure_and_activate
             robot.send('change_state', request, ChangeState)
         robot.pause(False)
-        robot.wait(lambda: not storm.waiting, storm, 60)
-        assert 'error' in robot.trigger('step')  # it serves on, or says that it is not active
+        robot.wait(lambda: not storm.waiting, storm)
+        assert 'error' in robot.trigger('step')  # it answers, active or not
         node.signal(signal.SIGINT)
         assert node.exit_status(60.0) in (ENDED, NOT_SAVED)
     assert 'Traceback' not in node.output

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node for the length of a test: here and apart."""
+"""A memory node for the length of a test: in its process and in another."""
 
 from pathlib import Path
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What people look at: the image and the markers."""
+"""The image and the markers."""
 
 import dataclasses
 import time
@@ -35,7 +35,7 @@ def run(element, command, contour):
 
 @pytest.fixture(scope='module')
 def written():
-    """An element that holds level 1, and the contour of how it came there."""
+    """An element that holds level 1, and the contour of the writes."""
     element = new_element(CASE_II, Settings())
     contour = Contour(element, PublishSettings())
     for level in (0, 1):
@@ -44,7 +44,7 @@ def written():
 
 
 def still(design, configuration, *, V=0.0, ticks=0):
-    """Return what the views ask an element for, with a state of our own making."""
+    """Return what the views read of an element, with a given state."""
     substrate = V * design.strain_shape
     chain = SimpleNamespace(configuration=configuration, v=configuration + substrate, V_N=V)
     return SimpleNamespace(

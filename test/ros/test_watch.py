@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem watch`: the picture from what was heard, and the command in a terminal of its own."""
+"""`mlmem watch`: its picture, and the command in its own terminal."""
 
 import contextlib
 import fcntl
@@ -82,7 +82,7 @@ def test_strain_to_either_side():
     assert pulled.index('│') < pulled.index('━')
     assert pressed.count('━') == pulled.count('━') > 10
     assert '━' not in row('strain', strain=0.0)
-    assert row('strain', strain=9.0).count('━') > 30  # no further than the panel
+    assert row('strain', strain=9.0).count('━') > 30  # no wider than the panel
 
 
 def test_echo():
@@ -126,7 +126,7 @@ def test_it_fits(width):
 
 @pytest.fixture(scope='module')
 def memory(start_shared):
-    """The element ten times faster than a robot would run it, its streams as slow as there."""
+    """An element ten times faster than by default, with streams at the default rates."""
     return start_shared({'scale.time': 1e-5, **CALM})
 
 

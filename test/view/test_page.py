@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page in a real browser: what a person sees and does, in the order of one visit."""
+"""The page in a real browser: what a user sees and does, in the order of one visit."""
 
 import struct
 import zipfile
@@ -14,7 +14,7 @@ STATE = 'mlmem.shown().state'
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    """Run the eight-level element five times faster than a robot would."""
+    """An eight-level element five times faster than by default."""
     return start_shared(parameters={'scale.time': 2e-5})
 
 
@@ -30,7 +30,7 @@ def page(node, view, browser, tmp_path_factory):
 
 
 def test_the_first_picture_comes_within_a_second(page):
-    """From the click on a link to the first cells that are drawn; the best of five counts."""
+    """From the click on a link to the first drawn cells; the best of five counts."""
     drawn = "document.querySelector('.chain')?.toDataURL().length > 3000"  # an empty one is small
     took = []
     while len(took) < 5 and not (took and min(took) < 1000.0):  # the machine may be busy
@@ -41,7 +41,7 @@ def test_the_first_picture_comes_within_a_second(page):
 
 
 def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_moving(page):
-    page.pick('#speed', '0.25')  # or it is there within a blink
+    page.pick('#speed', '0.25')  # or the wall has arrived before it is seen
     page.click('[data-level="5"]')
     seen = set()
 
@@ -50,7 +50,7 @@ def test_a_click_on_a_defect_writes_its_level_and_the_wall_is_seen_moving(page):
         return page.text('.level') == '5' and page.text('.code') == '101'
 
     page.until(written, 'level 5')
-    assert len(seen - {150}) > 1, seen  # it was seen on its way: it jumps two levels at a time
+    assert len(seen - {150}) > 1, seen  # seen on its way: it jumps two levels at a time
     page.pick('#speed', '1')
     page.until(f'Math.abs({STATE}.walls[0] - 150) < 1', 'the wall on its defect')
     assert 0.0 < page.ask(f'{STATE}.confidence') < 1.0
@@ -95,7 +95,7 @@ def test_time_is_paused_and_stepped(page):
 
 
 def test_the_strain_is_dragged(page):
-    """A hand on the slider: the substrate follows it, and lets go."""
+    """The substrate follows the slider, and is released by the button."""
     drag = """(() => {
       const slider = document.getElementById('strain');
       slider.value = 0.02;

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A recorded session as the page gets it."""
+"""A recorded session as it is sent to the page."""
 
 import json
 from pathlib import Path

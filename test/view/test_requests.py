@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a page asks for becomes a request of the client, or is refused before it is sent."""
+"""A page's messages become requests of the client, or are refused before they are sent."""
 
 import math
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ ABOUT = {'max_strain': 0.08, 'hand_rate': 1e-4, 'scale': {'time': 1e-4}}
 
 
 class Client:
-    """Notes down what is asked of it."""
+    """Notes its calls."""
 
     def __init__(self):
         self.sent = []
@@ -83,7 +83,7 @@ def test_an_invalid_request_is_not_sent(requests, client, asked):
 
 
 def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, client):
-    """From one end of its range to the other within the rate, which a cubic exceeds by a half."""
+    """Through its whole range within the rate; the peak of a cubic is 1.5 times its mean."""
     requests.send({'do': 'strain', 'strain': -0.03})
     ((name, (times, strains, rates), _),) = client.sent
     assert name == 'follow'

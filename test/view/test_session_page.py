@@ -31,7 +31,7 @@ def opened(browser, address):
 
 
 def test_a_session_is_scrubbed(page):
-    """It writes 2, reads, erases and reads: the wall is where it was at every time."""
+    """The session writes 2, reads, erases and reads."""
     levels, walls = [], []
     written = page.ask('mlmem.shown().sessions[0].events.find(e => e.ok).t')
     for time in (0.0, written + 0.02, page.ask('mlmem.shown().duration')):

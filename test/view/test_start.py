@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The page and the node start each other, and end together."""
+"""Page and node start each other and end together."""
 
 import json
 import subprocess
@@ -38,7 +38,7 @@ def address_in(text):
 
 
 def test_a_node_serves_its_page_as_long_as_it_runs(start_shared):
-    """Also where it is killed and can end nothing itself."""
+    """Also if the node is killed."""
     node = start_shared(options=['--view'], name='seen', apart=True)
     address = until(lambda: address_in(node.output), 'the address of the page')
     assert fetched(address)['live']

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""These tests have a ROS graph of their own."""
+"""A ROS graph for these tests alone."""
 
 import importlib.util
 import sys
@@ -12,4 +12,4 @@ if importlib.util.find_spec('rclpy') is None:
     collect_ignore = ['test_gait_store.py']
 else:
     isolate()
-sys.path.append(str(Path(__file__).parents[1]))  # where it is not built
+sys.path.append(str(Path(__file__).parents[1]))  # without a build

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The robot keeps its gait in the memory alone: over a crash, a slow write, and a stuck actuator.
+"""The robot keeps its gait only in the memory: through a crash, a slow write, a stuck actuator.
 
-Memory and behaviour run in this process; docs/testing.md tells how each test is made.
+Memory and behaviour run in this process; docs/testing.md explains the tools.
 """
 
 import threading
@@ -34,7 +34,7 @@ QUICK = {'scale.time': 5e-5, 'publish.field_every': 0, 'publish.wall_every': 0}
 
 
 class Behaviour:
-    """The node under test, turned by a thread of its own."""
+    """The node under test, spun by its own thread."""
 
     def __init__(self, memory, sim_time=False):
         self._context = Context()
@@ -60,7 +60,7 @@ class Behaviour:
 
 
 class Robot:
-    """One who asks for gaits and looks at the legs."""
+    """A client that requests gaits and watches the legs."""
 
     def __init__(self, node):
         self.gaits, self.pressures, self.strains = [], [], []
@@ -98,7 +98,7 @@ def robot(memory):
 
 @pytest.fixture
 def behave(memory, robot):
-    """Start the behaviour: behave(); what is left of it ends with the test."""
+    """Start the behaviour: behave(); it ends with the test at the latest."""
     running = []
 
     def start(**options):
@@ -129,7 +129,7 @@ def test_a_behaviour_walks_on_after_a_crash(memory, robot, behave, tmp_path):
     memory.memory.record(path=str(bag)).wait()
     first = behave()
     robot.wait_for_gait(0)
-    robot.set_gait(8)  # there is none: nothing changes
+    robot.set_gait(8)  # there is no such gait: nothing changes
     robot.set_gait(1)
     robot.wait_for_gait(1)
     assert robot.gaits == [0, 1]
