@@ -36,7 +36,7 @@ def viewing(*arguments, cwd=None):
 
 
 def found():
-    """Return browser and driver of this machine, each None where it is missing."""
+    """Return the paths of browser and driver, None for one that is missing."""
     return next(filter(None, map(shutil.which, BROWSERS)), None), shutil.which('chromedriver')
 
 
@@ -59,7 +59,7 @@ class Browser:
         self.driver = webdriver.Chrome(options, Service(driver))
 
     def resize(self, width, height, ratio=1.0, phone=False):
-        """Show the page in so many CSS pixels, each of `ratio` pixels of a picture."""
+        """Set the size of the page in CSS pixels, each of `ratio` pixels of a picture."""
         metrics = {'width': width, 'height': height, 'deviceScaleFactor': ratio, 'mobile': phone}
         self.driver.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
 
@@ -67,11 +67,11 @@ class Browser:
         self.driver.get(address)
 
     def ask(self, script, *arguments):
-        """Return what a JavaScript expression is."""
+        """Return the value of a JavaScript expression."""
         return self.driver.execute_script(f'return {script}', *arguments)
 
     def click(self, selector):
-        """Click as a hand does: what is hidden or covered cannot be."""
+        """Click like a user: hidden and covered elements cannot be clicked."""
         self.driver.find_element('css selector', selector).click()
 
     def pick(self, selector, value):
@@ -84,7 +84,7 @@ class Browser:
         return self.driver.find_element('css selector', selector).text
 
     def until(self, condition, what, within=40.0):
-        """Wait until a JavaScript expression or a function gives something; return it."""
+        """Wait until a JavaScript expression or a function is true; return its value."""
         deadline = time.monotonic() + within
         while True:
             value = condition() if callable(condition) else self.ask(condition)

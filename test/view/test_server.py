@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Who may drive the element through the server, how much at a time, and who holds up nobody."""
+"""Who may drive the element through the server, how many requests at a time, and slow pages."""
 
 import asyncio
 import io
@@ -26,7 +26,7 @@ LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
 
 class Element:
-    """Stands for a running element: it does what it is asked, and notes it down."""
+    """A stand-in for a running element that notes its requests."""
 
     def __init__(self):
         self.pages = Pages()
@@ -74,7 +74,7 @@ FOREIGN = 'http://example.com'
 
 @pytest.mark.parametrize('origin', [FOREIGN, 'null', 'http://127.0.0.1:1', None])
 def test_no_other_site_drives_the_element(origin):
-    """A page of another site, of no site, of another port; and who hides where it comes from."""
+    """A page of another site, of no site, of another port; and a client without an origin."""
 
     async def run():
         element = Element()
@@ -95,7 +95,7 @@ def test_no_other_site_drives_the_element(origin):
 
 @pytest.mark.parametrize('host', ['example.com', 'mlmem.example.com:8742', '192.0.2.1'])
 def test_a_foreign_name_that_resolves_to_the_loopback_is_refused(host):
-    """DNS rebinding: the browser believes that the page and we are one site."""
+    """DNS rebinding: for the browser, the page and the server are one site."""
 
     async def run():
         async with serving(Element()) as (client, address):
@@ -121,8 +121,8 @@ def test_no_other_site_frames_the_page_or_reads_what_it_is_sent():
     asyncio.run(run())
 
 
-def test_where_others_may_look_the_token_is_asked_for():
-    """Once in the address; from then on it is in a cookie that no script can read."""
+def test_a_public_page_requires_the_token():
+    """First in the address, then in a cookie that no script can read."""
 
     async def run():
         async with serving(Element(), token='secret') as (client, address):
@@ -144,7 +144,7 @@ def test_where_others_may_look_the_token_is_asked_for():
 
 
 @pytest.mark.parametrize('said', ['x' * 5000, 'no JSON', '[1]', '[' * 4000, b'\0\1'])
-def test_a_page_that_talks_nonsense_is_let_go(said):
+def test_a_page_that_sends_nonsense_is_disconnected(said):
     async def run():
         element = Element()
         async with serving(element) as (client, address):
@@ -158,7 +158,7 @@ def test_a_page_that_talks_nonsense_is_let_go(said):
     asyncio.run(run())
 
 
-def test_a_page_that_asks_too_much_at_once_is_refused_the_rest():
+def test_a_page_that_sends_too_many_requests_is_refused_the_rest():
     """So many requests are under way, and so many taken a second."""
 
     async def run():
@@ -182,8 +182,8 @@ def test_a_page_that_asks_too_much_at_once_is_refused_the_rest():
     asyncio.run(run())
 
 
-def test_a_slow_page_misses_pictures_and_no_news():
-    """What waits for it is bounded; the newest picture and the newest news are there."""
+def test_a_slow_page_misses_pictures_but_no_news():
+    """Its queue is bounded; it holds the newest picture and the newest news."""
 
     async def run():
         page = Page()
@@ -201,8 +201,8 @@ def test_a_slow_page_misses_pictures_and_no_news():
     asyncio.run(run())
 
 
-def test_a_page_that_takes_nothing_holds_up_no_other(monkeypatch):
-    """It is let go once it has taken nothing for a while."""
+def test_a_page_that_reads_nothing_delays_no_other(monkeypatch):
+    """It is disconnected once it has read nothing for a while."""
     monkeypatch.setattr(served, 'PATIENCE', 0.5)
 
     async def run():
