@@ -6,26 +6,40 @@
 """
 
 import argparse
+import dataclasses
 import inspect
+import json
 import re
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
+from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
 from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.cli.main import parser
-from mlmem_ros.contract import requests, services, topics
+from mlmem_ros.contract import requests, services, topics, word_code
 from mlmem_ros.contract.goals import ACTIONS
 from mlmem_ros.contract.topics import Topic
 from mlmem_ros.described import Description
-from mlmem_ros.device import Read, new_element, preset
+from mlmem_ros.device import (
+    Read,
+    calibration,
+    calibration_file,
+    new_element,
+    preset,
+    snapshot,
+    state_file,
+    trims,
+)
 from mlmem_ros.device.loop import Loop
+from mlmem_ros.host import design_check
 from mlmem_ros.ros.node import diagnostics
 from mlmem_ros.ros.node.declarations import declarations
 from mlmem_ros.ros.node.diagnostics import Pace
+from mlmem_ros.session import messages
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'
@@ -43,6 +57,7 @@ def pages() -> dict[str, str]:
         'diagnostics.md': _diagnostics(),
         'parameters.md': _parameters(),
         'commands.md': _commands(),
+        'files.md': _files(),
     }
     return {name: GENERATED + text for name, text in made.items()}
 
@@ -250,6 +265,96 @@ def _help(command: argparse.ArgumentParser, action: argparse.Action) -> str:
     formatter = command._get_formatter()
     told = re.sub(r'\s+', ' ', formatter._expand_help(action)) if action.help else ''
     return re.sub(r' \(default: (False|None)\)$', '', told)
+
+
+# --- files ---------------------------------------------------------------------------------
+
+
+def _files() -> str:
+    """Return the formats, whose keys are compared with those of an element's files."""
+    element = new_element(preset('bits_1'))
+    taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '')
+    calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
+    header = _content(messages.header(element, '/mlmem', {}))
+    hashed = _content(messages.state_hash(element))
+    command = _content(messages.command(0, Read()))
+    arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
+    channel = [[f'`{key}`', meaning] for key, meaning in writer.CHANNEL_METADATA.items()]
+    custom = [[f'`{key}`', meaning] for key, meaning in metadata.CUSTOM_DATA.items()]
+    own = [[f'`~/{name}`', meaning] for name, meaning in messages.TOPICS.items()]
+    fields = [[str(base), f'`{number:#x}`'] for base, number in word_code.POLYNOMIALS.items()]
+    parts = [
+        '# Files',
+        'Files of the node lie where its parameters say, and below `files.root` if that is set. '
+        'JSON files are replaced atomically: after a power cut there is the old content or the '
+        'new one. Numbers keep every bit.',
+        '## Session',
+        'The directory of `record.path` or `mlmem record`: a rosbag2 bag of `metadata.yaml` '
+        '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
+        f'`ros2msg`, CDR messages and zstd chunks of {mcap_file.CHUNK_SIZE // 1024} KiB with a '
+        'CRC. It holds every [topic](topics.md) of the node (images and markers with '
+        '`record.views`), and besides them:',
+        _table(['topic', 'messages'], own),
+        'All but the last are std_msgs/String with a JSON object.',
+        f'### `~/{messages.HEADER}`',
+        _keys(messages.KEYS[messages.HEADER], header),
+        f'### `~/{messages.COMMAND}`',
+        _keys(messages.KEYS[messages.COMMAND], ['tick', 'kind', *arguments]),
+        f'### `~/{messages.STATE_HASH}`',
+        _keys(messages.KEYS[messages.STATE_HASH], hashed),
+        '### Metadata',
+        _table(["key of a channel's metadata", 'meaning'], channel),
+        _table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
+        '### The last seconds',
+        '`record.last_seconds` keeps them in memory, in no file. A session that begins with them, '
+        'or that a failed device leaves, has the same format.',
+        '## State',
+        f'The file of `state.path`. {_about(state_file)}',
+        _keys(state_file.KEYS, state_file.KEYS),
+        'The snapshot:',
+        _keys(snapshot.KEYS, taken),
+        'Beside it lies `.NAME.lock`, which names the node that uses the file, and means nothing '
+        'once that node has ended.',
+        '## Calibration',
+        f'`{calibration_file.beside(Path("NAME.json"))}` beside the state file `NAME.json`. '
+        f'{_about(calibration_file)}',
+        _keys(calibration_file.KEYS, calibration_file.KEYS),
+        'A calibration:',
+        _keys(calibration.KEYS, calibrated),
+        'A delay table:',
+        _keys(calibration.TABLE_KEYS, calibrated['right']),
+        'Trims:',
+        _keys(trims.KEYS, calibrated['trims']),
+        '## Design checks',
+        f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
+        f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
+        'list of findings (name, verdict, text).',
+        '## Parameter files',
+        'YAML as of any ROS node: `/**`, `ros__parameters`, and below it the '
+        '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
+        'file takes one as `config:=FILE`; `mlmem design --output FILE` writes one.',
+        '## Words of a bank',
+        'They are in no file: the elements hold the digits. A digit of base 2^m is an element of '
+        'GF(2^m) with this primitive polynomial:',
+        _table(['base', 'polynomial'], fields),
+    ]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _keys(meanings: Mapping[str, str], found: Iterable[str]) -> str:
+    """Return a table of keys; raise `ValueError` unless they are those in a file."""
+    if wrong := set(meanings) ^ set(found):
+        raise ValueError(f'keys and their descriptions must agree; got {sorted(wrong)}')
+    return _table(['key', 'meaning'], ([f'`{key}`', text] for key, text in meanings.items()))
+
+
+def _about(module: ModuleType, paragraph: int = 0) -> str:
+    """Return a paragraph of a module's docstring."""
+    return (inspect.getdoc(module) or '').split('\n\n')[paragraph].replace('\n', ' ')
+
+
+def _content(cdr: bytes) -> Any:
+    return json.loads(jazzy.deserialize(cdr, messages.STRING).data)
 
 
 if __name__ == '__main__':

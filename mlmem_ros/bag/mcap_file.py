@@ -17,7 +17,8 @@ from .errors import BagError, storage_errors
 METADATA_NAME = 'rosbag2'
 """Name of the MCAP metadata record in which rosbag2 keeps its metadata."""
 
-_CHUNK_SIZE = 256 * 1024  # bytes; small, because damage loses a whole chunk
+CHUNK_SIZE = 256 * 1024
+"""Bytes in a chunk, before compression; small, because damage loses a whole chunk."""
 
 
 def check_library() -> None:
@@ -47,7 +48,7 @@ class McapFile:
             self._file = durable.create(path)
         self._writer = Writer(
             cast('IO[bytes]', self._file),
-            chunk_size=_CHUNK_SIZE,
+            chunk_size=CHUNK_SIZE,
             index_types=IndexType.CHUNK | IndexType.MESSAGE | IndexType.METADATA,
             enable_data_crcs=True,
         )

@@ -23,6 +23,15 @@ from .contents import TopicInfo
 from .errors import BagError, storage_errors
 
 FILE_NAME = 'metadata.yaml'
+
+DROPPED = 'dropped_messages'
+LOST = 'mlmem_ros.lost'
+CUSTOM_DATA = {
+    DROPPED: 'number of messages dropped from the recording; absent if there are none',
+    LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
+}
+"""Our keys in the custom data of a bag, and their meanings."""
+
 _ROOT = 'rosbag2_bagfile_information'
 _NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
 _NO_WIDTH = 2**31 - 1

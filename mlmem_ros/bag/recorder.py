@@ -13,10 +13,8 @@ from typing import NamedTuple
 from .. import threads
 from . import jazzy
 from .errors import BagError
+from .metadata import DROPPED
 from .writer import BagWriter
-
-DROPPED_KEY = 'dropped_messages'
-"""Custom data key with the number of missing messages; absent when none are."""
 
 _COUNT_TYPE = 'std_msgs/msg/UInt64'
 _SYNC_SHARE = 0.5  # of the sync interval, after which a sync begins; the rest is for the disk
@@ -241,7 +239,7 @@ class Recorder:
         if dropped == self._recorded_dropped:
             return
         self._recorded_dropped = dropped
-        self._writer.custom_data[DROPPED_KEY] = str(dropped)
+        self._writer.custom_data[DROPPED] = str(dropped)
         count = jazzy.message(_COUNT_TYPE, data=dropped)
         self._writer.write(self._dropped_topic, jazzy.serialize(count), log_time)
 

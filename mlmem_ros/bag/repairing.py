@@ -10,12 +10,10 @@ from pathlib import Path
 
 from .contents import Loss
 from .errors import BagError
+from .metadata import LOST
 from .qos import renewed
 from .reader import BagReader
 from .writer import BagWriter
-
-LOST = 'mlmem_ros.lost'
-"""Custom data key of a repaired bag: what could not be read, one line each."""
 
 
 @dataclass(frozen=True)

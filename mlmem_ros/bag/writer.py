@@ -21,6 +21,12 @@ from .qos import RELIABLE
 
 _LATEST_TIME = 2**63 - 1
 
+CHANNEL_METADATA = {
+    'offered_qos_profiles': "QoS of the topic's publishers, as YAML",
+    'topic_type_hash': "RIHS01 hash of the topic's type",
+}
+"""Keys in the metadata of every MCAP channel, and their meanings."""
+
 
 @dataclass
 class _Channel:
@@ -237,10 +243,7 @@ class BagWriter:
             info.name,
             channel.definition,
             info.serialization_format,
-            {
-                'offered_qos_profiles': info.offered_qos,
-                'topic_type_hash': info.type_hash,
-            },
+            dict(zip(CHANNEL_METADATA, (info.offered_qos, info.type_hash), strict=True)),
         )
 
     def _put(self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int) -> None:

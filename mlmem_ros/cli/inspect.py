@@ -148,19 +148,18 @@ def _list_commands(console: Console, session: SessionData) -> None:
     from ..device import Disturb
 
     if session.stamped:
-        table = plain_table('commands', '>tick', 'command')
-        for tick, command in session.stamped:
+        head = 'commands', '>tick', 'command'
+        rows = [(str(tick), command) for tick, command in session.stamped]
+    else:
+        head = 'command messages', '>time', 'command'
+        rows = [(f'{seconds:.3f} s', command) for seconds, command in session.commands]
+    if rows:
+        table = plain_table(*head)
+        for when, command in rows:
             if not isinstance(command, Disturb):
-                _add(table, str(tick), _words(command))
+                _add(table, when, _words(command))
         console.print(table)
-    elif session.commands:
-        table = plain_table('command messages', '>time', 'command')
-        for seconds, command in session.commands:
-            if not isinstance(command, Disturb):
-                _add(table, f'{seconds:.3f} s', _words(command))
-        console.print(table)
-    commands = [command for _, command in session.stamped or session.commands]
-    shakes = [command.acceleration for command in commands if isinstance(command, Disturb)]
+    shakes = [command.acceleration for _, command in rows if isinstance(command, Disturb)]
     if shakes:  # too many for a table
         largest = max(shakes, key=abs)
         console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')

@@ -19,6 +19,19 @@ from .errors import SettingsError
 from .settings import Settings
 from .trims import AS_SET, Trim, Trims, schedule_of
 
+KEYS = {
+    'left': 'delay table of the left end, or null if it is not read from',
+    'right': 'delay table of the right end',
+    'trims': 'trims of the steps; absent if all pulses are as in the settings',
+}
+"""Keys of a calibration in a file, and their meanings."""
+
+TABLE_KEYS = {
+    'delays': 'echo delay of every level, in time units',
+    'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
+}
+"""Keys of a delay table in a file, and their meanings."""
+
 
 @dataclass(frozen=True)
 class DelayTable:

@@ -21,6 +21,12 @@ from ..described import described
 from .errors import SettingsError
 from .settings import Checked, Settings
 
+KEYS = {
+    'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
+    'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
+}
+"""Keys of trims in a file, and their meanings."""
+
 
 @dataclass(frozen=True)
 class Trim(Checked):

@@ -30,6 +30,8 @@ CHOICES = ('refuse', 'warn', 'skip')
 Found = tuple[str, str, str]
 """A finding: its name, verdict and text."""
 
+FILE_NAME = 'design_checks.json'
+
 MOST = 64
 """Number of designs cached, the latest ones."""
 
@@ -84,7 +86,7 @@ def findings(design: Design, settings: Settings) -> list[Found]:
 
 def _path() -> Path | None:
     folder = cache_folder(NOH_BATHE.advance)
-    return folder / 'design_checks.json' if folder is not None and folder.is_dir() else None
+    return folder / FILE_NAME if folder is not None and folder.is_dir() else None
 
 
 def _read(path: Path | None) -> dict[str, list[Found]]:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..bag.errors import BagError
+from ..bag.metadata import LOST
 from ..bag.reader import BagReader
-from ..bag.repairing import LOST
 from ..clipped import clipped
 from ..contract import received, topics
 from ..contract.commands import OF_TOPIC, Make

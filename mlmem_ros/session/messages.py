@@ -27,16 +27,40 @@ FORMAT = 1
 """Version of this format."""
 
 HEADER = 'session'
-"""Topic, below the node's name, of the one message with the session's start."""
-
 COMMAND = 'session/command'
-"""Topic of the commands, each with the tick at which it took effect."""
-
 STATE_HASH = 'session/state_hash'
-"""Topic of the hashes of the state, each with its tick; the last one ends the session."""
-
 DROPPED = 'session/dropped'
-"""Topic of the running count of messages dropped from the recording."""
+TOPICS = {
+    HEADER: 'where the session begins: one message, repeated in every file of a split bag',
+    COMMAND: 'the commands, each with the tick at which it took effect',
+    STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the session',
+    DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
+}
+"""Topics of a session below the node's name, besides those that the node publishes."""
+
+KEYS = {
+    HEADER: {
+        'format': f'version of the format: {FORMAT}',
+        'node': 'full name of the node',
+        'versions': 'versions that the bits may depend on, by name',
+        'seed': 'seed of all random numbers',
+        'design': 'the design, by parameter',
+        'settings': 'settings of the device, by group and parameter',
+        'parameters': 'parameters of the node, for information',
+        'initial': 'state of the device; see the snapshot in a state file',
+    },
+    COMMAND: {
+        'tick': 'tick at which it took effect',
+        'kind': 'name of the command, such as `Write`',
+        '...': 'its arguments, by name',
+    },
+    STATE_HASH: {
+        'tick': 'ticks that the device has done',
+        'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
+        'v': 'exact displacement of every cell, as hexadecimal numbers',
+    },
+}
+"""Keys of the JSON objects on the topics of a session, and their meanings."""
 
 STRING = 'std_msgs/msg/String'
 

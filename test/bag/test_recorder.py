@@ -11,13 +11,14 @@ import pytest
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.metadata import DROPPED
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.recorder import DROPPED_KEY, Recorder
+from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
-DROPPED = '/mlmem/dropped'
+TOPIC = '/mlmem/dropped'
 
 
 def level(i):
@@ -33,7 +34,7 @@ def make(tmp_path):
         writer = BagWriter(tmp_path / 'bag')
         writer.add_topic('/level', 'std_msgs/msg/Int16')
         recorders.append(
-            Recorder(writer, dropped_topic=DROPPED, sync_interval=sync_interval, **options)
+            Recorder(writer, dropped_topic=TOPIC, sync_interval=sync_interval, **options)
         )
         return recorders[-1]
 
@@ -75,8 +76,8 @@ def test_all_that_was_put_is_in_the_bag(make):
     assert [(m.log_time, m.publish_time, m.cdr) for m in reader] == [
         (i, i + 5, level(i)) for i in range(1000)
     ]
-    assert reader.topics[DROPPED].message_count == 0  # stands there, and says: nothing dropped
-    assert DROPPED_KEY not in reader.custom_data
+    assert reader.topics[TOPIC].message_count == 0  # stands there, and says: nothing dropped
+    assert DROPPED not in reader.custom_data
 
 
 def test_several_threads_may_put(make):
@@ -159,10 +160,10 @@ def test_overflow_is_counted_and_recorded(make, monkeypatch):
     assert recorder.close(60).dropped == 5
     reader = BagReader(recorder.status.path)
     assert [m.cdr for m in reader.messages(['/level'])] == [level(i) for i in range(11)]
-    (count,) = reader.messages([DROPPED])
+    (count,) = reader.messages([TOPIC])
     assert reader.deserialize(count).data == 5
     assert count.log_time == 15  # that of the last message that is missing
-    assert reader.custom_data[DROPPED_KEY] == '5'
+    assert reader.custom_data[DROPPED] == '5'
 
 
 def test_the_queue_is_bounded_in_bytes_too(make, monkeypatch):

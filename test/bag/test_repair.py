@@ -7,8 +7,9 @@ from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_part import McapPart
+from mlmem_ros.bag.metadata import LOST
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.repairing import LOST, repair
+from mlmem_ros.bag.repairing import repair
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
