@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Record the golden sessions under test/data with a running memory node.
 
-Usage: .venv/bin/python tools/record_golden.py. Renew them only when the format or the device
-is meant to have changed, and say so; examples/gait_store/record.py renews the one there.
+Usage: .venv/bin/python tools/record_golden.py. Renew them only after an intended change of the
+format or the device, and say so; examples/gait_store/record.py renews the one there.
 """
 
 import os
 import random
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -20,12 +17,15 @@ from typing import Any
 from rclpy.publisher import Publisher
 from std_msgs.msg import Float64, UInt8
 
-from mlmem_ros import MemoryClient, standalone
+from mlmem_ros import MemoryClient
 from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.qos import RELIABLE
+from mlmem_ros.testing import memory_node
 
 DATA = Path(__file__).resolve().parent.parent / 'test' / 'data'
-SPARSE = ('publish.field_every:=100', 'publish.wall_every:=100', 'publish.joint_states_every:=20')
+SPARSE = {
+    'publish.field_every': 100, 'publish.wall_every': 100, 'publish.joint_states_every': 20,
+}  # fmt: skip
 
 
 def life(memory: MemoryClient) -> None:
@@ -66,18 +66,10 @@ def record(name: str, scenario: Callable[[MemoryClient], None]) -> None:
     """Run a scenario against a node that records it."""
     bag = DATA / name
     shutil.rmtree(bag, ignore_errors=True)
-    command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
-    for parameter in (f'record.path:={bag}', *SPARSE):
-        command += ['-p', parameter]
-    process = subprocess.Popen(command)
-    try:
-        with standalone() as memory:
-            memory.ready(60.0).wait()
-            time.sleep(2.0)  # on a busy machine the first tick of a recording comes late
-            scenario(memory)
-    finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(20.0)
+    with memory_node({'record.path': str(bag), **SPARSE}, apart=True) as node:
+        node.memory.ready(60.0).wait()
+        time.sleep(2.0)  # on a busy machine the first tick of a recording comes late
+        scenario(node.memory)
 
 
 if __name__ == '__main__':

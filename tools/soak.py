@@ -5,9 +5,9 @@
     make soak MINUTES=60
 
 The node runs as a process at its default pace, keeps its content in a file and records all the
-time. Requests come one after the other; all of its topics are listened to, and an IMU shakes it
-200 times a second. What is counted is printed at the end, as a table and as JSON: it is the table
-in docs/reliability.md. Exit status 1: a level was wrong, or a request was not answered.
+time. Requests come one after the other; all its topics are listened to, and an IMU shakes it 200
+times a second. The counts are printed at the end, as a table and as JSON: they are those in
+docs/reliability.md. Exit status 1: a level was wrong, or the node did not end well.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import json
 import os
 import random
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 os.environ.setdefault('ROS_DOMAIN_ID', str(random.SystemRandom().randint(1, 100)))
@@ -39,7 +39,8 @@ from visualization_msgs.msg import MarkerArray
 
 from mlmem_ros import RequestFailed
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.ros.client.standalone import standalone, wait_until
+from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.testing import RunningNode, memory_node
 
 STREAMS = {
     'level': Int16,
@@ -57,10 +58,9 @@ TICK = 2e-3
 
 
 class Soak:
-    """A node under test, who talks to it, and what was counted."""
+    """What was asked of a node, and what was counted."""
 
-    def __init__(self, folder: Path, shake: float, seed: int) -> None:
-        self.folder = folder
+    def __init__(self, shake: float, seed: int) -> None:
         self.shake = shake
         self.chance = random.Random(seed)
         self.counts: Counter[str] = Counter()
@@ -68,20 +68,14 @@ class Soak:
         self.memory: list[float] = []
         self.loop: dict[str, str] = {}
         self.content = -1
-        self.wall: list[float] = []
-        self.log = folder / 'node.txt'
-        parameters = {'state.path': folder / 'element.json', 'record.path': folder / 'session'}
-        command = [sys.executable, '-m', 'mlmem_ros.ros.main', '--ros-args']
-        for name, value in parameters.items():
-            command += ['-p', f"{name}:='{value}'"]
-        self.process = subprocess.Popen(command, stderr=self.log.open('w'))
 
     def listen(self, memory):
-        """Listen to everything, and be an IMU."""
+        """Subscribe to everything, and be an IMU."""
         node = memory.node
         for name, kind in STREAMS.items():
             topic = f'/mlmem/{name}'
-            node.create_subscription(kind, topic, self._counter(name), qos_profile_sensor_data)
+            count = partial(self._count, name)
+            node.create_subscription(kind, topic, count, qos_profile_sensor_data)
         node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
         imu = node.create_publisher(Imu, '/mlmem/disturbance', qos_profile_sensor_data)
 
@@ -93,13 +87,8 @@ class Soak:
 
         node.create_timer(0.005, shake)
 
-    def _counter(self, name):
-        def count(message):
-            self.counts[name] += 1
-            if name == 'wall':
-                self.wall = list(message.data)
-
-        return count
+    def _count(self, name, message):
+        self.counts[name] += 1
 
     def _diagnose(self, array):
         for status in array.status:
@@ -127,23 +116,23 @@ class Soak:
         self.content = wanted
         self.counts['wrong'] += answer.level != wanted
 
-    def measure(self):
-        """Take memory and files of the node."""
-        status = Path(f'/proc/{self.process.pid}/status').read_text()
+    def measure(self, node: RunningNode):
+        """Measure memory, threads and files of the node."""
+        status = Path(f'/proc/{node.pid}/status').read_text()
         values = dict(line.split(':', 1) for line in status.splitlines())
         self.memory.append(int(values['VmRSS'].split()[0]) / 1e3)
         self.counts['threads'] = int(values['Threads'])
-        self.counts['files'] = len(os.listdir(f'/proc/{self.process.pid}/fd'))
+        self.counts['files'] = len(os.listdir(f'/proc/{node.pid}/fd'))
 
-    def result(self, seconds: float) -> dict[str, object]:
+    def result(self, seconds: float, session: Path) -> dict[str, object]:
         """Return what was counted."""
-        bag = BagReader(self.folder / 'session')
-        size = sum(file.stat().st_size for file in (self.folder / 'session').iterdir())
+        bag = BagReader(session)
+        size = sum(file.stat().st_size for file in session.iterdir())
         beyond = np.percentile(self.beyond, (50, 99, 100)).round(1).tolist()
         return {
             'minutes': round(seconds / 60.0, 1),
             'writes, reads, erases': [self.counts[name] for name in ('write', 'read', 'erase')],
-            'failed (told so)': sum(n for name, n in self.counts.items() if 'failed' in name),
+            'failed, and said so': sum(n for name, n in self.counts.items() if 'failed' in name),
             'wrong levels': self.counts['wrong'],
             'ms beyond the physics: p50, p99, worst': beyond,
             'ticks': int(self.loop['ticks']),
@@ -159,7 +148,6 @@ class Soak:
             'threads, open files at the end': [self.counts['threads'], self.counts['files']],
             'session': f'{bag.message_count} messages, {size / 1e6:.0f} MB',
             'losses in the session': len(bag.losses),
-            'exit status of the node': self.process.returncode,
         }
 
 
@@ -172,31 +160,33 @@ def main() -> int:
     given = parser.parse_args()
     console = Console()
     folder = Path(tempfile.mkdtemp(prefix='mlmem-soak-'))
-    soak = Soak(folder, given.shake, given.seed)
+    soak, session = Soak(given.shake, given.seed), folder / 'session'
+    parameters = {'state.path': str(folder / 'element.json'), 'record.path': str(session)}
     bar = (TextColumn('soaking'), BarColumn(), TimeRemainingColumn())
-    begun = time.monotonic()
-    try:
-        with standalone() as memory, Progress(*bar, console=console) as progress:
+    with memory_node(parameters, apart=True) as node:
+        memory, begun = node.memory, time.monotonic()
+        with Progress(*bar, console=console) as progress:
             task = progress.add_task('', total=60.0 * given.minutes)
             soak.listen(memory)
             wait_until(lambda: soak.loop.get('ticks'), 'the node', 60.0)
             assert memory.read(timeout=60.0).wait().blank
             while (passed := time.monotonic() - begun) < 60.0 * given.minutes:
                 soak.ask(memory)
-                soak.measure()
+                soak.measure(node)
                 progress.update(task, completed=passed)
             time.sleep(1.5)  # a last report
-    finally:
-        soak.process.send_signal(signal.SIGINT)
-        soak.process.wait(60.0)
-    result = soak.result(time.monotonic() - begun)
+        seconds = time.monotonic() - begun
+        node.signal(signal.SIGINT)
+        status = node.exit_status(60.0)
+        (folder / 'node.txt').write_text(node.output, encoding='utf-8')
+    result = soak.result(seconds, session) | {'exit status of the node': status}
     table = Table('counted', 'value')
     for name, value in result.items():
         table.add_row(name, str(value))
     console.print(table)
     print(json.dumps(result))
     print(f'log and session: {folder}')
-    return int(bool(result['wrong levels'] or result['exit status of the node']))
+    return int(bool(result['wrong levels'] or status))
 
 
 if __name__ == '__main__':

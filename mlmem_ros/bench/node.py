@@ -47,9 +47,7 @@ NAMES = {
     'worst': 'tick lateness, greatest, ms',
     'seen_p50': 'tick lateness p50 with a page, ms',
     'seen_p99': 'tick lateness p99 with a page, ms',
-    'ticks': 'ticks run',
     'overruns': 'ticks skipped',
-    'factor': 'time over real time',
     'latency': 'read latency beyond the physics, p50, ms',
     'transport': 'a refused request, p50, ms',
     'ready': 'ready after, warm cache, s',
@@ -57,33 +55,26 @@ NAMES = {
     'memory': 'memory, MB',
     'bank': f'processor, {BANK} elements in one process, nobody listens, % of a core',
     'bank_memory': 'their memory, MB',
-    'memory_first': 'memory after the first minute, MB',
 }
 
 
-def run(repeats: int, minutes: float = 0.0) -> list[Comparison]:
+def run(repeats: int) -> list[Comparison]:
     """Start nodes one after another and collect their reports.
 
     Args:
         repeats: Twice the number of nodes.
-        minutes: Idle time of a single node instead, with only timing, processor and memory
-            reported.
     """
-    if minutes:
-        found, terms = [_endure(60.0 * minutes)], f'one node, idle for {minutes:g} min'
-    else:
-        found = _short_runs(max(3, repeats // 2))
-        terms = f'{len(found)} nodes, each idle for {SECONDS:g} s, then read {READS} times'
+    found = _reports(max(3, repeats // 2))
+    terms = f'{len(found) - 1} nodes, each idle for {SECONDS:g} s, then used'
     entries = [
         Entry(name, tuple(each[key] for each in found if key in each))
         for key, name in NAMES.items()
-        if any(key in each for each in found)
     ]
-    name = 'node_endurance' if minutes else 'node'
-    return [Comparison(name, 'The node at its defaults', 'value', terms, entries, measured=False)]
+    title = 'The node at its defaults'
+    return [Comparison('node', title, 'value', terms, entries, measured=False)]
 
 
-def _short_runs(repeats: int) -> list[dict[str, float]]:
+def _reports(repeats: int) -> list[dict[str, float]]:
     from ..ros.client.standalone import standalone
 
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
@@ -113,9 +104,3 @@ def _short_runs(repeats: int) -> list[dict[str, float]]:
             four = bank.watch(SECONDS)
         found.append({**seen, 'bank': four['share'], 'bank_memory': four['memory']})
     return found
-
-
-def _endure(seconds: float) -> dict[str, float]:
-    with NodeProcess() as node:
-        first = node.watch(min(60.0, 0.5 * seconds))
-        return {'memory_first': first['memory'], **node.watch(seconds)}

@@ -77,7 +77,6 @@ def _watch(node: MemoryNode, executor: GuardedExecutor, seconds: float) -> dict[
         'worst': float(late.max()),
         'ticks': statistics.ticks,
         'overruns': statistics.overruns,
-        'factor': statistics.ticks * loop.tick_seconds / (now - begun),
         'memory': _resident(),
     }
 

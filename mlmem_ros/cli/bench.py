@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
     option('--list', action='store_true', help='list the benchmarks'),
     option('--repeats', type=int, default=7, help='rounds per comparison'),
-    option(
-        '--minutes', type=float, help='watch one idle node for this long (only for: bench node)'
-    ),
     option('--output', type=Path, default=Path('benchmarks'), help='folder for the results'),
     JSON,
     text=__doc__,
@@ -43,14 +40,6 @@ def bench(arguments: argparse.Namespace) -> int:
         return complain('bench', error.args[0], 2)
     if arguments.repeats < 1:
         return complain('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
-    options = {}
-    if arguments.minutes is not None:
-        if selected != ['node'] or not 0.0 < arguments.minutes < 1e5:
-            return complain(
-                'bench', '--minutes must be above 0, and be given with the benchmark node alone: '
-                'mlmem bench node --minutes 10', 2,
-            )  # fmt: skip
-        options['minutes'] = arguments.minutes
     if arguments.list:
         for name in selected:
             console.print(f'{name:10} {load(name).TITLE}', highlight=False)
@@ -60,7 +49,7 @@ def bench(arguments: argparse.Namespace) -> int:
     for name in selected:
         benchmark = load(name)
         with console.status(f'{name}: {benchmark.TITLE}'):
-            comparisons = benchmark.run(arguments.repeats, **options)
+            comparisons = benchmark.run(arguments.repeats)
         for comparison in comparisons:
             console.print(comparison.table())
             console.print(f'{keep(comparison, arguments.output)}\n', highlight=False)

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bench import BENCHMARKS, load, node, peers, recorder, select, solvers
+from mlmem_ros.bench import BENCHMARKS, load, peers, recorder, select, solvers
 from mlmem_ros.bench.c_program import NoCompiler, c_runner
 from mlmem_ros.bench.comparison import Comparison
 from mlmem_ros.bench.kernel import numpy_runner
 from mlmem_ros.bench.measure import Contender, Entry, Spread, measure
+from mlmem_ros.bench.node_process import NodeProcess
 from mlmem_ros.bench.problem import STEP, Problem
 from mlmem_ros.bench.session_traffic import traffic
 from mlmem_ros.bench.verlet import verlet
@@ -116,7 +117,7 @@ def test_a_comparison_is_kept_whole(tmp_path):
         assert not measured or kept['ratios'][1]['median'] == 2.0
 
 
-def test_benchmarks_are_found_by_name():
+def test_benchmarks_are_found_by_name(capsys):
     assert select([]) == list(BENCHMARKS)
     assert select(['recorder', 'kernel']) == ['kernel', 'recorder']
     with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
@@ -125,23 +126,20 @@ def test_benchmarks_are_found_by_name():
         module = load(name)
         assert module.TITLE
         assert callable(module.run)
-
-
-@pytest.mark.parametrize(
-    'arguments', [['--minutes', '1'], ['kernel', '--minutes', '1'], ['node', '--minutes', 'nan']]
-)
-def test_minutes_are_for_the_node_alone(arguments, capsys, tmp_path):
-    assert main(['bench', *arguments, '--output', str(tmp_path)]) == 2
-    assert 'mlmem bench node --minutes 10' in capsys.readouterr().err
+    assert main(['bench', '--list', 'recorder', 'kernel']) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == [
+        'kernel',
+        'recorder',
+    ]
+    assert main(['bench', 'x']) == 2
 
 
 @pytest.mark.slow
-def test_a_node_is_watched_for_a_time():
+def test_a_node_watches_itself():
     """A tick is 2 ms: as many as fit were run or skipped, give or take a rest of 20."""
     pytest.importorskip('rclpy')
-    (comparison,) = node.run(1, minutes=0.05)
-    seen = {entry.name: entry.spread.median for entry in comparison.entries}
-    ticks = seen[node.NAMES['ticks']] + seen[node.NAMES['overruns']]
-    assert ticks == pytest.approx(0.05 * 60.0 / 0.002, abs=40)
-    assert seen[node.NAMES['p50']] <= seen[node.NAMES['p99']] <= seen[node.NAMES['worst']]
-    assert 0.0 < seen[node.NAMES['share']] < 100.0
+    with NodeProcess() as process:
+        seen = process.watch(3.0)
+    assert seen['ticks'] + seen['overruns'] == pytest.approx(3.0 / 0.002, abs=40)
+    assert seen['p50'] <= seen['p99'] <= seen['worst']
+    assert 0.0 < seen['share'] < 100.0
