@@ -9,6 +9,7 @@ killed continues when the command is repeated. No ROS is needed.
 
 An axis is any setting that is a number (write.hold, probe.v_th, ...); ramps, which sets
 write.ramp and write.release alike; or noise, the temperature k_B T of the cells in k_r cells^2.
+Writes go up by steps alone, unless an axis is a setting of a stroke (up_odd.peak, ...).
 """
 
 from __future__ import annotations
@@ -63,12 +64,12 @@ def margins(arguments: argparse.Namespace) -> int:
     """Draw a map; return 0 when it was drawn, 1 when it could not be, 2 for a wrong argument."""
     from ..parameter_file import load
     from ..studies.campaign import CampaignError
-    from ..studies.margins import Shmoo, coarsened, make_axis
+    from ..studies.margins import Shmoo, make_axis, prepared
 
     console = plain_console(aside=arguments.json)
     try:
         design, settings = load(arguments.design)
-        settings = coarsened(settings, arguments.tick)
+        settings = prepared(settings, (arguments.x, arguments.y), arguments.tick)
         x = make_axis(arguments.x, settings, arguments.x_range)
         y = make_axis(arguments.y, settings, arguments.y_range)
         shmoo = Shmoo(design, settings, x, y, arguments.size, arguments.seed)

@@ -28,7 +28,7 @@ from mlmem_ros.studies.climb import (
     least_margins,
     write_upward,
 )
-from mlmem_ros.studies.margins import Shmoo, coarsened, draw, make_axis, measure, rerun
+from mlmem_ros.studies.margins import Shmoo, draw, make_axis, measure, prepared, rerun
 from mlmem_ros.studies.margins.axes import NOISE, RAMPS, with_values
 from mlmem_ros.studies.style import save_figure, styled
 
@@ -353,8 +353,18 @@ def test_a_point_is_run_alone_step_by_step(tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(('name', 'tick'), [('case_2', 50.0), ('bits_4', 20.0), ('fast', 10.0)])
 def test_a_map_rounds_no_time_of_its_operating_point(name, tick):
     _, settings = load(name)
-    assert coarsened(settings).time.tick == tick
-    assert coarsened(settings, 5.0).time.tick == 5.0
+    assert prepared(settings, ()).time.tick == tick
+    assert prepared(settings, (), 5.0).time.tick == 5.0
+
+
+def test_a_map_of_steps_leaves_strokes_out():
+    """With them the wall of Case II would go up from level 1 by a stroke, whatever the tension."""
+    design, settings = load('case_2')
+    assert prepared(settings, ('up_odd.peak', 'write.tension')).up_odd == settings.up_odd
+    axes = [make_axis(name, settings) for name in ('write.compression', 'write.tension')]
+    shmoo = Shmoo(design, prepared(settings, [axis.name for axis in axes]), *axes, size=3)
+    climbs = [shmoo.campaign().evaluate_point(point) for point in (1, 4, 5)]
+    assert [climb['reached'] for climb in climbs] == [2, 8, 1]
 
 
 @pytest.mark.parametrize(

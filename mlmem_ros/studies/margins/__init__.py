@@ -6,6 +6,6 @@ from .axes import make_axis
 from .distance import Margins, measure
 from .draw import draw
 from .point import rerun
-from .shmoo import Shmoo, coarsened
+from .shmoo import Shmoo, prepared
 
-__all__ = ['Margins', 'Shmoo', 'coarsened', 'draw', 'make_axis', 'measure', 'rerun']
+__all__ = ['Margins', 'Shmoo', 'draw', 'make_axis', 'measure', 'prepared', 'rerun']

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...device import Settings
 from ...device.motion import Cycle
+from ...device.moves import paper_way
 from ...physics import Design
 from ...physics.potential import Array
 from ..campaign import Campaign, Row
@@ -22,22 +23,26 @@ LONG_TICK = 50.0
 """Tick of a map: longer ticks simulate faster."""
 
 
-def coarsened(settings: Settings, tick: float | None = None) -> Settings:
-    """Return settings with a tick for a map.
+def prepared(settings: Settings, axes: Sequence[str], tick: float | None = None) -> Settings:
+    """Return settings for a map: writes by steps alone, and with a tick.
+
+    A write that could take a stroke instead of a step would hide the settings of the step.
 
     Args:
         settings: The instrument's.
-        tick: In time units. By default `LONG_TICK` if all times of a write are multiples of it;
-            other schedules would change, and keep the instrument's tick.
+        axes: Names of both axes. Strokes are kept if one of them is a stroke's.
+        tick: In time units. By default `LONG_TICK` if all times of the steps are multiples of it
+            and no stroke is kept: other schedules would change, and keep the instrument's tick.
 
     Raises:
         SettingsError: It is out of range.
     """
-    write = settings.write
+    write, strokes = settings.write, any(name.startswith(('up_', 'down_')) for name in axes)
+    settings = settings if strokes else paper_way(settings)
     if tick is None:
         times = Cycle.planned(write, write.tension).motions
         whole = all(each.duration % LONG_TICK == 0.0 for each in times)
-        tick = LONG_TICK if whole else settings.time.tick
+        tick = LONG_TICK if whole and not strokes else settings.time.tick
     return replace(settings, time=replace(settings.time, tick=tick))
 
 
