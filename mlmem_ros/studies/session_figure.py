@@ -65,7 +65,6 @@ def figure_of(session: SessionData) -> Any:
     upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
     _draw_history(upper, session)
     left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
-    left.supxlabel('time since the pulse (time units)', fontsize='medium')
     panels = axes_grid(left, max(1, len(chosen)), sharex=True)[:, 0]
     found = 'last echoes' if reads else 'no echo gave a level'
     label(panels[0], 'b', f'{found}, {end} end (cells)')
@@ -74,6 +73,7 @@ def figure_of(session: SessionData) -> Any:
         echo, delay = reads[level]
         _draw_echo(axes, echo, threshold(probe, echo.t), delay)
         axes.set_ylabel(session.design.code(level), rotation=0, ha='right', va='center')
+    panels[-1].set_xlabel('time since the pulse (time units)')
     left.legend(*panels[0].get_legend_handles_labels(), loc='outside lower center', ncols=4)
     _draw_delays(axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()})
     return figure
