@@ -85,7 +85,7 @@ class Sessions:
         """Begin a recording before time runs, in `record.path`; otherwise like `start`.
 
         Raises:
-            BagError: It cannot be written.
+            BagError: It cannot be written, or the path exists and `record.add_time` is off.
             SettingsError: The path leads out of `files.root`.
             Overdue: The disk does not answer.
         """
@@ -97,7 +97,8 @@ class Sessions:
         Returns:
             The path of the new bag, once it holds the last seconds or the present state; `Refused`
             if a session is being recorded, or a procedure runs and no last seconds are kept; else
-            what `begin` raises. If the path exists, the time is added to it.
+            what `begin` raises. If the path exists and `record.add_time` is on, the time is added
+            to it.
         """
         return self._worker.do(STARTING, lambda: self._start(plan, loop.element, loop))
 
@@ -231,7 +232,7 @@ def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
 def _new_path(settings: RecordSettings, root: str) -> Path:
     """Return the configured path; with the time added if it is empty or exists."""
     path = confined(settings.path or 'session', root)
-    if settings.path and not durable.exists(path):
+    if settings.path and not (settings.add_time and durable.exists(path)):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
     names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))

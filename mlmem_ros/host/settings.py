@@ -71,6 +71,9 @@ class RecordSettings(Checked):
     """Where and how a session is recorded."""
 
     path: str = described('', 'bag directory of a session that starts with the node; empty: none')
+    add_time: bool = described(
+        True, 'add the time to the name of an existing path; false: refuse an existing path'
+    )
     sync_interval: float = described(
         1.0,
         'time within which recorded data is to be safe on the disk; a sync begins at half of it',

@@ -227,20 +227,24 @@ def test_the_time_is_added_to_a_path_that_exists(serve, record, tmp_path, active
     assert not any((tmp_path / 'session').iterdir())
 
 
-@pytest.mark.parametrize('active', [False, True])
-def test_a_recording_that_cannot_be_opened_is_refused(serve, tmp_path, active):
-    """At the activation and while the element runs."""
-    (tmp_path / 'file').write_text('kept')
-    below = RecordSettings(path=str(tmp_path / 'file' / 'session'))
-    service = serve(record=RecordSettings() if active else below)
-    host = service.activate() if active else service.host
-    start = host.record(service.plan(below)).result if active else service.activate
-    with pytest.raises(BagError, match='Not a directory'):
-        start()
-    assert (host.loop is not None) == active
+def test_an_existing_path_is_refused_unless_the_time_may_be_added(serve, record, tmp_path):
+    (tmp_path / 'session').mkdir()
+    exactly = dataclasses.replace(record, add_time=False)
+    service = serve()
+    host = service.activate()
+    with pytest.raises(BagError, match='exists already'):
+        host.record(service.plan(exactly)).result(SOON)
     assert host.sessions.current is None
-    assert host.sessions.state is State.IDLE
-    assert [path.name for path in tmp_path.iterdir()] == ['file']
+    assert [path.name for path in tmp_path.iterdir()] == ['session']
+
+
+def test_a_recording_that_cannot_be_opened_refuses_the_activation(serve, record, tmp_path):
+    (tmp_path / 'session').mkdir()
+    service = serve(record=dataclasses.replace(record, add_time=False))
+    with pytest.raises(BagError, match='exists already'):
+        service.activate()
+    assert service.host.loop is None
+    assert service.host.sessions.state is State.IDLE
 
 
 def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(

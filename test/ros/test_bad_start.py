@@ -73,6 +73,18 @@ def test_an_unwritable_record_path(refused, tmp_path):
     assert file.read_text() == 'kept'
 
 
+def test_an_existing_record_path(refused, tmp_path):
+    path = tmp_path / 'session'
+    path.mkdir()
+    (path / 'metadata.yaml').write_text('kept')
+    line = refused({'record.path': str(path), 'record.add_time': False})
+    assert str(path) in line
+    assert 'exists' in line
+    assert [(file.name, file.read_text()) for file in path.iterdir()] == [
+        ('metadata.yaml', 'kept')
+    ]
+
+
 def test_a_design_that_fails_its_check(refused):
     line = refused({'probe.omega_c': 2.4})
     for word in ['carrier_left', '2.4 is in neither band', 'mlmem design check', 'design.check']:
