@@ -30,16 +30,16 @@ def many(first: int, count: int) -> int:
     with Progress(*columns, speed_estimate_period=600) as progress:
         task = progress.add_task('', total=count, failing=0, pace=0.0)
 
-        def told(done: int, failing: dict[int, list[str]]) -> None:
+        def report(done: int, failing: dict[int, list[str]]) -> None:
             pace = done / (time.monotonic() - began)
             progress.update(task, completed=done, failing=len(failing), pace=pace)
 
-        failing = campaign(first, count, os.cpu_count() or 1, told)
+        failing = campaign(first, count, os.cpu_count() or 1, report)
     print(f'{count / (time.monotonic() - began):.1f} lives a second')
     for seed, found in sorted(failing.items()):
         print(f'{seed}: {found[0]}')
     print(f'{len(failing)} of {count} lives fail', end='')
-    print('; tools/lives.py SEED tells of one' if failing else '')
+    print('; tools/lives.py SEED prints the history of one' if failing else '')
     return 1 if failing else 0
 
 

@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How often steps up, strokes and throws fail where chance has made or shakes the element.
+"""How often steps up, strokes and throws fail in random elements, or on a shaking base.
 
     python tools/moves_by_chance.py bits_4 alpha 0.002 0.004 0.008 --elements 100
 
-Every element is one of chance; in each every kind of move is tried once, from a level by chance.
-The move is made when the wall rests within a quarter of a level of its defect. The last row is the
-amount at which one in a thousand fails, with its interval, as `mlmem tolerance` estimates it; it
-asks for two amounts or more at which a few per cent or less fail, but some.
+In every random element each kind of move is tried once, from a random level. It succeeds if the
+wall rests within a quarter of a level of its defect. The last row is the amount at which one in a
+thousand fails, with its interval, as `mlmem tolerance` estimates it; it needs at least two amounts
+at which some fail, but no more than a few per cent.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.studies.tolerance.estimate import Rate, rare_scatter
 
 SHAKEN = 20.0
-"""Time units between two accelerations by chance, with straight lines between."""
+"""Time units between two random accelerations; it is linear between them."""
 
 
 def kinds(design: Design, settings: Settings) -> dict[str, list[Move]]:
@@ -95,8 +95,8 @@ def rows(name: str, kind: str, amounts: list[float], elements: int, seed: int) -
             counts[which].append(Rate(count, elements))
         yield f'| {amount:g} | {" | ".join(map(str, failed.values()))} | of {elements}'
     rare = [rare_scatter(amounts, rates) for rates in counts.values()]
-    told = ['-' if each is None else '{:.2g} ({:.2g} to {:.2g})'.format(*each) for each in rare]
-    yield f'| 1 in 1000 | {" | ".join(told)} |'
+    texts = ['-' if each is None else '{:.2g} ({:.2g} to {:.2g})'.format(*each) for each in rare]
+    yield f'| 1 in 1000 | {" | ".join(texts)} |'
 
 
 def main() -> None:

@@ -1,12 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tell which share of a random sample of mutants the tests kill, and show those that survive.
+"""Print what share of a random sample of mutants the tests kill, and the survivors.
 
-A mutant is the package with one expression of `device`, `analysis`, `bag` or `session` changed; it
-is killed by the first test that fails. mutmut makes them and runs the tests that reach the
-changed function (its settings are in pyproject.toml); what it has found stays in `mutants/`. What
-a shared fixture calls counts for the first test that uses it alone, and properties, generators of
-contexts and what is outside of functions are not changed: it is a sample of what mutmut can do.
+A mutant is the package with one expression of `device`, `analysis`, `bag` or `session` changed.
+The first test that fails kills it. mutmut makes mutants and runs the tests that reach the changed
+function (its settings are in pyproject.toml); its results stay in `mutants/`. It does not change
+properties, context managers and code outside functions, and it credits what a shared fixture calls
+only to the first test that uses it.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Count what reads of a shaken element tell: the tables of docs/tolerance.md.
+"""Count how reads of a shaken element end: the tables of docs/shaking.md.
 
 .venv/bin/python tools/shaken_reads.py --reads 1200
 .venv/bin/python tools/shaken_reads.py --reads 400 --preset bits_4 \
@@ -17,7 +17,7 @@ from mlmem_ros.physics import Design
 from mlmem_ros.studies.shaken import SPECTRA, Counts, Shaking, count
 
 BLOCK = 20
-"""Reads in a row of one wall, on one course of the base."""
+"""Reads in a row of one wall, during one course of the base."""
 
 CASES = [
     *(('left', Shaking('white', g)) for g in (1.0, 1.5, 18.0, 22.0)),
@@ -42,7 +42,7 @@ CASES = [
 def tried(
     design: Design, settings: Settings, end: str, shaking: Shaking, reads: int, seed: int
 ) -> Counts:
-    """Return the counts of blocks of reads at levels by chance."""
+    """Return the counts of blocks of reads at random levels."""
     random = np.random.default_rng(seed)
     counts = Counts()
     while counts.reads + counts.moved < reads:

@@ -1,12 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Verified writes of elements made by chance, trained by a calibration or not.
+"""Verified writes of random elements, trained by a calibration or not.
 
     python tools/trained_writes.py bits_4 0.004 0.008 0.012 --elements 40 --counts counts.json
     python tools/trained_writes.py --draw docs/images/learning --counts counts.json
 
-Every element is given 16 random levels in a row. A write fails if it says so, and is wrong if the
-true wall is nearer to another level. Counts are added to a file, which is drawn.
+Into every element 16 random levels are written in a row. A write fails if it says so, and is wrong
+if the true wall is nearer to another level. Counts are added to a file, from which the picture is
+drawn.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from mlmem_ros.studies.climb import blank_element
 from mlmem_ros.studies.style import S1, S2, label, new_figure, save_figure, styled
 
 WRITES = 16
-"""Of every element."""
+"""Writes into every element."""
 
 SHOWN = {'case_2': ('a', "the paper's Case II"), 'bits_4': ('b', 'bits_4')}
 
 
 def count(name: str, alpha: float, elements: int, seed: int, trained: bool) -> dict[str, Any]:
-    """Write to so many elements whose alpha scatters, and return how often that failed."""
+    """Write into elements whose alpha scatters, and return how often that failed."""
     design, settings = preset(name)
     found = {'failed': 0, 'wrong': 0, 'again': 0, 'elements failing': 0, 'calibrations failed': 0}
     times, calibrating = [], []
@@ -59,7 +60,7 @@ def count(name: str, alpha: float, elements: int, seed: int, trained: bool) -> d
 
 
 def draw(counts: list[dict[str, Any]], stem: Path) -> None:
-    """Draw the share of writes that failed or were wrong; where none was, 3 / n."""
+    """Draw the share of writes that failed or were wrong; where none was, its bound 3 / n."""
     with styled():
         figure = new_figure(3.4)
         panels = zip(figure.subplots(1, 2, sharey=True), SHOWN.items(), strict=True)

@@ -36,25 +36,25 @@ READS = 15
 
 NAMES = {
     'share': 'processor, nobody listens, % of a core',
-    'heard': 'processor, the streams are listened to, % of a core',
+    'heard': 'processor, somebody listens to the streams, % of a core',
     'shaken': 'processor, the same with an IMU of 200 Hz, % of a core',
     'lost': 'ticks skipped with the IMU',
-    'writing': 'processor, it writes and writes, % of a core',
+    'writing': 'processor, one write after another, % of a core',
     'seen': 'processor, a page is open, % of a core',
     'busy': 'work per tick, us',
     'p50': 'tick lateness p50, ms',
     'p99': 'tick lateness p99, ms',
-    'worst': 'tick lateness, greatest, ms',
+    'worst': 'tick lateness, maximum, ms',
     'seen_p50': 'tick lateness p50 with a page, ms',
     'seen_p99': 'tick lateness p99 with a page, ms',
     'overruns': 'ticks skipped',
     'latency': 'read latency beyond the physics, p50, ms',
     'transport': 'a refused request, p50, ms',
-    'ready': 'ready after, warm cache, s',
-    'cold': 'ready after, cold cache, s',
+    'ready': 'start-up time, warm cache, s',
+    'cold': 'start-up time, cold cache, s',
     'memory': 'memory, MB',
     'bank': f'processor, {BANK} elements in one process, nobody listens, % of a core',
-    'bank_memory': 'their memory, MB',
+    'bank_memory': 'memory of these, MB',
 }
 
 

@@ -15,7 +15,7 @@ def noisy_square(common, values, seed):
 
 
 def slow_and_logged(common, values, seed):
-    """Note on disk that this point was computed, and by whom; slowly until told to hurry."""
+    """Log on disk which process computes this point; take time until there is a file `hurry`."""
     folder = Path(common['folder'])
     with (folder / 'computed.txt').open('a', encoding='utf-8') as log:
         log.write(f'{values["x"]} {os.getpid()}\n')

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns: the same table wherever the points are evaluated, and after whatever kill."""
+"""Campaigns: the same table wherever points are evaluated, and after any kill."""
 
 import csv
 import os
@@ -35,7 +35,7 @@ def ended(pid):
         os.kill(pid, 0)
     except ProcessLookupError:
         return True
-    # One that nobody waits for stays as a zombie where no init takes it.
+    # Without an init it stays as a zombie.
     return Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0] == 'Z'
 
 
@@ -77,7 +77,7 @@ def test_a_dask_cluster_gives_the_table_that_one_process_gives(tmp_path, monkeyp
             pass
 
 
-def test_a_cluster_that_is_not_there_is_told(monkeypatch):
+def test_a_missing_cluster_is_reported(monkeypatch):
     pytest.importorskip('distributed')
     monkeypatch.setattr('mlmem_ros.studies.campaign.execution.PATIENCE', '0.1s')
     with (
@@ -105,7 +105,7 @@ def test_a_point_that_fails_is_named_and_the_others_are_kept(tmp_path):
         assert again.rows == ledger.rows
 
 
-def test_a_worker_that_dies_is_told(tmp_path):
+def test_a_dead_worker_is_reported(tmp_path):
     campaign = Campaign('deadly', dies, {}, [{'x': 0}])
     with (
         workers(2) as executor,
@@ -117,7 +117,7 @@ def test_a_worker_that_dies_is_told(tmp_path):
 # --- the ledger ------------------------------------------------------------------------------
 
 
-def test_a_killed_campaign_goes_on_and_computes_nothing_twice(tmp_path):
+def test_a_killed_campaign_continues_and_computes_nothing_twice(tmp_path):
     campaign, path = logged(tmp_path), tmp_path / 'ledger.jsonl'
     script = Path(__file__).with_name('small_campaigns.py')
     process = subprocess.Popen([sys.executable, script, tmp_path])
@@ -138,7 +138,7 @@ def test_a_killed_campaign_goes_on_and_computes_nothing_twice(tmp_path):
         assert [row['y'] for row in ledger.table()] == list(range(60))
     times = Counter(int(line.split()[0]) for line in log.read_text().splitlines())
     assert all(times[point] == 1 for point in kept)
-    # What the two workers had in hand, or had sent and the parent not written, is lost.
+    # Points that the two workers were evaluating, or that the parent had not stored, are lost.
     assert sum(times.values()) <= 60 + 4
 
 

@@ -27,9 +27,9 @@ def test_a_design_is_found_written_and_proven(tmp_path, capsys):
     options = ['--markdown', str(table), '--jobs', '1', '--folder', str(tmp_path)]
     assert main(['design', 'prove', str(file), *options]) == 0
     heading, _, row = (line.split(' | ') for line in table.read_text().splitlines())
-    told = dict(zip(heading, row, strict=True))
-    assert told['written and read back'] == told['erased'] == '2 of 2'
-    assert told['written downward'] == '1 of 1'
+    proof = dict(zip(heading, row, strict=True))
+    assert proof['written and read back'] == proof['erased'] == '2 of 2'
+    assert proof['written downward'] == '1 of 1'
 
 
 def test_without_a_file_the_parameters_are_all_that_is_printed(capsys):

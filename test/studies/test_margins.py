@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Trials, the heat around them, and the maps that are made of them."""
+"""Climbs, the heat around them, and the maps made of them."""
 
 import dataclasses
 import itertools
@@ -72,7 +72,7 @@ def test_the_device_as_it_ships_writes_and_reads_every_level():
     assert min(least_margins(each.outcome for each in climb.writes).values()) > 0.2
 
 
-def test_a_trial_ends_at_the_first_level_that_fails():
+def test_a_climb_ends_at_the_first_level_that_fails():
     """Tension below 0.036 does not free the wall, and the first that needs it is at level 1."""
     climb = write_upward(element(tension=0.03))
     assert not climb.passed
@@ -81,7 +81,7 @@ def test_a_trial_ends_at_the_first_level_that_fails():
     assert climb.writes[-1].level == 1
 
 
-def test_a_wall_that_is_right_with_an_echo_that_is_not_is_told_apart():
+def test_a_right_wall_with_a_wrong_echo_is_a_failure_of_the_echo():
     """Delays that are all half a level later than what comes back."""
     device = element()
     table = device.calibration.left
@@ -96,7 +96,7 @@ def test_a_wall_that_is_right_with_an_echo_that_is_not_is_told_apart():
     ('level', 'success', 'failure'),
     [(2, True, ''), (2, False, 'echo'), (1, False, 'wall'), (1, True, 'silent')],
 )
-def test_what_the_device_says_and_what_is_true_make_four_cases(level, success, failure):
+def test_what_the_device_says_and_the_truth_make_four_cases(level, success, failure):
     outcome = Outcome('write', success, '', None, 1, 0, 100)
     assert WrittenLevel(asked=2, outcome=outcome, level=level, wall=75.0).failure == failure
 
@@ -149,7 +149,7 @@ def test_a_hot_element_does_not_come_to_rest():
 # --- axes ------------------------------------------------------------------------------------
 
 
-def test_a_line_of_the_map_goes_right_through_the_operating_point():
+def test_a_line_of_the_map_passes_through_the_operating_point():
     values = make_axis('write.hold', SETTINGS).values(7)
     assert len(values) == 7
     assert 600.0 in values
@@ -210,7 +210,7 @@ def test_a_point_alone_gives_the_row_of_the_map(rows):
         assert study.evaluate_point(point) == rows[point]
 
 
-def test_settings_without_an_echo_are_a_failure_and_no_error():
+def test_settings_without_an_echo_fail_the_point_and_raise_nothing():
     study = dataclasses.replace(small_map().campaign(), points=[{'probe.v_th': 1.0}])
     row = study.evaluate_point(0)
     assert (row['passed'], row['failure']) == (False, 'unfit')
@@ -308,7 +308,7 @@ def command(*arguments):
 
 
 @pytest.mark.slow
-def test_a_map_is_interrupted_and_goes_on(tmp_path, capsys, monkeypatch):
+def test_an_interrupted_map_continues(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = command('--size', '5', '--output', 'map', '--jobs', '2')
     process = subprocess.Popen(

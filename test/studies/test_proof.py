@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What simulation says of a design: shipped elements and found ones do what their table says."""
+"""Proofs by simulation: shipped and found designs do what their table says."""
 
 import dataclasses
 
@@ -37,7 +37,7 @@ def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
 
 @pytest.mark.parametrize('bits', [1, 2, 4])
 def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
-    """A cheap look at each: its last level erased, which takes the longest, and written down."""
+    """A cheap look at each: the last level is erased, which takes longest, and written down."""
     design, settings = load(f'bits_{bits}')
     study = Proof(design, settings, sample=2).campaign()
     last = [point for point, run in enumerate(study.points) if run['start'] == design.levels - 1]
@@ -68,8 +68,8 @@ def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above()
     assert (few.count('erase'), few.count('down')) == (32, 3)
 
 
-def test_a_design_that_does_not_work_is_told():
-    """A tension below what frees the wall leaves it at level 1, a kink that never comes there."""
+def test_a_design_that_does_not_work_fails_its_proof():
+    """Too little tension leaves the wall at level 1, and the kink never reaches it."""
     design, settings = load('bits_2')
     weak = dataclasses.replace(
         settings,
@@ -86,7 +86,7 @@ def test_a_design_that_does_not_work_is_told():
 
 
 def test_a_right_only_element_has_no_left_table():
-    """What a designed element is read by, and nothing is waited for at the other end."""
+    """A designed element is read from the right; nothing waits at the left."""
     design, settings = load('bits_1')
     calibration = Calibration.from_dict(Proof(design, settings).campaign().common['calibration'])
     assert calibration.left is None

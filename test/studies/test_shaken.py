@@ -19,31 +19,31 @@ def course(shaking, n, seed=1):
     return np.array(list(itertools.islice(shaking.course(seed, TICK), n)))
 
 
-def test_an_imu_of_200_hz_speaks_every_two_and_a_half_ticks():
-    told = course(Shaking('white', 1.0), 10_000)
-    assert len(np.unique(told)) == pytest.approx(4000, abs=1)
-    assert np.abs(told).max() == pytest.approx(G, rel=1e-3)
-    assert told.std() == pytest.approx(G / 3**0.5, rel=0.03)
+def test_an_imu_of_200_hz_sends_a_message_every_two_and_a_half_ticks():
+    accelerations = course(Shaking('white', 1.0), 10_000)
+    assert len(np.unique(accelerations)) == pytest.approx(4000, abs=1)
+    assert np.abs(accelerations).max() == pytest.approx(G, rel=1e-3)
+    assert accelerations.std() == pytest.approx(G / 3**0.5, rel=0.03)
 
 
 def test_a_sine_has_its_frequency():
-    told = course(Shaking('sine', 2.0, 125.0), 1000)
-    assert np.argmax(np.abs(np.fft.rfft(told))) == 250  # of 2 s
-    assert told.std() == pytest.approx(2.0 * G / 2**0.5, rel=0.01)
+    accelerations = course(Shaking('sine', 2.0, 125.0), 1000)
+    assert np.argmax(np.abs(np.fft.rfft(accelerations))) == 250  # of 2 s
+    assert accelerations.std() == pytest.approx(2.0 * G / 2**0.5, rel=0.01)
 
 
-def test_who_walks_sets_a_foot_down_twice_in_a_second():
+def test_a_walk_has_two_footfalls_per_second():
     power = np.abs(np.fft.rfft(course(Shaking('walk', 1.0), 10_000))) ** 2  # of 20 s
     assert np.argmax(power) == 40
     high = power[400:].sum() / power.sum()  # beyond 20 Hz
     assert 0.05 < high < 0.8
 
 
-def test_slams_come_out_of_nothing():
-    told = np.abs(course(Shaking('slams', 5.0), 10_000)) / G
-    loud = told > 1.0
-    assert np.all(told[loud] == 5.0)
-    assert told[~loud].max() < 5e-3
+def test_slams_are_rare_and_loud():
+    accelerations = np.abs(course(Shaking('slams', 5.0), 10_000)) / G
+    loud = accelerations > 1.0
+    assert np.all(accelerations[loud] == 5.0)
+    assert accelerations[~loud].max() < 5e-3
     assert 0.005 < loud.mean() < 0.05
 
 
@@ -51,7 +51,7 @@ def test_sensor_noise_shakes_nothing():
     assert not course(Shaking('noise', 1e-5), 10).any()
 
 
-def test_chance_comes_from_the_seed():
+def test_the_seed_determines_a_course():
     white = Shaking('white', 1.0)
     np.testing.assert_array_equal(course(white, 50, 3), course(white, 50, 3))
     assert (course(white, 50, 3) != course(white, 50, 4)).any()
@@ -69,7 +69,7 @@ def test_counts_add_up():
     assert counts.calibrated() == [(0.8, 0.8)]
 
 
-def test_a_count_is_repeated_to_the_bit():
+def test_a_count_repeats_to_the_bit():
     shaking = Shaking('white', 1.5)
     first, again = (count(CASE_II, Settings(), shaking, 'left', 7, 2, seed=5) for _ in range(2))
     assert (first.right, first.wrong, first.undecodable) == (2, 0, 0)
@@ -78,7 +78,7 @@ def test_a_count_is_repeated_to_the_bit():
 
 
 def test_a_short_element_is_waited_for_longer_than_its_echo_takes():
-    """Its echoes of 250 time units run to and fro, and would be taken for the shaking."""
+    """Its echoes of 250 time units travel to and fro, and could be mistaken for shaking."""
     design, settings = load('bits_1')
     for level in range(2):
         counts = count(design, settings, Shaking('white', 2.0), 'right', level, 4, seed=level)

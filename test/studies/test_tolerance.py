@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tolerance: elements that chance has made, the forecast, and the study."""
+"""Tolerance: random elements, the forecast, and the study."""
 
 import dataclasses
 import itertools
@@ -125,7 +125,7 @@ CURVE = Fragility(median=0.004, spread=0.5)
 
 
 def false_counts(shared, values, seed):
-    """Count what a known curve lets fail: the study is tested, not the element."""
+    """Draw counts from a known curve: the study is tested, not the element."""
     elements, _ = point.size(shared, values['kind'], values['tried'])
     random = np.random.default_rng(seed)
     failed = int(random.binomial(elements, float(CURVE.rate(values['scatter']))))
@@ -141,7 +141,7 @@ def counted(study, folder, points=None):
         return ledger.table()
 
 
-def test_counting_stops_where_enough_has_failed_and_a_killed_study_goes_on(tmp_path, monkeypatch):
+def test_counting_stops_when_enough_has_failed_and_a_killed_study_continues(tmp_path, monkeypatch):
     monkeypatch.setattr('mlmem_ros.studies.tolerance.study.evaluate', false_counts)
     study = Tolerance(SHORT, Settings(), ('alpha',), ('step',), most=4000)
     whole, parts = tmp_path / 'whole', tmp_path / 'parts'
@@ -170,7 +170,7 @@ def test_an_instrument_that_reads_from_one_end_is_tried_there_alone():
 
 
 def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
-    """Levels are drawn anew for each element; one that fails more is no more often tried."""
+    """Levels are drawn anew for each element, whatever fails."""
     rate = np.linspace(0.0, 0.6, 16)
     bits_4 = preset('bits_4').design
 
@@ -196,7 +196,7 @@ def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
     assert drawn.clustering == pytest.approx(1.0, abs=0.1)
 
 
-def test_a_level_does_among_the_drawn_what_it_does_among_all(monkeypatch):
+def test_a_level_gives_the_same_result_in_a_sample_as_among_all(monkeypatch):
     monkeypatch.setattr(point, 'BATCH', 8)
     design, settings = load('bits_2')
     shared = Tolerance(design, settings, levels=1).shared
@@ -259,8 +259,8 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     ('low', 'high'),
     [(1e-4, 3e-2), (3e-4, 9e-4), (2e-2, 0.13), (1e-7, 1e-2), (1.2e-6, 9e-6), (6e-5, 6.1e-4)],
 )
-def test_names_below_an_axis_do_not_overlap(low, high):
-    """As wide as a panel of the figure is; with at least two names, or nothing can be read off."""
+def test_labels_below_an_axis_do_not_overlap(low, high):
+    """In a panel as wide as the figure's, with at least two labels, or it could not be read."""
     with styled():
         figure = new_figure(2.6, 2.7)
         axes = axes_grid(figure)[0, 0]
