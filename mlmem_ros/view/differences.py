@@ -1,10 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Differences between two sessions: parameters, requests and results."""
+"""Differences between two sessions: parameters, commands and outcomes."""
 
 from __future__ import annotations
 
 from difflib import SequenceMatcher
+from itertools import zip_longest
 from typing import Any
 
 from .recorded import Recorded
@@ -21,31 +22,25 @@ def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
         right: Another one.
 
     Returns:
-        `parameters`: name, value left, value right. `events`: those without a counterpart on the
-        other side, with times, in order. `alike`: how many events agree.
+        `parameters`: name, value left, value right. `events`: those without a counterpart, in
+        order; pairs of one of either side, or None. `alike`: how many events agree.
     """
     names = sorted({*left.parameters, *right.parameters})
-    parameters = [
-        [name, left.parameters.get(name), right.parameters.get(name)]
-        for name in names
-        if left.parameters.get(name) != right.parameters.get(name)
-    ]
-    texts = [[_text(event) for event in each.events] for each in (left, right)]
-    events: list[dict[str, Any]] = []
+    values = ([name, left.parameters.get(name), right.parameters.get(name)] for name in names)
+    events: list[tuple[Any, Any]] = []
     alike = 0
-    matcher = SequenceMatcher(a=texts[0], b=texts[1], autojunk=False)
-    for tag, a, b, c, d in matcher.get_opcodes():
+    a, b = ([_text(event) for event in each.events] for each in (left, right))
+    matcher = SequenceMatcher(a=a, b=b, autojunk=False)
+    for tag, i, j, k, end in matcher.get_opcodes():
         if tag == 'equal':
-            alike += b - a
-            continue
-        for row in range(max(b - a, d - c)):
-            events.append(
-                {
-                    'left': _shown(left, a + row) if row < b - a else None,
-                    'right': _shown(right, c + row) if row < d - c else None,
-                }
-            )
-    return {'parameters': parameters[:MOST], 'events': events[:MOST], 'alike': alike}
+            alike += j - i
+        else:
+            events += zip_longest(map(_shown, left.events[i:j]), map(_shown, right.events[k:end]))
+    return {
+        'parameters': [each for each in values if each[1] != each[2]][:MOST],
+        'events': events[:MOST],
+        'alike': alike,
+    }
 
 
 def _text(event: dict[str, Any]) -> str:
@@ -55,8 +50,7 @@ def _text(event: dict[str, Any]) -> str:
     return ' '.join([event['kind'], event['text'], *kept])
 
 
-def _shown(session: Recorded, index: int) -> dict[str, Any]:
-    event = session.events[index]
+def _shown(event: dict[str, Any]) -> dict[str, Any]:
     level = event.get('values', {}).get('level')
     text = event['text'] if level is None else f'{event["text"]}, level {level}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

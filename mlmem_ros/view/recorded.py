@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..bag.errors import BagError
 from ..bag.reader import BagReader
@@ -127,7 +126,7 @@ class _Collector:
         self._about = about
         self._fields, self._strains, self._walls = Columns(), Columns(), Columns()
         self._levels: list[tuple[float, int]] = []
-        self._echoes: list[tuple[float, NDArray[np.float32]]] = []
+        self._echoes: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
 
     def take(self, reader: BagReader, begin: int) -> None:
@@ -155,10 +154,7 @@ class _Collector:
             'walls': [self._walls.t, self._walls.rows],
             'levels': self._levels,
             'events': self.events,
-            'echoes': [
-                {'t': t, 'x': np.round(data[0], 2).tolist(), 'y': data[1].tolist()}
-                for t, data in self._echoes
-            ],
+            'echoes': self._echoes,
         }
         return packed(head, np.stack(self._fields.rows) if self._fields.rows else None)
 
@@ -179,17 +175,15 @@ class _Collector:
             self._levels.append((t, int(message.data)))
 
     def _echo(self, t: float, message: Any) -> None:
-        self._echoes.append((t, thinned(message)))
+        x, y = thinned(message)
+        self._echoes.append({'t': t, 'x': np.round(x, 2).tolist(), 'y': y.tolist()})
         if len(self._echoes) > EVENTS // 10:
             del self._echoes[1::2]
 
     def _outcome(self, t: float, message: Any) -> None:
-        good = int(message.level[0] if isinstance(message.level, bytes) else message.level) == 0
-        values = received.values(message)
-        text = str(message.message)
-        if not good:
-            text = f'{values.get("procedure", "it")} failed: {text}'
-        self._event(t, 'outcome', text, ok=good, values=values)
+        values, ok = received.values(message), message.level == 0
+        text = message.message if ok else f'{values["procedure"]} failed: {message.message}'
+        self._event(t, 'outcome', text, ok=ok, values=values)
 
     def _command(self, t: float, message: Any) -> None:
         _, command = read_command(message.data)

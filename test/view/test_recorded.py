@@ -62,8 +62,8 @@ def test_nothing_differs_between_a_session_and_itself(life):
 def test_differences_are_listed_by_side(life):
     aborted = load(DATA / 'aborted_write')
     found = differences(life, aborted)
-    left = [row['left']['text'] for row in found['events'] if row['left']]
-    right = [row['right']['text'] for row in found['events'] if row['right']]
+    left = [left['text'] for left, _ in found['events'] if left]
+    right = [right['text'] for _, right in found['events'] if right]
     assert 'write succeeded, level 2' in left
     assert any('aborted' in text for text in right)
 

@@ -113,7 +113,7 @@ export class Sessions {
     const { parameters, events, alike } = await (await fetch(`/differences/${numbers.join('/')}`)).json();
     const rows = [
       ...parameters.map(([name, a, b]) => [name, a ?? '–', b ?? '–']),
-      ...events.map(({ left, right }) => [(left ?? right).kind, told(left), told(right)]),
+      ...events.map(([left, right]) => [(left ?? right).kind, told(left), told(right)]),
     ];
     const count = `${alike} commands and outcomes agree${rows.length ? '; these differ:' : ', and nothing differs.'}`;
     const table = make('table', {}, row('th', ['', 'A', 'B']), ...rows.map((cells) => row('td', cells)));
