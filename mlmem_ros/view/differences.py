@@ -8,6 +8,7 @@ from difflib import SequenceMatcher
 from itertools import zip_longest
 from typing import Any
 
+from ..words import describe_level
 from .recorded import Recorded
 
 MOST = 200
@@ -52,5 +53,5 @@ def _text(event: dict[str, Any]) -> str:
 
 def _shown(event: dict[str, Any]) -> dict[str, Any]:
     level = event.get('values', {}).get('level')
-    text = event['text'] if level is None else f'{event["text"]}, level {level}'
+    text = event['text'] if level is None else f'{event["text"]}, {describe_level(int(level))}'
     return {'t': event['t'], 'kind': event['kind'], 'text': text}

@@ -10,11 +10,8 @@ const LONGEST = 120; // seconds of a film
 const PAD = 28, HEAD = 58;
 
 /** Draw all panels as they are, with a caption, onto a canvas. */
-export function compose(shown, scale, canvas = document.createElement('canvas')) {
-  const panels = shown.panels;
-  const boxes = panels.map((panel) => panel.root.getBoundingClientRect());
-  const left = Math.min(...boxes.map((box) => box.left)), top = Math.min(...boxes.map((box) => box.top));
-  const width = Math.max(...boxes.map((box) => box.right)) - left, height = Math.max(...boxes.map((box) => box.bottom)) - top;
+function compose(shown, scale, canvas = make('canvas')) {
+  const panels = find('panels'), { left, top, width, height } = panels.getBoundingClientRect();
   const across = 2 * Math.round(((width + 2 * PAD) * scale) / 2), down = 2 * Math.round(((height + PAD + HEAD) * scale) / 2);
   if (canvas.width !== across || canvas.height !== down) { canvas.width = across; canvas.height = down; }
   const context = canvas.getContext('2d');
@@ -24,49 +21,44 @@ export function compose(shown, scale, canvas = document.createElement('canvas'))
   text(context, shown.caption, PAD, 36, `600 18px Inter, sans-serif`, tone('ink'));
   if (shown.now != null) text(context, `${shown.now.toFixed(2)} s`, PAD + width, 36, '500 15px Inter, sans-serif', tone('muted'), 'right');
   context.translate(PAD - left, HEAD - top);
-  for (const panel of panels) drawPanel(context, panel);
+  drawPanels(context, panels);
   return canvas;
 }
 
-function drawPanel(context, panel) {
-  for (const card of panel.root.querySelectorAll('.card')) {
-    const box = card.getBoundingClientRect();
-    context.fillStyle = tone('card');
-    context.strokeStyle = tone('line');
-    context.beginPath();
-    context.roundRect(box.left, box.top, box.width, box.height, 14);
-    context.fill();
+function drawPanels(context, panels) {
+  context.strokeStyle = tone('line');
+  for (const card of panels.querySelectorAll('.card')) {
+    block(context, card, 14, tone('card'));
     context.stroke();
   }
-  for (const canvas of panel.root.querySelectorAll('canvas')) {
+  for (const canvas of panels.querySelectorAll('canvas')) {
     const box = canvas.getBoundingClientRect();
     if (canvas.width && canvas.height) context.drawImage(canvas, box.left, box.top, box.width, box.height);
   }
   const words = '.title, .level, .code, .confidence span, .what, .heading h2, .delay, .strain-now, .u-title, .levels button, .levels .many';
-  for (const element of panel.root.querySelectorAll(words)) {
+  for (const element of panels.querySelectorAll(words)) {
     const style = getComputedStyle(element), box = element.getBoundingClientRect();
     if (!box.width || !element.textContent) continue;
     const button = element.tagName === 'BUTTON';
-    if (button) {
-      context.fillStyle = style.backgroundColor;
-      context.beginPath();
-      context.roundRect(box.left, box.top, box.width, box.height, 14);
-      context.fill();
-    }
+    if (button) block(context, element, 14, style.backgroundColor);
     context.textBaseline = 'middle';
     const x = button ? box.left + box.width / 2 : box.left;
     text(context, element.textContent, x, box.top + box.height / 2 + 1, `${style.fontWeight} ${style.fontSize} Inter, sans-serif`, style.color, button ? 'center' : 'left');
     context.textBaseline = 'alphabetic';
   }
-  for (const bar of panel.root.querySelectorAll('.meter, .progress:not(.off)')) {
-    for (const [element, colour] of [[bar, 'soft'], [bar.firstElementChild, 'active']]) {
-      const box = element.getBoundingClientRect();
-      context.fillStyle = tone(colour);
-      context.beginPath();
-      context.roundRect(box.left, box.top, box.width, box.height, 3);
-      context.fill();
-    }
+  for (const bar of panels.querySelectorAll('.meter, .progress:not(.off)')) {
+    block(context, bar, 3, tone('soft'));
+    block(context, bar.firstElementChild, 3, tone('active'));
   }
+}
+
+/** Draw the background of an element. */
+function block(context, element, radius, colour) {
+  const { left, top, width, height } = element.getBoundingClientRect();
+  context.fillStyle = colour;
+  context.beginPath();
+  context.roundRect(left, top, width, height, radius);
+  context.fill();
 }
 
 function text(context, what, x, y, font, colour, align = 'left') {
@@ -85,16 +77,16 @@ function save(blob, name) {
 
 const stamp = () => new Date().toISOString().slice(0, 19).replace(/[-:]/g, '').replace('T', '-');
 
+/** Connect the buttons; `shown` has a caption and, for a session, now, playing and play(). */
 export function connect(shown) {
   const still = find('still'), film = find('film');
   still.onclick = () => compose(shown, 2).toBlob((blob) => save(blob, `mlmem-${stamp()}.png`), 'image/png');
   let recorder = null;
   film.onclick = () => {
     if (recorder) return recorder.stop();
-    if (!window.MediaRecorder) return say(film, 'This browser cannot record films.');
     const canvas = compose(shown, 1), chunks = [];
-    const type = ['video/webm;codecs=vp9', 'video/webm'].find((kind) => MediaRecorder.isTypeSupported(kind));
-    if (!type) return say(film, 'This browser cannot record WebM.');
+    const type = ['video/webm;codecs=vp9', 'video/webm'].find((kind) => window.MediaRecorder?.isTypeSupported(kind));
+    if (!type) return say(film, 'This browser cannot record films (WebM).');
     recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type, videoBitsPerSecond: 6e6 });
     const timer = setInterval(() => compose(shown, 1, canvas), 33);
     const end = setTimeout(() => recorder.stop(), 1000 * LONGEST);

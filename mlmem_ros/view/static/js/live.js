@@ -32,7 +32,6 @@ export class Live {
     requestAnimationFrame(turn);
   }
 
-  get panels() { return [this.panel]; }
   get caption() { return find('node').textContent; }
 
   draw() {

@@ -66,8 +66,7 @@ export class Picture {
       this.span = span;
     } else {
       const low = Math.max(this.track.begin - span / 2, Math.min(x[0], this.track.end - span / 2));
-      const atEnd = this.live && low + span >= this.track.end && x[0] >= this.range()[0];
-      this.following = atEnd;
+      this.following = this.live && low + span >= this.track.end && x[0] >= this.range()[0];
       this.span = span;
       this.x = [low, low + span];
     }
@@ -87,10 +86,8 @@ export class Picture {
     const every = Math.ceil(defects.length / 12);
     const shown = this.shown = defects.filter((_, level) => level % every === 0);
     const cursor = { drag: { x: false, y: false }, points: { show: false }, sync: { key: this.key, setSeries: false, scales: ['x', null] } };
-    const common = { legend: { show: false }, padding: [6, RIGHT - 30, 0, 0] };
     this.plot = new uPlot({
-      ...common,
-      ...sizeOf(this.root),
+      ...sizeOf(this.root), legend: { show: false }, padding: [6, RIGHT - 30, 0, 0],
       cursor: { ...cursor, x: true, y: true },
       scales: { x: { time: false, range: () => this.range() }, y: { range: () => this.y } },
       axes: [
@@ -103,14 +100,9 @@ export class Picture {
       plugins: [zoomable(this.view)],
     }, [[0], [null]], this.root);
     this.lower = new uPlot({
-      ...common,
-      padding: [4, RIGHT + 12, 0, 0],
-      ...sizeOf(this.below),
+      ...sizeOf(this.below), legend: { show: false }, padding: [4, RIGHT + 12, 0, 0],
       cursor: { ...cursor, y: false },
-      scales: {
-        x: { time: false, range: () => this.range() },
-        y: { range: (_, low, high) => { const most = Math.max(0.01, Math.abs(low ?? 0), Math.abs(high ?? 0)) * 1.12; return [-most, most]; } },
-      },
+      scales: { x: { time: false, range: () => this.range() }, y: { range: () => this.strains() } },
       axes: [
         axis({ values: (_, times) => times.map((t) => `${+t.toFixed(3)} s`), size: 26 }),
         axis({ size: LEFT, label: 'strain', labelSize: 14, grid: lines(), space: 24, values: (_, all) => all.map((v) => (v ? signed(v, 2) : '0')) }),
@@ -144,9 +136,16 @@ export class Picture {
   }
 
   rescale(plot) {
-    const [min, max] = this.range();
-    plot.setScale('x', { min, max });
-    plot.setScale('y', plot === this.plot ? { min: this.y[0], max: this.y[1] } : strained(this.track.strain, min, max));
+    const ranges = { x: this.range(), y: plot === this.plot ? this.y : this.strains() };
+    for (const [scale, [min, max]] of Object.entries(ranges)) plot.setScale(scale, { min, max });
+  }
+
+  /** Return the range of strain in view, symmetric about zero. */
+  strains() {
+    const { t, y } = this.track.strain, [from, to] = this.range();
+    let most = 0.01;
+    for (let i = Math.max(0, last(t, from)); i < t.length && t[i] <= to; i++) most = Math.max(most, Math.abs(y[i]));
+    return [-1.12 * most, 1.12 * most];
   }
 
   /** Paint the columns in view into the plot, one for each pixel across. */
@@ -204,11 +203,4 @@ export class Picture {
     const delta = phases[0] + (count / COUNTS) * (phases[1] - phases[0]);
     this.tip.show(`${t.toFixed(2)} s   cell ${site}\nΔ ${delta.toFixed(4)}   strain ${signed(strain, 4)}`, left, top - 44);
   }
-}
-
-/** Return the range of strain in view, symmetric about zero. */
-function strained({ t, y }, from, to) {
-  let most = 0.01;
-  for (let i = Math.max(0, last(t, from)); i < t.length && t[i] <= to; i++) most = Math.max(most, Math.abs(y[i]));
-  return { min: -1.12 * most, max: 1.12 * most };
 }

@@ -46,11 +46,10 @@ export class Sessions {
     this.seek(0);
   }
 
-  get panels() { return this.sessions.map((session) => session.panel); }
   get caption() { return find('node').textContent; }
 
   repaint() {
-    for (const panel of this.panels) panel.repaint();
+    for (const { panel } of this.sessions) panel.repaint();
     this.seek(this.now);
   }
 
@@ -115,7 +114,7 @@ export class Sessions {
       ...parameters.map(([name, a, b]) => [name, a ?? '–', b ?? '–']),
       ...events.map(([left, right]) => [(left ?? right).kind, told(left), told(right)]),
     ];
-    const count = `${alike} commands and outcomes agree${rows.length ? '; these differ:' : ', and nothing differs.'}`;
+    const count = `Events that agree: ${alike}. ${rows.length ? 'These differ:' : 'Nothing differs.'}`;
     const table = make('table', {}, row('th', ['', 'A', 'B']), ...rows.map((cells) => row('td', cells)));
     find('differences').hidden = false;
     find('differences').lastElementChild.replaceChildren(count, ...(rows.length ? [table] : []));
