@@ -52,15 +52,20 @@ def bench(arguments: argparse.Namespace) -> int:
             comparisons = benchmark.run(arguments.repeats)
         for comparison in comparisons:
             console.print(comparison.table())
-            console.print(f'{keep(comparison, arguments.output)}\n', highlight=False)
+            files = ', '.join(str(file) for file in keep(comparison, arguments.output))
+            console.print(f'{files}\n', highlight=False)
             results.append(comparison.as_dict())
     if arguments.json:
         print_json({'comparisons': results})
     return 0
 
 
-def keep(comparison: Comparison, folder: Path) -> Path:
-    """Write a comparison with every sample as JSON, and return the file."""
+def keep(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write every sample as JSON, and a picture where matplotlib is; return the files."""
     file = folder / f'{comparison.name}.json'
     file.write_text(json.dumps(comparison.as_dict(), indent=1) + '\n', encoding='utf-8')
-    return file
+    try:
+        from ..bench.plot import draw
+    except ModuleNotFoundError:
+        return [file]
+    return [file, draw(comparison, file.with_suffix('.png'))]

@@ -110,7 +110,9 @@ def test_a_comparison_is_kept_whole(tmp_path):
     for axis, measured in itertools.product(('', 'length'), (True, False)):
         made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
         assert made.table().row_count == 2
-        kept = json.loads(keep(made, tmp_path).read_text(encoding='utf-8'))
+        data, plot = keep(made, tmp_path)
+        kept = json.loads(data.read_text(encoding='utf-8'))
+        assert plot.stat().st_size > 1000
         assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
         assert kept['skipped'] == {'d': 'no'}
         assert kept['host']['versions']['numpy'] == np.__version__
