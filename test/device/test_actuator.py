@@ -38,7 +38,7 @@ def rates(start, trace):
     return np.diff(np.concatenate(([start], trace))) / STEP
 
 
-def test_a_set_point_is_slewed_to_smoothly_and_as_fast_as_the_limit_allows():
+def test_a_set_point_is_reached_smoothly_at_the_rate_limit():
     """A smooth ramp's greatest rate is 1.5 of its mean: 1.5 x 0.05 / 1e-4 = 750 time units."""
     moved = actuator()
     moved.slew_to(0.05)
@@ -59,7 +59,7 @@ def test_a_set_point_is_kept():
     assert set(record(moved, ticks=5)) == {-0.0123}
 
 
-def test_a_new_set_point_on_the_way_starts_from_where_the_strain_is():
+def test_a_new_set_point_starts_from_the_present_strain():
     moved = actuator()
     moved.slew_to(0.05)
     there = record(moved, ticks=10)
@@ -87,7 +87,7 @@ def test_a_ramp_is_a_cubic_that_starts_and_ends_at_rest():
     assert moved.strain == 0.048
 
 
-def test_a_ramp_that_is_asked_for_too_fast_takes_longer():
+def test_a_ramp_beyond_the_rate_limit_takes_longer():
     moved = actuator()
     moved.ramp_to(0.06, 100.0)
     rate = rates(0.0, record(moved))
@@ -104,7 +104,7 @@ MOVES = st.tuples(
 
 @rig.unhurried
 @given(st.lists(MOVES, min_size=1, max_size=6))
-def test_no_sequence_of_moves_is_faster_than_the_limit_or_goes_beyond_its_ends(moves):
+def test_no_sequence_of_moves_exceeds_the_rate_limit_or_overshoots(moves):
     moved = actuator()
     for target, duration, smooth, ticks in moves:
         start = moved.strain
@@ -123,7 +123,7 @@ def test_no_sequence_of_moves_is_faster_than_the_limit_or_goes_beyond_its_ends(m
             assert moved.strain == target
 
 
-def test_the_strain_does_not_depend_on_how_time_is_cut():
+def test_the_strain_does_not_depend_on_the_division_of_time():
     whole, cut = actuator(), actuator()
     for moved in (whole, cut):
         moved.ramp_to(-0.03, 1000.0)
@@ -131,7 +131,7 @@ def test_the_strain_does_not_depend_on_how_time_is_cut():
     np.testing.assert_array_equal(np.concatenate(pieces), record(whole, ticks=3))
 
 
-def test_a_move_to_where_the_strain_is_takes_no_time():
+def test_a_move_to_the_present_strain_takes_no_time():
     moved = actuator()
     for move in (moved.slew_to, lambda strain: moved.ramp_to(strain, 0.0)):
         move(0.0)
@@ -164,7 +164,7 @@ def test_a_strain_beyond_the_limit_is_refused_and_changes_nothing(strain, move):
     assert vars(moved) == before
 
 
-def test_the_device_strains_its_material_by_the_actuator():
+def test_the_actuator_strains_the_material():
     """V_N is the strain times N, its speed at most that of the actuator times N."""
     element = rig.device()
     element.apply(SetStrain(0.01))

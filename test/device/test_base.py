@@ -32,13 +32,13 @@ TICK = 20.0
 PROGRESS = np.array([0.25, 0.5, 0.75, 1.0])
 
 
-def test_a_base_that_nobody_shakes_is_at_rest():
+def test_a_base_without_messages_is_at_rest():
     base = Base(DisturbanceSettings(), TICK)
     assert base.advance(PROGRESS) is None
     assert not base.harmful
 
 
-def test_a_message_is_met_by_a_straight_line_and_held():
+def test_the_acceleration_ramps_linearly_to_a_message_and_holds():
     base = Base(DisturbanceSettings(), TICK)
     base.disturb(4e-3)
     np.testing.assert_allclose(base.advance(PROGRESS), [1e-3, 2e-3, 3e-3, 4e-3], rtol=1e-15)
@@ -47,7 +47,7 @@ def test_a_message_is_met_by_a_straight_line_and_held():
     np.testing.assert_allclose(base.advance(PROGRESS), [2e-3, 0.0, -2e-3, -4e-3], atol=1e-18)
 
 
-def test_a_sensor_that_died_shakes_nothing_for_long():
+def test_a_dead_sensor_stops_shaking_the_base():
     """A time-out of 60 is three ticks: held for these, and back at rest after a fourth."""
     base = Base(DisturbanceSettings(timeout=60.0), TICK)
     base.disturb(1e-3)
@@ -79,7 +79,7 @@ def test_units():
     assert ScaleSettings(time=1e-2, length=1e-2).acceleration == pytest.approx(100.0)
 
 
-def test_a_constant_acceleration_bends_a_blank_element_by_a_over_its_stiffness():
+def test_a_constant_acceleration_displaces_a_blank_element_by_a_over_its_stiffness():
     """In the frame of the base every cell gives way by -a / k_s1, and lets go of it again.
 
     Without gradient and defects that is exact to first order; the next is a / k_s1 times as
@@ -120,19 +120,19 @@ def kept(omega, amplitude):
     return count
 
 
-def test_slowly_shaken_a_level_is_lost_beyond_what_its_defect_can_hold():
+def test_a_slow_shake_beyond_what_a_defect_can_hold_loses_the_level():
     """At 8.1e-4 to 9.6e-4 the landscape's steepest slope is outweighed; see the study."""
     assert kept(0.01, 7e-4) == len(LEVELS)
     assert kept(0.01, 1.2e-3) < len(LEVELS)
 
 
-def test_at_the_frequency_of_the_wall_less_is_enough():
+def test_at_the_frequency_of_the_wall_a_weaker_shake_loses_the_level():
     """It swings wider and wider, and softens: 0.055 is below the 0.079 of small motions."""
     assert kept(0.055, 2e-4) == len(LEVELS)
     assert kept(0.055, 7e-4) < len(LEVELS)
 
 
-def test_a_device_is_shaken_while_it_writes_and_writes_all_the_same(written):
+def test_a_write_succeeds_while_the_base_shakes(written):
     element = written(1)
     element.apply(Write(2))
     generator = np.random.default_rng(1)
@@ -144,7 +144,7 @@ def test_a_device_is_shaken_while_it_writes_and_writes_all_the_same(written):
     assert seen[-1].success, seen[-1].error
 
 
-def test_after_a_shake_that_may_move_the_wall_the_content_is_not_taken_for_known(written):
+def test_the_content_is_unknown_after_a_shake_that_may_move_the_wall(written):
     element = written(2)
     element.apply(Disturb(9e-5))
     element.advance()
@@ -170,7 +170,7 @@ def test_a_shaken_device_restored_goes_on_to_the_bit(written):
     assert rig.bits(first) == rig.bits(second)
 
 
-def test_what_would_set_all_cells_sliding_is_refused():
+def test_an_acceleration_that_makes_all_cells_slide_is_refused():
     """However much is to be taken: beyond the force that holds the cells nothing stops them."""
     design = dataclasses.replace(CASE_II, d=0.002)
     element = MemoryElement(design, Settings(), factory_calibration(CASE_II, Settings()))
@@ -186,7 +186,7 @@ def test_what_would_set_all_cells_sliding_is_refused():
 
 @pytest.mark.parametrize(('share', 'slides'), [(0.95, False), (1.05, True)])
 @pytest.mark.parametrize('sign', [-1.0, 1.0])
-def test_the_holding_force_is_what_holds_a_uniform_element(share, slides, sign):
+def test_the_holding_force_holds_a_uniform_element(share, slides, sign):
     """Towards its weaker side, raised slowly."""
     design = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0, N=60)
     chain = Chain(design)

@@ -53,7 +53,7 @@ def blindfolded(level=None, **settings):
     return MemoryElement(CASE_II, seeing.settings, seeing.calibration, driver), seeing.chain
 
 
-def test_a_driver_is_asked_for_little():
+def test_the_interface_of_a_driver_is_small():
     members = {name for name in vars(Driver) if not name.startswith('_')}
     assert members | set(Driver.__annotations__) == SAID | ASKED
 
@@ -82,7 +82,7 @@ def test_every_procedure_works_blindfolded(commands):
     assert blind.ticks == seeing.ticks
 
 
-def test_a_look_at_anything_else_is_noticed():
+def test_any_other_access_is_noticed():
     element, _ = blindfolded(3)
     for name in ('configuration', 'v', 'V', 'state', 'velocity', '_metamaterial', 'specimen'):
         with pytest.raises(AssertionError, match=name):
@@ -113,7 +113,7 @@ class Stub(Driver):
         return np.stack((rest + sent + self._share * self._sent[:steps], self._design.D_s1 + V_N))
 
 
-def test_a_rig_of_another_make_is_strained_and_read():
+def test_another_kind_of_rig_is_strained_and_read():
     """All of it stands in for the chain; its echo comes as late as that of a level, and is it."""
     element = rig.device()
     delays = element.calibration.left.delays

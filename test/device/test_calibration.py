@@ -28,13 +28,13 @@ FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
         ((1.0, 3.0, 2.0), 'rise or fall'),
     ],
 )
-def test_a_table_that_tells_no_levels_apart_is_refused(delays, message):
+def test_a_table_that_does_not_distinguish_levels_is_refused(delays, message):
     with pytest.raises(SettingsError, match=message.replace('[]', r'\[\]')):
         DelayTable(delays)
 
 
 @pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
-def test_a_blank_that_cannot_be_told_from_a_level_is_refused(blank):
+def test_a_blank_delay_equal_to_a_level_is_refused(blank):
     with pytest.raises(SettingsError, match='blank must be a finite delay that no level has'):
         DelayTable(RISING.delays, blank)
 
@@ -124,12 +124,12 @@ def test_a_table_survives_a_file(table):
     ],
     ids=str,
 )
-def test_a_file_that_holds_no_table_is_refused(data, message):
+def test_data_that_are_not_a_table_are_refused(data, message):
     with pytest.raises(SettingsError, match=message):
         DelayTable.from_dict(data)
 
 
-def test_a_calibration_has_a_table_for_either_end():
+def test_a_calibration_has_a_table_for_each_end():
     calibration = Calibration(RISING, FALLING)
     assert calibration.table(End.LEFT) is RISING
     assert calibration.table(End.RIGHT) is FALLING

@@ -39,7 +39,7 @@ def test_what_was_saved_is_loaded_to_the_bit_and_by_its_key(path):
     assert calibration_file.load(path, 'a', 2) == OTHER
 
 
-def test_the_oldest_make_room(path):
+def test_the_oldest_calibrations_are_dropped(path):
     for number in range(calibration_file.KEPT + 2):
         calibration_file.save(path, str(number), OTHER)
         calibration_file.save(path, 'a', THIRDS)  # kept young
@@ -70,7 +70,7 @@ def test_a_calibration_of_other_levels_is_refused(path):
         calibration_file.load(path, 'a', 8)
 
 
-def test_a_file_that_cannot_be_read_or_written_is_told(path, tmp_path):
+def test_a_file_that_cannot_be_read_or_written_is_reported(path, tmp_path):
     path.mkdir(parents=True)
     with pytest.raises(StateError, match=r'calibrations cannot be read from .*directory'):
         calibration_file.load(path, 'a', 2)
@@ -82,7 +82,7 @@ def test_a_file_that_cannot_be_read_or_written_is_told(path, tmp_path):
 # --- what a calibration depends on ------------------------------------------------------------
 
 
-def test_the_key_tells_what_delays_depend_on():
+def test_the_key_depends_on_what_delays_depend_on():
     plain = calibration_key(CASE_II, Settings())
     assert plain == calibration_key(dataclasses.replace(CASE_II), Settings())
     others = {
@@ -100,7 +100,7 @@ def test_the_key_tells_what_delays_depend_on():
     assert calibration_key(CASE_II, same) == plain
 
 
-def test_the_content_comes_back_without_the_calibration_of_other_pulses(written):
+def test_a_calibration_for_other_pulses_is_not_restored(written):
     """A state file outlives a change of the probe: the delays in it mean nothing any more."""
     values = json.loads(json.dumps(snapshot.take(written(3))))
     changed = rig.device(**rig.with_group('probe_right', v_th=8e-4))
@@ -114,7 +114,7 @@ def test_the_content_comes_back_without_the_calibration_of_other_pulses(written)
     assert same.calibration != own
 
 
-def test_a_folder_that_cannot_be_made_is_told(tmp_path):
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path):
     (tmp_path / 'folder').symlink_to(tmp_path / 'nowhere')
     with pytest.raises(StateError, match=r'the calibration cannot be saved in .*: File exists'):
         calibration_file.save(tmp_path / 'folder' / 'x.json', 'a', THIRDS)

@@ -43,7 +43,7 @@ def test_every_command_is_tested_and_has_a_kind():
         assert kind.__name__ == name
 
 
-def test_a_command_tells_its_kind_and_values():
+def test_a_command_is_saved_with_its_kind_and_values():
     assert as_dict(Write(3)) == {'kind': 'Write', 'level': 3}
     assert as_dict(Erase()) == {'kind': 'Erase'}
 
@@ -71,12 +71,12 @@ def test_the_values_of_a_file_are_not_changed():
     ],
     ids=str,
 )
-def test_what_is_no_command_is_refused(data, message):
+def test_data_that_are_not_a_command_are_refused(data, message):
     with pytest.raises(Refused, match=message):
         from_dict(data)
 
 
-def test_an_abort_of_an_older_file_gave_no_reason():
+def test_an_abort_without_a_reason_is_accepted():
     assert from_dict({'kind': 'Abort'}) == Abort()
 
 

@@ -105,7 +105,7 @@ def test_the_delay_is_that_of_the_first_crossing(chunks, at, amplitude, decay):
 
 @rig.unhurried
 @given(CHUNKS, st.lists(st.floats(0.0, 600.0), max_size=6), st.integers(0, 2**32 - 1))
-def test_so_it_is_with_many_echoes_and_noise(chunks, arrivals, seed):
+def test_the_delay_is_found_among_many_echoes_and_noise(chunks, arrivals, seed):
     v = np.random.default_rng(seed).normal(0.0, 5e-5, 2600)
     for at in arrivals:
         v += burst(2600, at, 5e-4)
@@ -133,7 +133,7 @@ def test_no_echo_is_no_delay():
     assert detector.echo(End.RIGHT).delay is None
 
 
-def test_nothing_is_looked_for_while_the_window_touches_the_pulse():
+def test_no_echo_is_detected_while_the_window_overlaps_the_pulse():
     """However loud the pulse; and what comes right after it is heard at once."""
     v = np.zeros(2000)
     v[times(2000) < 96.0] = 1e6
@@ -144,7 +144,7 @@ def test_nothing_is_looked_for_while_the_window_touches_the_pulse():
     assert heard(PROBE, v).delay == 108.0  # the first sample after 96 + T / 2 = 107.968
 
 
-def test_the_threshold_falls_with_the_damping():
+def test_the_threshold_decays_with_the_damping():
     """Echoes that fade with exp(-eta t / 2) are heard equally well early and late."""
     t = times(8000)
     np.testing.assert_allclose(threshold(PROBE, t), 1.6e-4 * np.exp(-0.002 * t), rtol=1e-15)
@@ -192,7 +192,7 @@ def test_the_threshold_never_falls_below_rounding(gain_decay):
     assert dataclasses.replace(echo, floor=1e-9).raised < 1e5
 
 
-def test_an_element_at_rest_gives_no_echo_whatever_its_gain():
+def test_an_element_at_rest_gives_no_echo_at_any_gain():
     """Its ends rest a thousand cells from 0, where a number is rounded to 1e-13."""
     design = dataclasses.replace(CASE_II, N=60, c=-1000.0)
     chain = Chain(design)

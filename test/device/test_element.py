@@ -50,7 +50,7 @@ def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
     assert element.chain.time == pytest.approx(tick)
 
 
-def test_a_tick_without_number_of_steps_is_refused():
+def test_a_tick_of_too_many_steps_is_refused():
     """It would hold up everything, a command to stop as well; the message says what will do."""
     long = dataclasses.replace(CASE_II, substrate='elastic', s_min=1e6, s_max=1e8)
     with pytest.raises(SettingsError, match=r'time.tick must be at most (\S+), which') as refusal:
@@ -89,7 +89,7 @@ def test_a_bad_command_is_refused_and_changes_nothing(written, command):
     assert rig.bits(element) == before
 
 
-def test_a_level_out_of_range_is_told_with_its_range():
+def test_the_error_for_a_level_out_of_range_gives_the_range():
     with pytest.raises(Refused, match='level must be a whole number from 0 to 7; got 8'):
         rig.device().apply(Write(8))
 
@@ -98,7 +98,7 @@ def test_a_level_out_of_range_is_told_with_its_range():
 @pytest.mark.parametrize(
     'command', [SetStrain(0.0), Write(1), Read(), Erase(), Calibrate()], ids=str
 )
-def test_a_busy_device_refuses_and_goes_on_as_if_nothing_had_come(written, running, command):
+def test_a_busy_device_refuses_commands_and_goes_on_unchanged(written, running, command):
     disturbed, alone = written(2), written(2)
     for element in (disturbed, alone):
         if running == Abort():  # one that has something to do
@@ -115,7 +115,7 @@ def test_a_busy_device_refuses_and_goes_on_as_if_nothing_had_come(written, runni
     assert rig.bits(disturbed) == rig.bits(alone)
 
 
-def test_of_two_commands_in_one_tick_the_first_is_taken():
+def test_the_first_of_two_commands_in_one_tick_is_taken():
     element = rig.device(3)
     element.apply(Read())
     with pytest.raises(Refused, match='busy: read'):
@@ -153,13 +153,13 @@ def test_the_content_is_unknown_while_a_wall_moves_and_known_when_it_was_read(
     assert element.reading.level == level
 
 
-def test_a_failed_write_leaves_what_was_read_last(written):
+def test_a_failed_write_keeps_the_last_reading(written):
     element = written(1, **rig.with_group('write', tension=0.001, attempts=1))
     assert not rig.run(element, Write(2)).success
     assert element.reading.level == 1
 
 
-def test_the_phases_of_the_ends_are_told_even_under_strain(written):
+def test_the_phases_of_the_ends_are_known_under_strain(written):
     element = written(3)
     assert (element.phase(End.LEFT), element.phase(End.RIGHT)) == (1, 0)
     element.apply(SetStrain(-0.02))
@@ -169,7 +169,7 @@ def test_the_phases_of_the_ends_are_told_even_under_strain(written):
     assert (blank.phase(End.LEFT), blank.phase(End.RIGHT)) == (0, 0)
 
 
-def test_idle_is_nothing_running_and_no_strain_on_or_on_its_way(written):
+def test_a_released_device_runs_nothing_and_has_no_strain(written):
     element = written(2)
     assert element.released
     element.apply(SetStrain(0.004))  # two ticks
@@ -189,7 +189,7 @@ def test_idle_is_nothing_running_and_no_strain_on_or_on_its_way(written):
 # --- what is told -----------------------------------------------------------------------------
 
 
-def test_a_read_tells_the_echo_and_then_how_it_ended():
+def test_a_read_reports_the_echo_and_then_the_outcome():
     element = rig.device(2)
     rig.ticks(element, 3)
     heard, outcome = rig.events(element, Read())
@@ -204,7 +204,7 @@ def test_a_read_tells_the_echo_and_then_how_it_ended():
     assert outcome.end_tick == element.ticks - 1
 
 
-def test_listening_ends_when_the_echo_has_passed_or_cannot_come_any_more():
+def test_listening_ends_after_the_echo_or_when_none_can_come():
     """150 time units after the crossing; or after the pulse and 2 x 225 cells at 0.198."""
     element = rig.device(0)
     heard, _ = rig.events(element, Read())
@@ -217,7 +217,7 @@ def test_listening_ends_when_the_echo_has_passed_or_cannot_come_any_more():
     assert heard.reading.threshold_margin < 1.0
 
 
-def test_an_idle_device_tells_nothing(written):
+def test_an_idle_device_reports_nothing(written):
     assert rig.ticks(written(5), 20) == []
 
 
@@ -258,15 +258,15 @@ def test_another_tick_for_a_command_gives_other_bits():
 # --- what breaks ------------------------------------------------------------------------------
 
 
-def test_a_material_that_is_not_finite_any_more_is_told():
+def test_a_material_that_is_no_longer_finite_is_reported():
     element = rig.device(2)
     element.chain.v[100] = math.nan
     with pytest.raises(StateError, match='stopped being finite'):
         rig.ticks(element, 3)
 
 
-def test_a_large_signal_does_not_confuse_the_settings(written):
-    """A device whose reads probe from the right knows blank from either command."""
+def test_a_blank_element_is_recognised_by_every_command(written):
+    """A read and a write both recognise it if reads probe from the right."""
     element = rig.device(read=ReadSettings(end='right'))
     assert rig.succeed(element, Read()).level == -1
     assert rig.succeed(element, Write(0)).end == 'right'

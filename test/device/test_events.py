@@ -8,7 +8,7 @@ import math
 from mlmem_ros.device import Outcome, Reading, describe_level
 
 
-def test_an_outcome_is_told_in_plain_values():
+def test_an_outcome_becomes_plain_values():
     reading = Reading(5, '101', 'left', 694.25004, 0.93841234, 2.14264321, 149.0)
     outcome = Outcome('write', True, '', reading, 2, 100, 368)
     assert json.loads(json.dumps(outcome.as_dict())) == {
@@ -18,13 +18,13 @@ def test_an_outcome_is_told_in_plain_values():
     }  # fmt: skip
 
 
-def test_what_both_ends_heard_is_told():
+def test_the_readings_of_both_ends_are_reported():
     reading = Reading(5, '101', 'both', 694.25, 0.9, 2.1, 149.0, walls=2, right_delay=84.12344)
     values = Outcome('read', True, '', reading, 1, 0, 60).as_dict()
     assert (values['delay'], values['right_delay'], values['walls']) == (694.25, 84.1234, 2)
 
 
-def test_a_failure_is_told_with_its_reason_and_no_infinity():
+def test_a_failure_is_reported_with_its_reason_and_without_infinity():
     reading = Reading(-2, '', 'left', None, 0.0, 0.5, math.inf, 'no echo came back')
     values = Outcome('read', False, 'no echo came back', reading, 1, 7, 9).as_dict()
     assert values['error'] == values['reason'] == 'no echo came back'
@@ -37,7 +37,7 @@ def test_an_outcome_without_a_reading_is_short():
     assert values == {'procedure': 'abort', 'attempts': 1, 'ticks': 5}
 
 
-def test_levels_are_said_as_a_person_says_them():
+def test_levels_are_described_in_words():
     assert [describe_level(n) for n in (-2, -1, 0, 7)] == [
         'undecodable', 'blank', 'level 0', 'level 7'
     ]  # fmt: skip

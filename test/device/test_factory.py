@@ -30,7 +30,7 @@ def group_velocity(omega, k_s):
     return np.interp(omega, branch, np.gradient(branch, kappa))
 
 
-def test_from_the_right_a_level_is_two_periods_of_flight_nearer():
+def test_from_the_right_levels_differ_by_the_time_of_flight():
     """There and back over 25 cells at the carrier's group velocity, k_s1 = 5.7867 d.
 
     The crossing of the echo's flank shifts a little from level to level as the pulse spreads.
@@ -40,7 +40,7 @@ def test_from_the_right_a_level_is_two_periods_of_flight_nearer():
     np.testing.assert_allclose(steps, flight, rtol=0.08)
 
 
-def test_from_the_left_the_fastest_part_of_the_pulse_comes_first():
+def test_from_the_left_the_fastest_part_of_the_pulse_arrives_first():
     """The carrier lies near the upper band edge: slow, and its spectrum is as wide as 1 / sigma.
 
     What crosses the threshold first travels between the carrier's group velocity and that at
@@ -62,7 +62,7 @@ def test_a_blank_element_echoes_from_its_far_end():
     assert factory_calibration(CASE_II, Settings()).left.blank is None
 
 
-def test_a_new_element_is_blank_at_rest_and_its_content_is_not_known():
+def test_a_new_element_is_blank_and_at_rest_with_unknown_content():
     element = new_element(CASE_II)
     assert element.settings == Settings()
     assert element.calibration == factory_calibration(CASE_II, Settings())
@@ -84,19 +84,19 @@ def test_every_level_reads_as_itself_to_the_bit(level, end):
     assert reading.level_margin == 1.0
 
 
-def test_the_printed_carrier_hears_nothing():
+def test_the_printed_carrier_gets_no_echo():
     """2.4 lies above both pass bands: nothing comes back, so there is nothing to calibrate."""
     printed = Settings(probe=ProbeSettings(omega_c=2.4))
     with pytest.raises(SettingsError, match=r'gives no echo at the left end: with carrier 2\.4'):
         factory_calibration(CASE_II, printed)
 
 
-def test_a_threshold_below_the_ring_down_tells_no_levels_apart():
+def test_a_threshold_below_the_ring_down_does_not_distinguish_levels():
     with pytest.raises(SettingsError, match='levels cannot be told apart'):
         factory_calibration(CASE_II, Settings(probe=ProbeSettings(v_th=1e-9)))
 
 
-def test_an_ideal_element_that_cannot_be_probed_is_told_not_waited_for(monkeypatch):
+def test_an_ideal_element_that_cannot_be_probed_is_refused_without_waiting(monkeypatch):
     def restless(element):
         raise ProcedureFailed('the left end does not come to rest')
         yield
@@ -113,7 +113,7 @@ def test_no_patience_is_enough_for_an_element_at_rest():
     assert factory_calibration(CASE_II, impatient) == factory_calibration(CASE_II, Settings())
 
 
-def test_a_design_whose_defects_repel_the_wall_is_told():
+def test_a_design_whose_defects_repel_the_wall_is_refused():
     """With beta > 0 a defect is a hill, not a hollow."""
     hill = dataclasses.replace(CASE_II, beta=0.3)
     with pytest.raises(SettingsError, match='the wall does not settle at level 0'):

@@ -23,13 +23,13 @@ def element():
     return new_element(CASE_II, FAST)
 
 
-def test_every_level_is_written_one_by_one_and_down_again(element):
+def test_every_level_is_written_upward_and_downward(element):
     for level in (*range(CASE_II.levels), 2):
         assert succeed(element, Write(level)).level == level
         assert holds(element, level)
 
 
-def test_a_wall_that_sticks_between_two_levels_is_noticed():
+def test_a_wall_stuck_between_two_levels_is_detected():
     """At rest some nine cells before a defect the lattice holds it, and its echo says so."""
     element = new_element(CASE_II, FAST)
     v = np.roll(resting_wall(Specimen(CASE_II), 1), 16)
@@ -54,7 +54,7 @@ def test_several_levels_are_written_in_one_go(element, level):
     assert holds(element, level)
 
 
-def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
+def test_a_cycle_pauses_on_the_way_back_and_takes_the_stated_time():
     settings = dataclasses.replace(FAST, write=dataclasses.replace(FAST.write, final_settle=0.0))
     element = new_element(CASE_II, settings)
     succeed(element, Write(0))
@@ -71,7 +71,7 @@ def test_a_cycle_eases_off_by_the_pause_and_takes_the_time_it_says():
     assert element.procedure == 'write'  # which ends with a read
 
 
-def test_an_abort_lets_go_as_slowly_as_an_erase():
+def test_an_abort_releases_the_strain_as_slowly_as_an_erase():
     """A write that eases off is done within a tick: from a peak that would be a jerk."""
     design, settings = load('bits_2')
     assert settings.write.release == settings.time.tick

@@ -55,12 +55,12 @@ def strains(element, n):
 # --- as values --------------------------------------------------------------------------------
 
 
-def test_a_healthy_device_says_that_nothing_is_wrong():
+def test_a_healthy_device_has_no_active_faults():
     assert Faults().active() == {}
     assert Faults(seed=3, weak_factor=0.1).active() == {}
 
 
-def test_what_is_wrong_is_told_by_name():
+def test_active_faults_are_reported_by_name():
     assert Faults(sensor_noise=1e-3, weak_cell=7, seed=3).active() == {
         'sensor_noise': 1e-3,
         'weak_cell': 7,
@@ -80,7 +80,7 @@ def test_what_is_wrong_is_told_by_name():
         ({'damping_factor': -1.0}, 'damping_factor must be'),
     ],
 )
-def test_values_out_of_range_are_no_faults(wrong, message):
+def test_faults_out_of_range_are_refused(wrong, message):
     with pytest.raises(SettingsError, match=message):
         Faults(**wrong)
 
@@ -101,7 +101,7 @@ def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message)
     assert (rig.bits(element), element.faults, element.chain.specimen) == before
 
 
-def test_a_specimen_that_the_step_is_too_long_for_is_refused():
+def test_a_specimen_that_needs_a_shorter_step_is_refused():
     design = dataclasses.replace(CASE_II, N=75, substrate='elastic')
     element = rig.device(design=design, calibration=factory_calibration(design, Settings()))
     with pytest.raises(Refused, match='faults: the specimen needs a step of at most'):
@@ -111,7 +111,7 @@ def test_a_specimen_that_the_step_is_too_long_for_is_refused():
 # --- chance -----------------------------------------------------------------------------------
 
 
-def test_noise_is_what_it_says():
+def test_noise_has_the_stated_statistics():
     """Mean 0, deviation 1, no memory from tick to tick: within five standard errors."""
     x = np.concatenate([normal((2, 500), 3, tick, Stream.NOISE).ravel() for tick in range(100)])
     n = len(x)
@@ -122,13 +122,13 @@ def test_noise_is_what_it_says():
     assert np.mean(np.abs(x) > 2.0) == pytest.approx(0.0455, abs=0.005)
 
 
-def test_what_may_happen_happens_as_often_as_it_says():
+def test_random_events_have_their_stated_probability():
     for probability in (0.0, 0.3, 1.0):
         seen = np.mean([happens(probability, 1, tick, Stream.SLIP) for tick in range(2000)])
         assert seen == pytest.approx(probability, abs=5 * 0.5 / math.sqrt(2000))
 
 
-def test_the_numbers_of_a_seed_and_tick_are_these_for_ever():
+def test_the_random_numbers_of_a_seed_and_tick_never_change():
     """Philox4x64-10, whose raw numbers numpy promises; they must not depend on its version."""
     raw = np.random.Philox(key=7, counter=[0, 42, Stream.NOISE, 0]).random_raw(4)
     assert [int(x) for x in raw] == PHILOX
@@ -157,7 +157,7 @@ def test_noise_is_heard_and_moves_nothing():
     assert heard.std() == pytest.approx(1e-3, rel=0.15)
 
 
-def test_loud_noise_leaves_no_echo_to_be_read_and_silence_brings_it_back(written):
+def test_loud_noise_hides_the_echo_until_it_stops(written):
     element = suffering(written(3), sensor_noise=0.05)
     outcome = rig.run(element, Read())
     assert not outcome.success
@@ -166,7 +166,7 @@ def test_loud_noise_leaves_no_echo_to_be_read_and_silence_brings_it_back(written
     assert rig.succeed(element, Read()).level == 3
 
 
-def test_a_transducer_that_dropped_out_stands_still():
+def test_a_dropped_out_transducer_repeats_its_last_sample():
     element = suffering(rig.device(2), sensor_dropout=1.0)
     element.transducer.fire(End.LEFT)
     last = element.transducer.recent[:, -1].copy()
@@ -175,7 +175,7 @@ def test_a_transducer_that_dropped_out_stands_still():
     assert abs(element.chain.end(1) - last[0]) > 1e-4  # while the end really moves
 
 
-def test_without_its_samples_a_read_hears_nothing_and_says_so(written):
+def test_a_read_without_samples_reports_that_it_hears_nothing(written):
     element = suffering(written(3), sensor_dropout=1.0)
     outcome = rig.run(element, Read())
     assert not outcome.success
@@ -187,7 +187,7 @@ def test_without_its_samples_a_read_hears_nothing_and_says_so(written):
 # --- actuator ---------------------------------------------------------------------------------
 
 
-def test_a_stuck_actuator_fails_a_write_with_the_reason(written):
+def test_a_write_with_a_stuck_actuator_fails_with_the_reason(written):
     element = suffering(written(1), actuator_stuck=True)
     outcome = rig.run(element, Write(2))
     assert not outcome.success
@@ -197,7 +197,7 @@ def test_a_stuck_actuator_fails_a_write_with_the_reason(written):
     assert rig.succeed(element, Write(2)).level == 2
 
 
-def test_an_actuator_that_gets_stuck_under_strain_stays_there_even_for_an_abort():
+def test_an_actuator_stuck_under_strain_stays_there_during_an_abort():
     element = rig.device(2)
     element.apply(SetStrain(0.02))
     rig.ticks(element, 15)
@@ -207,7 +207,7 @@ def test_an_actuator_that_gets_stuck_under_strain_stays_there_even_for_an_abort(
     assert strains(element, 1)[0] == pytest.approx(0.02)
 
 
-def test_once_free_it_goes_where_it_was_told_no_faster_than_it_can():
+def test_a_freed_actuator_moves_to_its_set_point_within_the_rate_limit():
     """From 0 to 0.02 at 1e-4 per time unit: 200 time units, ten ticks."""
     element = suffering(rig.device(2), actuator_stuck=True)
     element.apply(SetStrain(0.02))
@@ -218,7 +218,7 @@ def test_once_free_it_goes_where_it_was_told_no_faster_than_it_can():
     np.testing.assert_allclose(seen, expected, atol=1e-12)
 
 
-def test_an_offset_is_on_the_substrate_and_comes_and_goes_smoothly():
+def test_an_offset_strains_the_substrate_and_changes_smoothly():
     element = suffering(rig.device(2), actuator_offset=0.01)
     seen = strains(element, 7)
     np.testing.assert_allclose(seen, np.minimum(2e-3 * np.arange(1, 8), 0.01), atol=1e-12)
@@ -240,7 +240,7 @@ def test_a_lag_follows_by_its_time_constant():
     np.testing.assert_allclose(strains(element, 60), 0.01 * -np.expm1(-t / tau), atol=1e-5)
 
 
-def test_a_drive_freed_after_it_stuck_in_a_throw_comes_back_by_hand():
+def test_a_drive_freed_after_sticking_in_a_throw_returns_at_the_hand_rate():
     """At the rate of a throw it would jerk cells out of their range: no tick after it is made."""
     settings = preset('case_2').settings
     element = rig.device(3, **settings.groups())
@@ -258,7 +258,7 @@ def test_a_drive_freed_after_it_stuck_in_a_throw_comes_back_by_hand():
     assert rig.holds(element, None)
 
 
-def test_the_greatest_offset_comes_at_once_and_goes_and_loses_no_tick():
+def test_the_largest_offset_may_come_and_go_without_a_lost_tick():
     """Compression by 0.1 at the greatest rate left no cell where a step is stable."""
     settings = preset('case_2').settings
     element = suffering(rig.device(3, **settings.groups()), actuator_offset=-0.1)
@@ -276,7 +276,7 @@ def test_a_write_waits_for_an_actuator_that_lags(written):
     assert rig.holds(lagging, 2)
 
 
-def test_a_missed_cycle_is_made_again_by_the_write(written):
+def test_a_write_repeats_a_missed_cycle(written):
     """The grip slips and no encoder sees it; the echo does, and the write tries again."""
     element = suffering(written(1), missed_cycle=1.0)
     element.apply(Write(2))
@@ -293,7 +293,7 @@ def test_a_missed_cycle_is_made_again_by_the_write(written):
     assert rig.holds(element, 2)
 
 
-def test_a_self_test_finds_out_what_is_wrong_with_the_actuator(written):
+def test_a_self_test_finds_the_fault_of_the_actuator(written):
     """An offset is felt at the right end; a drive that stays is seen by its encoder."""
     for fault in ({'actuator_offset': 2e-3}, {'actuator_stuck': True}):
         element = suffering(written(2), **fault)
@@ -306,7 +306,7 @@ def test_a_self_test_finds_out_what_is_wrong_with_the_actuator(written):
 # --- material ---------------------------------------------------------------------------------
 
 
-def test_the_material_wears_where_it_is_said():
+def test_the_material_is_worn_at_the_stated_cells():
     specimen = worn(CASE_II, Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2))
     factor = np.ones(CASE_II.N)
     factor[6] = 0.3
@@ -315,7 +315,7 @@ def test_the_material_wears_where_it_is_said():
     assert specimen.eta == 2 * CASE_II.eta
 
 
-def test_disorder_is_decided_by_the_seed():
+def test_disorder_depends_on_the_seed():
     one, same, other = (
         worn(CASE_II, Faults(disorder_alpha=0.1, disorder_s=0.1, seed=seed)) for seed in (1, 1, 2)
     )
@@ -341,7 +341,7 @@ def test_a_stuck_cell_lets_no_wall_pass(written):
     assert rig.wall(element) is None or rig.wall(element) < 64
 
 
-def test_damping_takes_waves_away(written):
+def test_stronger_damping_hides_far_echoes(written):
     """A wave loses exp(-eta t / 2): ten times the damping leaves no echo from level 5."""
     element = suffering(written(5), damping_factor=10.0)
     assert not rig.run(element, Read()).success
@@ -409,7 +409,7 @@ def test_a_faulty_device_restored_in_mid_motion_goes_on_to_the_bit(written):
     ],
     ids=str,
 )
-def test_a_snapshot_with_impossible_faults_is_refused_whole(part, values):
+def test_a_snapshot_with_impossible_faults_is_refused(part, values):
     element = rig.device(1)
     before = rig.bits(element), element.faults
     with pytest.raises(StateError):
@@ -418,7 +418,7 @@ def test_a_snapshot_with_impossible_faults_is_refused_whole(part, values):
 
 
 @pytest.mark.parametrize('tau', [5e-324, 1e-300, 1e-60, 1e-12])
-def test_a_lag_of_next_to_nothing_is_none(tau):
+def test_a_tiny_lag_follows_without_delay(tau):
     """Its exponential is of minus infinity, or near it."""
     element = suffering(rig.device(2), actuator_lag=tau)
     twin = rig.device(2)

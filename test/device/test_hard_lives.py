@@ -73,7 +73,7 @@ HASTY = ActuatorSettings(max_strain=0.5, max_rate=1.0)
 """In a tick it strains an element by more than its cells can follow."""
 
 
-def test_a_lost_tick_leaves_a_device_that_can_be_saved_and_goes_on():
+def test_a_device_can_be_saved_and_goes_on_after_a_lost_tick():
     element, other = rig.device(3, actuator=HASTY), rig.device(actuator=HASTY)
     rig.ticks(element, 5)
     element.apply(SetStrain(0.5))
@@ -88,7 +88,7 @@ def test_a_lost_tick_leaves_a_device_that_can_be_saved_and_goes_on():
     rig.succeed(element, Read('both'))
 
 
-def test_a_lost_tick_ends_the_procedure_and_its_outcome_is_told(written, monkeypatch):
+def test_a_lost_tick_ends_the_procedure_with_an_outcome(written, monkeypatch):
     element = written(3)
     element.apply(Write(5))
     rig.ticks(element, 20)

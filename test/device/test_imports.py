@@ -56,7 +56,7 @@ def test_no_part_of_the_device_finds_walls(source):
     assert not [name for name in names if f'mlmem_ros.{name}.'.startswith(f'{WALL}.')]
 
 
-def test_no_file_imports_itself_by_a_detour():
+def test_no_file_imports_itself_indirectly():
     """Not even for type checkers alone."""
     names = {'.'.join(f.relative_to(ROOT).with_suffix('').parts): f for f in FILES}
     graph = {

@@ -33,7 +33,7 @@ def test_every_level_is_written_and_read_with_half_the_steps():
     assert run(element, Erase()).success
 
 
-def test_the_delays_are_those_of_the_material():
+def test_the_delays_are_free_of_numerical_dispersion():
     """The paper's method damps the carrier by a third of eta, and slows it, at its step."""
     paper, fourth = new_element(CASE_II), new_element(CASE_II, FOURTH)
     wall = resting_wall(Specimen(CASE_II), 7)
@@ -52,7 +52,7 @@ def test_a_snapshot_goes_on_to_the_bit():
     assert digest(twin) == digest(element)
 
 
-def test_a_snapshot_of_the_other_integrator_is_refused_whole():
+def test_a_snapshot_of_the_other_integrator_is_refused():
     element = new_element(CASE_II)
     run(element, Write(1))
     other = new_element(CASE_II, FOURTH)
@@ -62,7 +62,7 @@ def test_a_snapshot_of_the_other_integrator_is_refused_whole():
     assert digest(other) == before
 
 
-def test_delays_of_one_integrator_are_no_calibration_for_the_other():
+def test_delays_of_one_integrator_do_not_apply_to_the_other():
     assert calibration_key(CASE_II, FOURTH) != calibration_key(CASE_II, Settings())
 
 

@@ -61,27 +61,27 @@ def trained():
     return element
 
 
-def test_what_fails_untrained_is_learnt(trained):
+def test_steps_that_fail_are_learnt(trained):
     assert wrong_writes(made_by_chance()) == [2, 3]
     assert set(trained.calibration.trims.steps) - {AS_SET}
     assert not wrong_writes(trained)
 
 
-def test_nothing_is_learnt_where_only_the_pulse_of_the_settings_is_tried():
+def test_nothing_is_learnt_with_a_single_pulse():
     alone = dataclasses.replace(BITS_2.settings.write, pulses=1)
     element = made_by_chance(dataclasses.replace(BITS_2.settings, write=alone))
     element.perform(Calibrate())
     assert element.calibration.trims is None
 
 
-def test_an_element_as_designed_has_nothing_to_learn():
+def test_an_ideal_element_has_nothing_to_learn():
     element = new_element(BITS_2)
     assert element.perform(Calibrate()).success
     assert element.calibration.trims is None
     assert 'trims' not in element.calibration.as_dict()
 
 
-def test_a_step_that_runs_over_leaves_no_level_out(monkeypatch):
+def test_a_step_that_runs_over_skips_no_level(monkeypatch):
     element, drive, late = new_element(BITS_2), climbing.drive, [1]
 
     def too_far(element, place, level, **how):
@@ -108,7 +108,7 @@ def test_what_was_learnt_outlives_the_process_to_the_bit(trained, tmp_path):
     assert snapshot.digest(again) == snapshot.digest(trained)
 
 
-def test_pulses_of_another_schedule_mean_nothing(trained):
+def test_pulses_of_another_schedule_are_ignored(trained):
     learnt, settings = trained.calibration, BITS_2.settings
     assert learnt.pulses(settings) == list(learnt.trims.steps)
     for change in ({'ramp': 150.0}, {'tension': 0.025}, {'start_strain': 0.021}):
@@ -119,7 +119,7 @@ def test_pulses_of_another_schedule_mean_nothing(trained):
     assert learnt.pulses(dataclasses.replace(settings, write=patient)) == learnt.pulses(settings)
 
 
-def test_a_trim_changes_times_and_strains_as_far_as_the_actuator_goes():
+def test_a_trim_scales_times_and_strains_within_the_actuators_limit():
     settings = trimmed(BITS_2.settings, Trim(peak=7.0, times=0.5))
     assert settings.write.ramp == 0.5 * BITS_2.settings.write.ramp
     assert settings.write.ease_to == BITS_2.settings.write.ease_to
@@ -127,7 +127,7 @@ def test_a_trim_changes_times_and_strains_as_far_as_the_actuator_goes():
     assert trimmed(BITS_2.settings, AS_SET) == BITS_2.settings
 
 
-def test_slow_cycles_are_tried_quicker_and_quick_ones_stronger():
+def test_slow_cycles_are_tried_faster_and_fast_ones_stronger():
     assert menu(Settings(), 0) == menu(Settings(), 3) == (AS_SET, *QUICKER)
     assert menu(BITS_2.settings, 3) == (AS_SET, *STRONGER)
 
@@ -152,7 +152,7 @@ def test_slow_cycles_are_tried_quicker_and_quick_ones_stronger():
     ],
     ids=str,
 )
-def test_a_file_of_no_trims_is_refused(trained, tmp_path, trims, message):
+def test_a_file_without_valid_trims_is_refused(trained, tmp_path, trims, message):
     values = {**trained.calibration.as_dict(), 'trims': trims}
     with pytest.raises(SettingsError, match=message):
         Calibration.from_dict(values).check(BITS_2.design.levels)

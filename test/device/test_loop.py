@@ -146,7 +146,7 @@ def test_the_ticks_of_a_resting_device_run_together(start):
     assert loop.statistics.lateness_mean == pytest.approx(0.0, abs=1e-12)
 
 
-def test_a_command_ends_a_rest_and_takes_effect_in_the_tick_it_falls_into(start):
+def test_a_command_ends_a_rest_and_takes_effect_in_its_own_tick(start):
     """It comes at 0.0151: tick 5 was to wait until 0.016, and tick 7 is the one of 0.014."""
     clock, begun, stamped = Clock(end=0.0081), [], []
 
@@ -183,7 +183,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
 
 
 @pytest.mark.parametrize(('speed', 'together'), [(1.0, 20), (0.5, 10), (0.4, 5), (0.01, 1)])
-def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, speed, together):
+def test_a_rest_is_short_and_ends_with_a_published_tick(start, speed, together):
     """At most 0.04 s, and a divisor of the 20 ticks."""
     clock, begun = Clock(), []
     start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, batch=20)
@@ -192,7 +192,7 @@ def test_a_rest_is_short_and_ends_with_the_ticks_that_are_listened_to(start, spe
     assert [begun.count(time) for time in sorted(set(begun[:20]))] == rests
 
 
-def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
+def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
     """Of 20 ticks 10 are run at once, then 9, then the one that was waited for.
 
     Under a strain that moves, too, but for the tick that it began in.
@@ -219,7 +219,7 @@ def test_a_listener_is_called_where_it_listens_and_the_bits_are_the_same(start):
 
 
 @pytest.mark.parametrize('faults', [Faults(), Faults(sensor_noise=1e-5, seed=3)])
-def test_ticks_of_rest_are_those_one_by_one(faults):
+def test_ticks_of_a_rest_equal_single_ticks(faults):
     """After a strain by hand, while the element still rings: everything that is remembered."""
     devices = rig.device(), rig.device()
     for device in devices:
@@ -236,7 +236,7 @@ def test_ticks_of_rest_are_those_one_by_one(faults):
         assert rested.substrate_speed == other.substrate_speed == 0.0
 
 
-def test_where_nobody_listens_all_ticks_are_put_off(start):
+def test_all_ticks_are_deferred_while_nobody_listens(start):
     """Twenty, in runs of ten; where somebody does again, tick 30 comes in time."""
     clock, element, heard, told = Clock(end=0.0381), rig.device(), [], []
     start(
@@ -252,7 +252,7 @@ def test_where_nobody_listens_all_ticks_are_put_off(start):
     assert times == pytest.approx([0.038] * 2 + [0.056, 0.058], abs=1e-12)
 
 
-def test_time_that_nobody_listened_to_is_not_sprinted_after_either(start):
+def test_lost_time_is_skipped_while_nobody_listens_too(start):
     """A machine slept for ten seconds: they are counted, and skipped."""
     clock = Clock(end=0.0381)
     loop = start(rig.device(), pacer=clock, speed=1.0, batch=10, heard=lambda: False)
@@ -265,7 +265,7 @@ def test_time_that_nobody_listened_to_is_not_sprinted_after_either(start):
     assert loop.statistics.overruns == pytest.approx(4980, abs=1)
 
 
-def test_a_procedure_goes_on_in_time_and_what_lies_between_is_put_off(start):
+def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
     """It takes the ticks that it does tick by tick, and the loop wakes a fifth as often."""
 
     def write(batch):
@@ -283,7 +283,7 @@ def test_a_procedure_goes_on_in_time_and_what_lies_between_is_put_off(start):
     assert seldom < 0.2 * often
 
 
-def test_what_the_base_tells_ends_no_rest_and_still_falls_into_its_tick(start):
+def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
     """Told at 0.0031, 0.0051, 0.0052 and 0.0101: ticks 1, 2 and 5, the newest of each."""
     clock, begun, stamped = Clock(end=0.001), [], []
 
@@ -301,7 +301,7 @@ def test_what_the_base_tells_ends_no_rest_and_still_falls_into_its_tick(start):
     assert sorted(set(begun)) == pytest.approx([0.016, 0.018], abs=1e-12)
 
 
-def test_time_that_was_lost_is_counted_and_skipped(start):
+def test_lost_time_is_counted_and_skipped(start):
     """The tick at 0.020 takes 3.75 periods: those due at 0.022 and 0.024 are left out.
 
     The one due at 0.026 comes at 0.0275, and then all are in time again.
@@ -340,7 +340,7 @@ def test_a_loop_that_is_always_late_does_not_sprint(start):
     assert loop.statistics.overruns == pytest.approx(due - len(begun), abs=2.0)
 
 
-def test_a_clock_that_moves_in_steps_is_made_up_for(start):
+def test_the_steps_of_a_coarse_clock_are_caught_up(start):
     """One of five periods, as a simulator's: none is lost within its slack."""
     period = 20 * 2.0**-13  # so that all sums are exact
     clock, begun = Clock(), []
@@ -386,7 +386,7 @@ def test_the_real_clock_paces_too(start):
 
 
 @pytest.mark.parametrize(('speed', 'batch'), [(0.0, 1), (40.0, 1), (40.0, 20)])
-def test_a_loop_computes_what_the_same_stamped_commands_compute_by_hand(start, speed, batch):
+def test_a_loop_computes_the_same_as_stamped_commands_by_hand(start, speed, batch):
     """Commands come at ticks that the clock decides; the stamps tell which."""
     stamped, heard = [], []
 
@@ -437,7 +437,7 @@ def test_a_paused_device_does_not_move(start):
     assert loop.statistics.overruns == 0 or loop.statistics.lateness_mean > 0.0
 
 
-def test_a_pause_between_two_looks_at_the_clock_lets_no_tick_slip_through(start):
+def test_no_tick_runs_after_a_pause_between_two_readings_of_the_clock(start):
     clock = Clock(end=0.021)  # after the 11th tick, before the 12th is due
     loop = start(rig.device(), pacer=clock, speed=1.0)
     until(lambda: loop.element.ticks == 11)
@@ -455,7 +455,7 @@ def test_a_pause_between_two_looks_at_the_clock_lets_no_tick_slip_through(start)
     assert loop.element.ticks == 11
 
 
-def test_a_pause_tells_the_tick_that_was_under_way_as_done(start):
+def test_a_pause_counts_the_tick_in_progress(start):
     begun, end = threading.Event(), threading.Event()
 
     def tick(*_):
@@ -477,7 +477,7 @@ def test_finishing_a_loop_that_was_never_started_ends_at_once():
     assert 'shut down' in refusal(loop.pause(True))
 
 
-def test_a_pause_is_no_overrun(start):
+def test_a_pause_is_not_an_overrun(start):
     clock = Clock()
     loop = start(rig.device(), lambda *_: time.sleep(1e-4), pacer=clock, speed=1.0)
     until(lambda: loop.element.ticks > 3)
@@ -526,7 +526,7 @@ def test_a_single_tick_of_a_running_loop_is_refused(start):
     assert refusal(loop.single_tick()) == 'step works only while paused; pause first'
 
 
-def test_a_single_tick_that_was_overtaken_by_the_end_of_the_pause_is_answered(start):
+def test_a_single_tick_is_answered_even_if_the_pause_ends_first(start):
     loop = start(rig.device())
     hold(loop)
     blocked = threading.Event()
@@ -569,7 +569,7 @@ def test_a_procedure_is_answered_after_its_outcome_was_published(start):
     assert answered == [False]
 
 
-def test_refusals_reach_who_asked_and_are_counted(start):
+def test_refusals_reach_the_requester_and_are_counted(start):
     loop = start(rig.device())
     asked = [SetStrain(math.nan), Write(9), Read('top'), SetStrain('x'), 'nonsense']
     answers = [loop.submit(command) for command in asked]
@@ -582,7 +582,7 @@ def test_refusals_reach_who_asked_and_are_counted(start):
     assert result(loop.submit(SetStrain(0.0))) is None
 
 
-def test_of_two_requests_at_once_the_second_is_refused_as_busy(start):
+def test_the_second_of_two_simultaneous_requests_is_refused_as_busy(start):
     loop = start(rig.device(1))
     hold(loop)
     first, second = loop.submit(Write(2)), loop.submit(Read())
@@ -591,7 +591,7 @@ def test_of_two_requests_at_once_the_second_is_refused_as_busy(start):
     assert result(first).reading.level == 2
 
 
-def test_every_answer_goes_to_its_own_question(start):
+def test_every_request_gets_its_own_answer(start):
     """An abort ends a write, and another abort the first: three answers in one go."""
     loop = start(rig.device(1))
     hold(loop)
@@ -621,7 +621,7 @@ def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
     assert stamped[1:] == [(began - 1, Abort('canceled by its client'))]  # as any abort is told
 
 
-def test_a_cancel_leaves_what_another_client_asked_for(start):
+def test_a_cancel_does_not_end_another_clients_procedure(start):
     loop = start(rig.device(1))
     hold(loop)
     mine, equal = Read(), Read()
@@ -635,7 +635,7 @@ def test_a_cancel_leaves_what_another_client_asked_for(start):
     assert result(loop.cancel(mine)) is None  # it has ended
 
 
-def test_a_question_that_was_withdrawn_is_not_put(start):
+def test_a_withdrawn_request_is_not_executed(start):
     stamped = []
     loop = start(rig.device(), lambda commands, _: stamped.extend(commands))
     hold(loop)
@@ -648,7 +648,7 @@ def test_a_question_that_was_withdrawn_is_not_put(start):
     assert loop.failure is None
 
 
-def test_a_question_that_is_being_answered_cannot_be_withdrawn(start):
+def test_a_request_in_progress_cannot_be_withdrawn(start):
     loop = start(rig.device())
     hold(loop)
     answer = loop.submit(Read())
@@ -658,7 +658,7 @@ def test_a_question_that_is_being_answered_cannot_be_withdrawn(start):
     assert result(answer).success
 
 
-def test_a_call_is_made_between_ticks_in_the_loops_thread(start):
+def test_a_function_is_called_between_ticks_in_the_loops_thread(start):
     loop = start(rig.device())
     here = threading.get_ident()
     assert result(loop.call(threading.get_ident)) != here
@@ -722,7 +722,7 @@ def test_a_resting_loop_without_a_pace_takes_commands(start, batch):
     assert result(loop.submit(Read())).reading is not None
 
 
-def test_a_loop_that_is_finished_while_single_ticks_wait_lets_go_of_the_strain(start):
+def test_a_loop_finished_while_single_ticks_wait_releases_the_strain(start):
     for _ in range(20):
         loop = start(rig.device())
         result(loop.submit(SetStrain(0.01)))
@@ -751,7 +751,7 @@ def test_a_clock_that_fails_stops_the_loop(start, of):
 
 
 @pytest.mark.parametrize('started', [True, False])
-def test_who_waits_when_the_loop_is_stopped_is_refused(started):
+def test_pending_requests_are_refused_when_the_loop_stops(started):
     loop = Loop(rig.device(2), lambda *_: None, speed=0.0)
     loop.pause(True)
     running = None
@@ -770,7 +770,7 @@ def test_who_waits_when_the_loop_is_stopped_is_refused(started):
     loop.stop()  # once more does no harm
 
 
-def test_nobody_is_left_waiting_however_the_end_comes(start):
+def test_every_request_is_answered_when_the_loop_stops(start):
     """Sixteen threads ask while the loop is stopped: every one of them gets an answer."""
     for _ in range(5):
         loop = start(rig.device())
@@ -794,7 +794,7 @@ def test_nobody_is_left_waiting_however_the_end_comes(start):
         assert loop.failure is None
 
 
-def test_a_loop_is_stopped_at_once_even_if_its_ticks_are_rare(start):
+def test_a_loop_with_rare_ticks_stops_at_once(start):
     element = rig.device(scale=ScaleSettings(time=10.0))  # a tick in 200 s
     loop = start(element, speed=1.0)
     until(lambda: element.ticks == 1)
@@ -832,7 +832,7 @@ def test_finishing_a_paused_or_failed_loop_ends_too(start):
     failed.finish()
 
 
-def test_a_heap_of_commands_is_refused(start):
+def test_too_many_pending_commands_are_refused(start):
     loop = start(rig.device())
     hold(loop)
     answers = [loop.submit(SetStrain(0.0)) for _ in range(MOST + 5)]
@@ -842,7 +842,7 @@ def test_a_heap_of_commands_is_refused(start):
     assert all(result(answer) is None for answer in answers[:MOST])
 
 
-def test_a_newer_acceleration_takes_the_place_of_one_that_waits(start):
+def test_a_newer_acceleration_replaces_a_pending_one(start):
     """An IMU goes on while time is held: of what it tells, the newest is left, and no heap."""
     stamped = []
     loop = start(rig.device(), lambda commands, events: stamped.extend(commands))

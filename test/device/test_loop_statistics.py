@@ -8,7 +8,7 @@ import pytest
 from mlmem_ros.device.loop_statistics import LoopStatistics
 
 
-def test_the_first_ticks_are_averaged_plainly():
+def test_the_first_ticks_have_equal_weights():
     """Up to 500 ticks, one over the weight that the newest tick has later."""
     lateness = np.random.default_rng(1).exponential(1e-4, 400)
     statistics = LoopStatistics()
@@ -20,7 +20,7 @@ def test_the_first_ticks_are_averaged_plainly():
     assert statistics.busy == pytest.approx(2.0 * lateness.mean())
 
 
-def test_what_is_long_past_is_forgotten():
+def test_old_ticks_lose_their_weight():
     statistics = LoopStatistics()
     for value in [1.0] * 1000 + [0.0] * 5000:
         statistics.count(value, value)
@@ -34,7 +34,7 @@ def test_a_loop_that_never_ran_has_no_lateness():
     assert LoopStatistics().lateness_deviation == 0.0
 
 
-def test_a_clock_that_jumps_back_within_a_tick_tells_nothing():
+def test_a_clock_that_jumps_back_within_a_tick_counts_as_no_time():
     statistics = LoopStatistics()
     statistics.count(0.0, -4.5)
     assert statistics.busy == 0.0

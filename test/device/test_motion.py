@@ -22,7 +22,7 @@ EASED = dataclasses.replace(PLAIN, ease=200.0, ease_to=0.25)
 
 @pytest.mark.parametrize('max_rate', [2e-3, 1e-4])
 @pytest.mark.parametrize('times', [PLAIN, EASED])
-def test_it_is_what_the_device_does(times, max_rate):
+def test_a_planned_cycle_equals_that_of_the_device(times, max_rate):
     """At every tick, with an actuator that follows and with one too slow for the ramps."""
     settings = Settings(actuator=ActuatorSettings(max_rate=max_rate))
     instrument, seen = Instrument(CASE_II, settings), []
@@ -37,13 +37,13 @@ def test_it_is_what_the_device_does(times, max_rate):
         assert told.strain(at) == pytest.approx(seen, abs=1e-12)
 
 
-def test_a_slow_actuator_stretches_the_ramps_and_no_wait():
+def test_a_slow_actuator_prolongs_ramps_but_not_waits():
     """Half as steep again at its steepest as on the average: 1.5 x 0.03 / 1e-5 for each ramp."""
     told = Cycle.planned(PLAIN, PEAK, 1e-5)
     assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
 
 
-def test_waits_of_no_length_are_passed_over():
+def test_waits_of_zero_length_are_skipped():
     told = Cycle.planned(dataclasses.replace(PLAIN, hold=0.0, settle=0.0), PEAK)
     assert told.duration == 700.0
     assert told.strain(np.array([0.0, 400.0, 700.0])) == pytest.approx([0.0, PEAK, 0.0])

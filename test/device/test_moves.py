@@ -34,7 +34,7 @@ def ways(design, settings, start, target):
 
 
 @pytest.mark.parametrize('name', PRESETS)
-def test_every_place_is_reached_move_by_move(name):
+def test_every_place_can_be_reached(name):
     design, settings = preset(name)
     places = [BLANK, 0, design.levels // 2, design.levels - 1]
     for start, target in itertools.permutations(set(places), 2):
@@ -43,7 +43,7 @@ def test_every_place_is_reached_move_by_move(name):
         assert way[-1].target == target
 
 
-def test_no_way_is_longer_than_one_move_and_the_way_from_there():
+def test_no_route_is_longer_than_a_move_and_the_route_from_there():
     design, settings = preset('bits_4')
 
     def time(way):
@@ -56,31 +56,31 @@ def test_no_way_is_longer_than_one_move_and_the_way_from_there():
             assert shortest <= move.time + rest
 
 
-def test_upward_is_one_step_a_level_and_nowhere_is_nothing():
+def test_a_route_upward_is_one_step_per_level():
     design, settings = preset('bits_4')
     assert ways(design, settings, 2, 5) == [How.STEP] * 3
     assert ways(design, settings, 4, 4) == []
 
 
-def test_strokes_up_skip_levels_and_a_level_too_many_is_one_stroke_back():
+def test_strokes_up_skip_levels_and_a_stroke_down_returns_one():
     design, settings = preset('case_2')
     assert [move.target for move in route(design, settings, 0, 7)] == [1, 3, 5, 7]
     assert [move.target for move in route(design, settings, 0, 6)] == [1, 3, 5, 7, 6]
 
 
-def test_a_level_down_is_a_stroke_and_many_are_a_throw():
+def test_one_level_down_is_a_stroke_and_many_are_a_throw():
     design, settings = preset('bits_4')
     assert ways(design, settings, 15, 14) == [How.STROKE]
     assert ways(design, settings, 15, 1) == [How.THROW, How.LAUNCH, How.STEP]
 
 
-def test_the_paper_knows_steps_up_and_a_kink_alone():
+def test_the_papers_route_has_only_steps_up_and_a_kink():
     design, settings = preset('bits_4')
     assert ways(design, paper_way(settings), 3, 2) == [How.ERASE, How.LAUNCH, *[How.STEP] * 2]
     assert ways(CASE_II, Settings(), 1, 0) == [How.ERASE, How.LAUNCH]
 
 
-def test_a_stroke_is_stronger_where_the_site_is_nearer():
+def test_a_stroke_is_stronger_at_a_nearer_site():
     design, settings = preset('bits_4')
     far, near = (stroke_peak(design, settings.down_odd, level) for level in (15, 7))
     assert near == pytest.approx(far * 2.0**settings.down_odd.growth)
@@ -90,7 +90,7 @@ def strokes(settings, start):
     return [move.target for move in moves_from(CASE_II, settings, start) if move.how is How.STROKE]
 
 
-def test_a_stroke_leads_from_its_lowest_level_on_to_levels_of_the_element():
+def test_strokes_begin_at_their_lowest_level_and_end_at_existing_levels():
     two = StrokeSettings(peak=0.01, levels=2, lowest=2)
     settings = dataclasses.replace(Settings(), down_odd=two, up_odd=two)
     found = {start: strokes(settings, start) for start in (1, 2, 3, 7)}

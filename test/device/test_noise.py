@@ -36,7 +36,7 @@ def noisy(element, deviation, seed=1):
 # --- telling noise from motion ----------------------------------------------------------------
 
 
-def test_white_noise_is_all_noise():
+def test_white_noise_is_measured_as_noise():
     """Its mean size, from 288 samples: within 4 standard deviations of some 6 %."""
     transducer = rig.device().transducer
     for seed in range(20):
@@ -47,7 +47,7 @@ def test_white_noise_is_all_noise():
 
 
 @pytest.mark.parametrize('omega', [0.47, 0.7, 1.5, 2.1, 2.15])
-def test_no_motion_of_a_cell_is_noise(omega):
+def test_motion_of_a_cell_is_not_measured_as_noise(omega):
     """Of a wave, |2 sin(omega dt / 2)|^6 / sqrt(924) is left: 0.0008 at the band's upper edge."""
     transducer = rig.device().transducer
     t = np.arange(288) * 0.25
@@ -55,7 +55,7 @@ def test_no_motion_of_a_cell_is_noise(omega):
     assert transducer.noise(End.LEFT) < 1e-3 * transducer.unrest(End.LEFT)
 
 
-def test_noise_is_heard_under_motion():
+def test_noise_is_measured_beneath_motion():
     transducer = rig.device().transducer
     t = np.arange(288) * 0.25
     wave = 1e-3 * np.sin(2.1 * t)
@@ -79,7 +79,7 @@ def test_noise_raises_the_threshold_in_quadrature():
     np.testing.assert_allclose(threshold(probe, t, 5e-5), np.hypot(plain, 5e-5), rtol=1e-14)
 
 
-def test_a_detector_in_noise_hears_no_echo_where_there_is_none():
+def test_a_detector_hears_no_echo_in_pure_noise():
     """v_c of white noise is 0.8 of its deviation, give or take 6 % in a box of 97 samples."""
     for seed in range(30):
         v = np.random.default_rng(seed).normal(0.0, 2e-4, 6000)
@@ -109,7 +109,7 @@ def test_every_level_is_read_through_noise(level, end, deviation):
 
 @pytest.mark.parametrize('deviation', [2e-5, 4e-5, 7e-5, 1e-4, 1.5e-4, 2e-4, 3e-4, 5e-4])
 @pytest.mark.parametrize('end', ['left', 'right', 'both'])
-def test_no_noise_makes_a_wrong_level(end, deviation):
+def test_noise_never_gives_a_wrong_level(end, deviation):
     for level in (0, 2, 5, 7):
         element = noisy(rig.device(level), deviation, seed=level)
         outcome = rig.run(element, Read(end))
@@ -119,14 +119,14 @@ def test_no_noise_makes_a_wrong_level(end, deviation):
             assert 'noise' in outcome.error or 'between levels' in outcome.error
 
 
-def test_what_noise_hides_is_told():
+def test_an_echo_hidden_by_noise_is_reported():
     outcome = rig.run(noisy(rig.device(7), 1e-3), Read())
     assert outcome.error.startswith('no echo stands out of the noise at the left end')
     outcome = rig.run(noisy(rig.device(7), 3e-5), Read())
     assert outcome.error.startswith('the noise at the left end hides when the echo began')
 
 
-def test_noise_costs_confidence():
+def test_noise_lowers_the_confidence():
     confidence = [
         rig.succeed(noisy(rig.device(4), deviation), Read('right')).confidence
         for deviation in (0.0, 5e-5, 1e-4)
@@ -134,7 +134,7 @@ def test_noise_costs_confidence():
     assert confidence[0] > confidence[1] > confidence[2] > 0.3
 
 
-def test_a_hum_within_the_band_is_no_noise_and_is_told():
+def test_hum_within_the_band_is_not_noise_and_is_reported():
     """The end seems to move, as if waves ran to and fro: that cannot be told from an echo."""
     element = rig.device(3)
     advance = element.chain.advance
@@ -151,7 +151,7 @@ def test_a_hum_within_the_band_is_no_noise_and_is_told():
     assert outcome.end_tick - outcome.start_tick == 300  # read.patience: 6000 of 20
 
 
-def test_what_is_heard_when_listening_begins_is_no_echo():
+def test_a_crossing_when_listening_begins_is_no_echo():
     """A hum that sets in with the pulse crosses the threshold at once, where no level is."""
     element = rig.device(3)
     advance = element.chain.advance
@@ -169,7 +169,7 @@ def test_a_write_succeeds_through_noise():
     assert rig.holds(element, 3)
 
 
-def test_a_self_test_tells_which_sensor_is_too_noisy():
+def test_a_self_test_names_the_sensor_that_is_too_noisy():
     """At 6e-5 the left end hears level 0 but no far one, the right end hears all.
 
     Nothing is written then that could not be read.

@@ -91,7 +91,7 @@ def test_a_step_up_is_one_cycle_of_the_right_sign(written):
         assert cycles(trace) == [-0.034 if level % 2 == 0 else 0.048]
 
 
-def test_several_steps_are_several_cycles_and_one_look(written):
+def test_several_steps_are_verified_by_one_read(written):
     element = written(2)
     element.apply(Write(5))
     heard = []
@@ -110,7 +110,7 @@ def test_a_level_is_written_over_another(written, before, after):
 
 
 @pytest.mark.parametrize('level', [0, 4, 7])
-def test_the_same_level_again_moves_nothing(written, level):
+def test_writing_the_present_level_moves_nothing(written, level):
     """It is verified by an echo, with no strain."""
     element = written(level)
     trace, outcome = strains(element, Write(level))
@@ -153,7 +153,7 @@ def test_an_undecodable_content_is_read_again_and_then_erased(written):
 
 
 @pytest.mark.parametrize('attempts', [1, 3])
-def test_a_write_that_does_not_succeed_is_tried_a_bounded_number_of_times(attempts):
+def test_a_failing_write_has_a_bounded_number_of_attempts(attempts):
     element = rig.device(1, write=dataclasses.replace(WEAK, attempts=attempts))
     trace, outcome = strains(element, Write(3))
     assert not outcome.success
@@ -169,7 +169,7 @@ def test_a_write_that_does_not_succeed_is_tried_a_bounded_number_of_times(attemp
     assert (element.actuator.strain, element.procedure) == (0.0, '')
 
 
-def test_a_first_try_that_failed_is_made_good(written):
+def test_a_second_attempt_succeeds_after_a_failed_one(written):
     """The device is made to believe that it is at level 3, where tension frees the wall."""
     element = written(2)
     element.reading = dataclasses.replace(element.reading, level=3)
@@ -180,7 +180,7 @@ def test_a_first_try_that_failed_is_made_good(written):
     assert rig.holds(element, 4)
 
 
-def test_a_wall_gone_too_far_is_brought_back(written):
+def test_a_wall_that_went_too_far_is_brought_back(written):
     """Believing level 1, the first try steps 4 to 5: that is above 4, so erase and start."""
     element = written(4)
     element.reading = dataclasses.replace(element.reading, level=0)
@@ -190,7 +190,7 @@ def test_a_wall_gone_too_far_is_brought_back(written):
     assert rig.holds(element, 1)
 
 
-def test_a_write_whose_erase_fails_says_in_which_attempt(written):
+def test_a_write_whose_erase_fails_reports_the_attempt(written):
     feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
     outcome = rig.run(written(5, **feeble), Write(2))
     assert not outcome.success
@@ -198,7 +198,7 @@ def test_a_write_whose_erase_fails_says_in_which_attempt(written):
     assert outcome.attempts == 1
 
 
-def test_a_write_after_driving_by_hand_lets_go_of_the_strain_first(written):
+def test_a_write_first_releases_a_strain_set_by_hand(written):
     element = written(2)
     element.apply(SetStrain(0.02))
     rig.ticks(element, 30)
@@ -209,7 +209,7 @@ def test_a_write_after_driving_by_hand_lets_go_of_the_strain_first(written):
     assert element.actuator.strain == 0.0
 
 
-def test_a_write_in_the_tick_of_a_strain_by_hand_is_made_without_it(written):
+def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
     """The strain is still zero, but on its way."""
     element = written(2)
     element.apply(SetStrain(0.02))
@@ -264,7 +264,7 @@ def test_a_blank_element_is_read_from_the_right():
     assert outcome.error == 'the left end is inactive and hears nothing: probe the right'
 
 
-def test_a_wall_between_two_levels_is_not_guessed_at():
+def test_a_wall_between_two_levels_is_undecodable():
     """Held by tension at the substrate's softest site, 67, it is a third of the way to 75."""
     element = rig.device(2, read=ReadSettings(min_margin=0.5))
     element.apply(SetStrain(0.03))
@@ -276,7 +276,7 @@ def test_a_wall_between_two_levels_is_not_guessed_at():
     assert outcome.reading.level == UNDECODABLE
 
 
-def test_a_wall_that_stopped_on_its_way_does_not_count_as_written():
+def test_a_wall_that_stopped_short_does_not_count_as_written():
     """Scatter of 0.1 % in alpha stops walls 8 cells short; the nearest level is as asked."""
     silent = {}
     for min_margin in (0.0, 0.5):
@@ -290,7 +290,7 @@ def test_a_wall_that_stopped_on_its_way_does_not_count_as_written():
     assert silent == {0.0: True, 0.5: False}
 
 
-def test_a_wall_that_has_left_is_told(written):
+def test_a_wall_that_has_left_the_element_is_reported(written):
     """All cells active: the right end is."""
     element = rig.device()
     element.chain.place(relax(Specimen(CASE_II), np.full(225, CASE_II.D_s2), np.zeros(225)))
@@ -301,7 +301,7 @@ def test_a_wall_that_has_left_is_told(written):
     assert rig.holds(element, 1)
 
 
-def test_a_read_under_strain_leaves_the_strain_alone(written):
+def test_a_read_keeps_the_strain(written):
     """Whether it can decode the echo or not: letting go might move the wall."""
     for min_margin, success in ((0.2, True), (0.5, False)):
         element = written(2, read=ReadSettings(min_margin=min_margin))
@@ -330,7 +330,7 @@ def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
 
 
 @pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
-def test_what_is_read_under_strain_is_where_the_wall_then_is(written, strain, level):
+def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain, level):
     """At -0.03 the wall of level 2 waits at 92, a third of a spacing before level 3."""
     element = written(2)
     element.apply(SetStrain(strain))
@@ -340,7 +340,7 @@ def test_what_is_read_under_strain_is_where_the_wall_then_is(written, strain, le
     assert 1.0 + reading.distance == pytest.approx(rig.wall(element), abs=2.0)
 
 
-def test_an_element_that_never_rests_is_not_waited_for_for_ever():
+def test_the_wait_for_a_restless_element_is_bounded():
     """Without damping: 6000 time units are 300 ticks."""
     undamped = dataclasses.replace(CASE_II, eta=0.0)
     element = rig.device(3, design=undamped, calibration=rig.device().calibration)
@@ -369,7 +369,7 @@ def test_every_level_is_erased(written, level):
 
 
 @LEVELS
-def test_the_kink_of_an_erase_answers_to_the_strain_that_the_wall_does_not(written, level):
+def test_the_kink_of_an_erase_needs_the_opposite_strain_of_a_wall(written, level):
     """Launched under compression it rests at j = 25: tension frees it there, and so on in turn.
 
     The wall flees from it a step or two, so that it may take as many cycles as levels.
@@ -381,7 +381,7 @@ def test_the_kink_of_an_erase_answers_to_the_strain_that_the_wall_does_not(writt
     assert len(driven) <= (0 if level < 2 else level + 1)
 
 
-def test_a_blank_element_is_erased_by_looking(written):
+def test_erasing_a_blank_element_only_reads(written):
     element = rig.device()
     trace, outcome = strains(element, Erase())
     assert outcome.success
@@ -397,7 +397,7 @@ def echoes_of(element, command):
 
 
 @LEVELS
-def test_an_erase_that_trusts_the_reading_listens_when_the_kink_has_met_the_wall(written, level):
+def test_an_erase_that_trusts_the_reading_listens_once_the_kink_meets_the_wall(written, level):
     """Once or twice, where others listen after every cycle; and it needs no cycle more."""
     plain, trusting = (
         written(level, **rig.with_group('erase', trust_reading=trust)) for trust in (False, True)
@@ -411,14 +411,14 @@ def test_an_erase_that_trusts_the_reading_listens_when_the_kink_has_met_the_wall
 
 
 @pytest.mark.parametrize(('believed', 'true'), [(1, 4), (6, 2), (3, None), (BLANK, 2)])
-def test_an_erase_that_trusts_a_wrong_reading_succeeds_all_the_same(written, believed, true):
+def test_an_erase_that_trusts_a_wrong_reading_still_succeeds(written, believed, true):
     element = rig.device(true, **rig.with_group('erase', trust_reading=True))
     element.reading = dataclasses.replace(written(1).reading, level=believed)
     assert echoes_of(element, Erase())[1].level == BLANK
     assert rig.wall(element) is None
 
 
-def test_an_erase_that_does_not_succeed_ends():
+def test_a_failing_erase_ends():
     feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
     element = rig.device(6, **feeble)
     outcome = rig.run(element, Erase())
@@ -505,7 +505,7 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
     assert element.calibration is factory
 
 
-def test_an_end_that_hears_nothing_gives_no_calibration(written):
+def test_an_end_without_echoes_gives_no_calibration(written):
     """The right end alone is listened to on the way; the left one's threshold is a cell."""
     deaf = rig.with_group('probe', v_th=1.0)
     element = written(3, read=ReadSettings(end='right'), **deaf)
@@ -587,7 +587,7 @@ def test_an_abort_in_the_tick_of_the_command(written):
     assert rig.holds(element, 3)
 
 
-def test_an_abort_tells_why(written):
+def test_an_abort_reports_its_reason(written):
     element = written(3)
     element.apply(Write(5))
     rig.ticks(element, 5)
@@ -605,7 +605,7 @@ def test_an_abort_of_an_abort():
     abort(element)
 
 
-def test_an_abort_of_nothing_brings_a_strain_by_hand_to_zero(written):
+def test_an_abort_releases_a_strain_set_by_hand(written):
     element = written(2)
     element.apply(SetStrain(0.03))
     rig.ticks(element, 100)
@@ -644,7 +644,7 @@ def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tic
     assert element.chain.configuration.max() < next_barrier
 
 
-def test_an_abort_with_nothing_to_stop_keeps_what_is_known(written):
+def test_an_abort_of_nothing_keeps_the_reading(written):
     element = written(2)
     known = element.reading
     begun = element.ticks
@@ -656,7 +656,7 @@ def test_an_abort_with_nothing_to_stop_keeps_what_is_known(written):
 @pytest.mark.parametrize('end', list(End))
 @pytest.mark.parametrize('moment', [4, 6, 12, 30])
 @pytest.mark.parametrize('level', [0, 4, 7])
-def test_the_echo_of_an_aborted_read_is_not_taken_for_that_of_the_next(level, moment, end):
+def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment, end):
     """The pulse takes 5 ticks; its echo is on the way when both ends have become quiet."""
     element = rig.device(level)
     element.apply(Read(end))

@@ -52,7 +52,7 @@ def test_cubics_between_points_with_rates():
     np.testing.assert_allclose(trace, spline(t), atol=1e-16)
 
 
-def test_the_profile_starts_from_the_present_strain_and_may_say_so():
+def test_the_profile_starts_from_the_present_strain():
     element = rig.device()
     element.apply(SetStrain(0.01))
     rig.ticks(element, 8)
@@ -69,7 +69,7 @@ def test_the_profile_starts_from_the_present_strain_and_may_say_so():
     assert not element.actuator.moving
 
 
-def test_it_writes_as_the_procedure_does():
+def test_a_trajectory_can_write_like_the_procedure():
     """The cycle of a write by hand, from level 0 to 1: points at rest give its smooth ramps."""
     element = rig.device(level=0)
     element.apply(FollowTrajectory((0.12, 0.18, 0.30), (-0.034, -0.034, 0.0), (0.0, 0.0, 0.0)))
@@ -86,7 +86,7 @@ POINTS = st.lists(
 
 @rig.unhurried
 @given(POINTS, st.booleans())
-def test_what_is_taken_keeps_both_limits_and_what_is_refused_would_not(points, with_rates):
+def test_exactly_the_profiles_within_both_limits_are_taken(points, with_rates):
     waits, strains, rates = zip(*points, strict=True)
     times = tuple(np.cumsum(waits).tolist())
     command = FollowTrajectory(times, strains, rates if with_rates else ())
@@ -114,7 +114,7 @@ def test_the_limits_themselves_are_allowed():
     assert smooth.max() == 0.08
 
 
-def test_what_a_cubic_would_do_beyond_its_end_is_not_asked():
+def test_a_cubic_is_judged_only_within_its_segment():
     """It would go on to 0.109 at 1.6 times its width, and is 0.075 at its end."""
     rising = planned(FollowTrajectory((0.12,), (0.075,), (0.8,)), 0.0, LIMITS, UNIT)
     strains, rates = rising.extremes()
@@ -150,7 +150,7 @@ BAD = [
 
 
 @pytest.mark.parametrize(('command', 'message'), BAD)
-def test_what_is_no_profile_is_refused_whole(command, message):
+def test_points_that_are_not_a_profile_are_refused(command, message):
     element = rig.device()
     element.apply(WAVE)
     rig.ticks(element, 3)
@@ -160,7 +160,7 @@ def test_what_is_no_profile_is_refused_whole(command, message):
     assert rig.bits(element) == before
 
 
-def test_a_running_procedure_goes_first():
+def test_a_trajectory_is_refused_while_a_procedure_runs():
     element = rig.device(level=0)
     element.apply(Write(1))
     with pytest.raises(Refused, match='busy: write is running'):
@@ -200,7 +200,7 @@ def test_a_damaged_profile_in_a_snapshot_is_refused(change):
         snapshot.restore(rig.device(), taken)
 
 
-def test_as_many_points_as_may_be():
+def test_the_largest_number_of_points_is_taken():
     times = tuple(0.001 * n for n in range(1, MOST_POINTS + 1))
     command = FollowTrajectory(times, (0.0,) * MOST_POINTS)
     assert planned(command, 0.0, LIMITS, UNIT).duration == pytest.approx(10.0 / UNIT)
@@ -212,7 +212,7 @@ def test_a_trajectory_without_end_is_refused():
         planned(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
 
 
-def test_a_trajectory_of_next_to_no_time_makes_no_overflow():
+def test_a_trajectory_of_almost_no_time_does_not_overflow():
     hold = planned(FollowTrajectory((1e-310,), (0.0,)), 0.0, LIMITS, 1e-4)
     with np.errstate(all='raise'):
         assert (hold.strain(np.array([0.0, 20.0, 1e9])) == 0.0).all()

@@ -54,14 +54,14 @@ def test_the_share_rises_to_about_one(written, command):
     assert shares[len(shares) // 2] < 0.7
 
 
-def test_the_parts_of_a_self_test_prolong_nothing_that_was_foreseen():
+def test_the_parts_of_a_self_test_do_not_prolong_the_forecast():
     told, _ = watched(new_element(preset('bits_2')), SelfTest())
     shares = [each.share for each in told]
     assert 0.3 < shares[len(shares) // 2] < 0.9
     assert {each.attempts for each in told} == {1}
 
 
-def test_a_try_in_vain_is_counted_and_prolongs_the_write(written):
+def test_a_failed_attempt_is_counted_and_prolongs_the_write(written):
     element = written(3, write=WriteSettings(tension=0.001))  # a pull that no wall follows
     told, outcome = watched(element, Write(4))
     assert not outcome.success
@@ -72,7 +72,7 @@ def test_a_try_in_vain_is_counted_and_prolongs_the_write(written):
     assert told[begun].share < told[begun - 1].share
 
 
-def test_what_is_late_is_expected_at_any_time():
+def test_a_late_procedure_has_a_share_of_one():
     progress = Progress('read', 100)
     progress.expect(110)
     assert progress.share(105) == 0.5
@@ -81,13 +81,13 @@ def test_what_is_late_is_expected_at_any_time():
     assert progress.share(200) == 0.5
 
 
-def test_the_tries_of_another_procedure_are_not_its_own():
+def test_the_attempts_of_a_called_procedure_do_not_count():
     progress = Progress('write', 0)
     progress.tried('erase', 3)
     assert progress.attempts == 1
 
 
-def test_a_procedure_is_known_by_its_very_command(written):
+def test_a_procedure_belongs_to_exactly_one_command(written):
     element = written(0)
     mine, equal = Read(), Read()
     element.apply(mine)
@@ -97,7 +97,7 @@ def test_a_procedure_is_known_by_its_very_command(written):
     assert not element.runs(mine)
 
 
-def test_to_be_watched_changes_no_bit(written):
+def test_feedback_changes_no_bit(written):
     plain, looked_at = written(1), written(1)
     plain.perform(Write(2))
     watched(looked_at, Write(2))

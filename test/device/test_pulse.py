@@ -60,7 +60,7 @@ def test_a_move_goes_straight(start, target):
     np.testing.assert_allclose(velocity, derivative(move, t), atol=1e-11)
 
 
-def test_a_move_to_where_the_cell_is_takes_no_time():
+def test_a_move_to_the_present_place_takes_no_time():
     assert Move(1.0, 1.0, 0.05).duration == 0.0
 
 
@@ -129,6 +129,6 @@ def test_the_cell_is_moved_at_constant_speed_and_let_go(end):
     assert abs(element.chain.velocity[cell]) > 1e-6
 
 
-def test_what_a_probe_is_made_of_does_not_change():
+def test_a_pulse_is_immutable():
     with pytest.raises(dataclasses.FrozenInstanceError):
         Pulse(0.0, ProbeSettings()).rest = 1.0

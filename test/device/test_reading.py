@@ -60,7 +60,7 @@ def test_a_delay_near_a_level_is_that_level_with_a_margin(delay, level, margin, 
 
 
 @pytest.mark.parametrize('delay', [150.0, 159.0, 141.0, 55.0, 0.0, 845.0, 2000.0])
-def test_between_two_levels_nothing_is_said(delay):
+def test_a_delay_between_two_levels_is_undecodable(delay):
     """At 41 of 100 the margin is 0.18 < 0.2."""
     reading = decoded(delay)
     assert reading.level == UNDECODABLE
@@ -69,7 +69,7 @@ def test_between_two_levels_nothing_is_said(delay):
     assert (reading.code, reading.delay, reading.distance) == ('', delay, math.inf)
 
 
-def test_how_near_is_a_setting():
+def test_the_least_margin_is_a_setting():
     assert decoded(141.0, min_margin=0.15).level == 0
     assert decoded(120.0, min_margin=0.7).level == UNDECODABLE
 
@@ -81,7 +81,7 @@ def test_blank_is_an_answer():
     assert reading.distance == math.inf
 
 
-def test_the_left_end_tells_alike_echoes_apart():
+def test_the_phase_of_the_left_end_distinguishes_equal_echoes():
     """Blank and level 0 are the farthest from the right: no wall is blank, no kink at level 0."""
     alike = dataclasses.replace(CALIBRATION.right, blank=503.0)
     for delay in (498.0, 502.0, 504.0):
@@ -104,7 +104,7 @@ def test_the_left_end_tells_alike_echoes_apart():
         (600.0, End.RIGHT, STORED, 'the delay 600.00 lies between levels'),
     ],
 )
-def test_what_does_not_fit_together_is_undecodable(delay, end, phases, reason):
+def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
     reading = decoded(delay, end, phases)
     assert reading.level == UNDECODABLE
     assert reading.level_margin == 0.0
@@ -119,6 +119,6 @@ def test_what_does_not_fit_together_is_undecodable(delay, end, phases, reason):
         (0.5, None), (0.74, None), (0.76, 1), (1.0, 1), (1.24, 1), (1.26, None), (2.0, None),
     ],
 )  # fmt: skip
-def test_the_phase_of_an_end_is_told_from_its_rest(share, phase):
+def test_the_phase_of_an_end_follows_from_its_rest(share, phase):
     """A quarter of the way from a ground state to the next (-0.998 to 1.003) it counts."""
     assert phase_of(CASE_II, -0.99790 + share * 2.00076) == phase

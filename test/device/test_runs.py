@@ -90,7 +90,7 @@ def end(element):
 
 
 @pytest.mark.parametrize('name', STORIES)
-def test_the_bits_and_the_events_are_those_of_the_ticks_one_by_one(name):
+def test_bits_and_events_are_the_same_as_tick_by_tick(name):
     story = {tick: [command] for tick, command in STORIES[name].items()}
     alone, chance = rig.device(1), random.Random(name)
     last = max(500, max(story) + 200)
@@ -118,7 +118,7 @@ def test_any_life_is_the_same_in_runs(seed):
 
 
 @pytest.mark.parametrize('lost', [3, 4, 40])
-def test_a_tick_that_cannot_be_made_is_found_in_its_run(lost):
+def test_a_failing_tick_is_found_within_its_run(lost):
     """A write is under way, and the material cannot go beyond a step."""
     seen = []
     for length in (1, 20, 10**6):
@@ -139,7 +139,7 @@ def test_a_tick_that_cannot_be_made_is_found_in_its_run(lost):
     assert repr(seen[0]) == repr(seen[1]) == repr(seen[2])
 
 
-def test_a_material_is_asked_once_for_what_is_known_beforehand():
+def test_predictable_ticks_are_computed_in_one_call():
     """All of a write but its reads: in a tenth of the ticks' number of calls or less."""
     element = rig.device(1)
     asked, advance = [], element.driver.advance

@@ -59,7 +59,7 @@ def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written)
     ],
     ids=['stuck', 'weak', 'offset'],
 )
-def test_an_actuator_that_does_not_do_as_it_is_told_is_found(written, wrong, felt):
+def test_an_actuator_that_does_not_follow_is_found(written, wrong, felt):
     """And nothing is written with it. At a free end a strain is felt to a hundredth of it."""
     element = written(3)
     advance = element.chain.advance
@@ -89,7 +89,7 @@ def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
     assert rig.holds(element, level)
 
 
-def test_an_actuator_that_gives_less_than_the_test_strain_is_tested_by_what_it_gives():
+def test_a_weak_actuator_is_tested_at_its_own_limit():
     settings = Settings()
     peaks = {'compression': -0.005, 'tension': 0.005}
     element = rig.device(
@@ -127,7 +127,7 @@ def test_a_self_test_can_be_aborted(written):
     assert rig.succeed(element, Write(2)).level == 2
 
 
-def test_an_erase_that_fails_takes_the_level_and_the_content_with_it():
+def test_a_failed_erase_fails_the_levels_and_the_restoration():
     """A kink that no strain frees stays in the element: nothing can be written or restored."""
     single = dataclasses.replace(CASE_II, N=50)
     feeble = rig.with_group('erase', compression=-0.001, tension=0.001)
@@ -138,7 +138,7 @@ def test_an_erase_that_fails_takes_the_level_and_the_content_with_it():
     assert all(check.message.startswith('the element is not blank') for check in failed)
 
 
-def test_an_element_that_is_shaken_from_now_on_is_not_written(written):
+def test_an_element_that_begins_to_shake_is_not_written(written):
     """Its content was read in time; then 6000 time units are waited for quiet at either end."""
     element = written(3)
     element.apply(SelfTest())

@@ -39,7 +39,7 @@ def test_every_setting_is_checked(group, name):
 
 
 @pytest.mark.parametrize(('group', 'name'), EVERY)
-def test_the_bounds_of_every_number_belong_to_it(group, name):
+def test_the_bounds_of_every_number_are_legal(group, name):
     ((_, description),) = [
         found for found in descriptions(getattr(Settings(), group)) if found[0].name == name
     ]
@@ -55,7 +55,7 @@ def test_the_bounds_of_every_number_belong_to_it(group, name):
 
 @pytest.mark.parametrize('peak', ['compression', 'tension', 'start_strain'])
 @pytest.mark.parametrize('group', ['write', 'erase'])
-def test_no_peak_may_be_beyond_the_actuator(group, peak):
+def test_no_peak_may_exceed_the_actuators_limit(group, peak):
     value = getattr(getattr(Settings(), group), peak)
     limit = abs(value) * 0.999
     others = {
@@ -81,7 +81,7 @@ def test_settings_are_plain_values_by_group():
     assert again == Settings()
 
 
-def test_the_decay_of_the_gain_makes_up_for_the_papers_damping():
+def test_the_decay_of_the_gain_compensates_the_papers_damping():
     """A free wave fades as exp(-eta t / 2), eta = 1 / 250."""
     assert Settings().probe.gain_decay == Settings().probe_right.gain_decay == 1 / 250 / 2
 
@@ -96,6 +96,6 @@ def test_an_end_is_left_or_right_or_both():
 @pytest.mark.parametrize(
     'data', [{'probes': {}}, {'probe': {'omega': 2.0}}, {'probe': {'A': 'loud'}}, {'probe': None}]
 )
-def test_what_are_no_settings_is_refused(data):
+def test_data_that_are_not_settings_are_refused(data):
     with pytest.raises(SettingsError):
         Settings.from_dict(data)

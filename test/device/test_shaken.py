@@ -37,7 +37,7 @@ def test_the_carrier_passes_in_phase(end):
 
 
 @pytest.mark.parametrize('end', list(End))
-def test_a_sway_ten_times_as_slow_does_not(end):
+def test_a_sway_ten_times_slower_does_not_pass(end):
     """sin^4(pi / 20) is 6e-4."""
     probe = PROBES[end]
     t = np.arange(2000) * DT
@@ -45,7 +45,7 @@ def test_a_sway_ten_times_as_slow_does_not(end):
     assert np.abs(passed).max() == pytest.approx(6e-4, rel=0.1)
 
 
-def test_too_few_samples_tell_nothing():
+def test_too_few_samples_give_nothing():
     for n in (0, 3, 24):
         assert carried(np.ones(n), 6).shape == (0,)
     assert carried(np.ones(25), 6).shape == (1,)
@@ -111,7 +111,7 @@ def test_every_read_is_right_at_an_amplitude_that_used_to_spoil_a_quarter(end, r
     assert rig.holds(element, 7)
 
 
-def test_a_still_element_is_read_as_ever_and_one_that_was_shaken_too():
+def test_shaking_leaves_no_trace_in_later_reads():
     """One pulse, all of what the end does, the ticks of before."""
     calm, once = rig.device(3), rig.device(3)
     once.apply(Disturb(1e-5))
@@ -126,7 +126,7 @@ def test_a_still_element_is_read_as_ever_and_one_that_was_shaken_too():
         assert outcome.end_tick - outcome.start_tick == 32
 
 
-def test_what_shaking_hides_is_told_after_some_pulses():
+def test_an_echo_hidden_by_shaking_is_reported_after_some_pulses():
     """At 10 g and 247 Hz, of which 469 mrad per time unit are left, the right end hums."""
     element = rig.device(0)
     events = shaken(element, sine(10.0 * G, 0.155), Read('right'))
@@ -137,7 +137,7 @@ def test_what_shaking_hides_is_told_after_some_pulses():
     assert element.reading.level == UNDECODABLE
 
 
-def test_the_reading_is_not_believed_before_a_second_pulse_says_the_same():
+def test_a_reading_counts_only_when_a_second_pulse_agrees():
     element = rig.device(5)
     events = shaken(element, imu(G, 1), Read())
     first, second = [event.reading for event in events if isinstance(event, Heard)]
@@ -146,7 +146,7 @@ def test_the_reading_is_not_believed_before_a_second_pulse_says_the_same():
     assert second.level == 5
 
 
-def test_a_base_that_begins_to_shake_spoils_the_answer_that_is_listened_to():
+def test_a_base_that_begins_to_shake_spoils_the_echo():
     element = rig.device(7)
     element.apply(Read())
     events, course = [], imu(3.0 * G, 2)

@@ -67,7 +67,7 @@ def test_a_restored_device_goes_on_to_the_bit(substrate):
 
 
 @pytest.mark.parametrize('state', ['blank', 'known', 'undecodable', 'midlife'])
-def test_what_was_taken_is_taken_again(written, state):
+def test_a_restored_device_gives_the_same_snapshot(written, state):
     element = {
         'blank': rig.device,
         'known': lambda: written(6),
@@ -117,7 +117,7 @@ def test_the_calibration_travels_with_the_content(written):
     assert other.calibration == shifted
 
 
-def test_what_the_other_device_was_doing_is_forgotten():
+def test_a_restored_device_stops_what_it_was_doing():
     element = rig.device(4)
     element.transducer.fire(End.LEFT)
     element.advance()
@@ -213,7 +213,7 @@ def test_values_that_are_not_finite_are_refused(written, alive, what, bad):
 
 
 @pytest.mark.parametrize('values', [None, [], 'snapshot', 7, {}], ids=repr)
-def test_what_is_no_snapshot_at_all_is_refused(values):
+def test_values_that_are_not_a_snapshot_are_refused(values):
     element = rig.device(1)
     before = rig.bits(element)
     with pytest.raises(StateError, match='this is not a snapshot of a device'):
@@ -259,7 +259,7 @@ def test_a_strain_beyond_this_actuators_limit_is_refused():
 # --- the digest -------------------------------------------------------------------------------
 
 
-def test_the_digest_tells_any_bit_of_the_material_and_the_clock():
+def test_the_digest_depends_on_every_bit_of_material_and_clock():
     element = rig.device(2)
     digests = {snapshot.digest(element)}
     for change in (

@@ -31,7 +31,7 @@ def test_a_second_save_replaces_the_first(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ['element.json']
 
 
-def test_where_there_is_no_file_nothing_is_restored(tmp_path):
+def test_without_a_file_nothing_is_restored(tmp_path):
     assert state_file.load(tmp_path / 'element.json') is None
 
 
@@ -62,7 +62,7 @@ def test_a_path_that_cannot_be_written_is_refused(path):
         state_file.save(Path(path), {})
 
 
-def test_a_file_that_cannot_be_read_or_written_is_told_with_the_reason(tmp_path):
+def test_a_file_that_cannot_be_read_or_written_is_reported_with_the_reason(tmp_path):
     """A folder where the file should be, and a file where its folder should be."""
     with pytest.raises(StateError, match=r'cannot be read from .*: Is a directory'):
         state_file.load(tmp_path)

@@ -24,7 +24,7 @@ def test_the_ends_are_sites_1_and_N():
     assert [end.site(CASE_II) for end in End] == [1, 225]
 
 
-def test_a_new_device_takes_its_ends_for_resting():
+def test_a_new_device_assumes_that_its_ends_rest():
     element = rig.device()
     for end in End:
         assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
@@ -34,7 +34,7 @@ def test_a_new_device_takes_its_ends_for_resting():
 
 
 @pytest.mark.parametrize('piece', [1, 7, 80, 384, 1000])
-def test_the_drive_does_not_depend_on_how_time_is_cut(piece):
+def test_the_drive_does_not_depend_on_the_division_of_time(piece):
     """Sub-steps end at p dt = 0.135 and dt = 0.25; the pulse holds all of them up to 96."""
     transducer = rig.device(level=0).transducer
     transducer.fire(End.LEFT)
@@ -67,7 +67,7 @@ def test_a_move_may_end_within_a_step():
     assert drive.motion[0, -1] == pytest.approx(start + 1.0135, abs=1e-14)
 
 
-def test_release_lets_go_at_once_and_stops_listening():
+def test_release_frees_the_cell_at_once_and_stops_listening():
     element = rig.device(level=0)
     element.transducer.fire(End.LEFT)
     element.advance()
@@ -78,7 +78,7 @@ def test_release_lets_go_at_once_and_stops_listening():
     element.advance()  # nothing is fed to a detector that is gone
 
 
-def test_the_detector_hears_departures_from_rest_from_the_first_step_on():
+def test_the_detector_gets_displacements_from_rest_from_the_first_step():
     element = rig.device(level=5)
     rest = element.transducer.rest(End.RIGHT)
     detector = element.transducer.fire(End.RIGHT)
@@ -91,7 +91,7 @@ def test_the_detector_hears_departures_from_rest_from_the_first_step_on():
     assert rest == pytest.approx(element.design.D_s1, abs=1e-3)
 
 
-def test_rest_is_where_the_end_is_even_on_a_strained_element():
+def test_the_rest_displacement_includes_the_strain():
     element = rig.device(level=2)
     element.apply(SetStrain(0.01))
     rig.ticks(element, 500)  # what the slewing stirred up has faded by exp(-20)
@@ -140,7 +140,7 @@ def test_the_upper_edge_is_above_the_bands_of_both_phases(preset):
 
 
 @pytest.mark.parametrize('method', INTEGRATORS.values(), ids=INTEGRATORS)
-def test_noise_is_told_from_motion_in_a_stiff_element(method):
+def test_noise_is_distinguished_from_motion_in_a_stiff_element(method):
     """With Case II's edge its fastest waves would be taken for the sensor's noise."""
     design = dataclasses.replace(CASE_II, N=60, d=2.0, s_min=1e4, s_max=3e4)
     chain = Chain(design, integrator=method)
@@ -155,7 +155,7 @@ def test_noise_is_told_from_motion_in_a_stiff_element(method):
     assert transducer.noise(End.LEFT) < 1e-6
 
 
-def test_noise_is_told_by_however_few_samples():
+def test_noise_is_measured_from_few_samples():
     """At the fastest legal carriers a rest is shorter than the difference that tells noise."""
     chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
     probe = ProbeSettings(omega_c=10.0)

@@ -53,7 +53,7 @@ def test_one_wall_is_the_same_from_both_ends(written, level):
 
 
 @pytest.mark.parametrize('defects', [(25, 75, 125), (50, 100, 175), (25, 50, 75), (100, 150, 200)])
-def test_three_walls_read_as_the_first_or_the_last_and_from_both_ends_as_three(defects):
+def test_three_walls_are_detected_only_from_both_ends(defects):
     """Active, inactive, active, inactive: the ends rest as those of a stored level do."""
     first, last = defects[0] // 25 - 1, defects[-1] // 25 - 1
     element = with_walls(*defects)
@@ -103,7 +103,7 @@ def test_a_blank_element_has_no_wall():
     assert (reading.level, reading.end, reading.walls) == (BLANK, 'right', 0)
 
 
-def test_a_write_is_verified_from_both_ends_where_a_read_is(written):
+def test_a_write_is_verified_from_the_ends_that_a_read_probes(written):
     """So a wall that another one hides from the left end is not missed."""
     element = written(2, read=ReadSettings(end='both'))
     reading = rig.succeed(element, Write(4))
@@ -123,7 +123,7 @@ def together(left, right, **settings):
     return combine(CASE_II, ReadSettings(**settings), left, right)
 
 
-def test_the_lesser_margins_count():
+def test_the_lesser_margin_counts():
     """Level 3, at 100 of 225: 99 cells from the left, 125 from the right, 224 in all."""
     left = said(3, 'left', 99.0, level_margin=0.8)
     right = dataclasses.replace(said(3, 'right', 125.0, threshold_margin=2.5), delay=350.0)
@@ -134,7 +134,7 @@ def test_the_lesser_margins_count():
 
 
 @pytest.mark.parametrize('off', [-9.0, -5.0, 5.0, 9.0])
-def test_distances_that_do_not_make_up_the_element_cost_margin(off):
+def test_distances_that_do_not_add_up_lower_the_margin(off):
     """Half the spacing of levels is 12.5 cells: nothing is left of the margin there."""
     both = together(said(3, 'left', 99.0), said(3, 'right', 125.0 + off))
     assert both.level == 3
@@ -142,7 +142,7 @@ def test_distances_that_do_not_make_up_the_element_cost_margin(off):
 
 
 @pytest.mark.parametrize('off', [-11.0, 11.0])
-def test_distances_that_are_not_those_of_one_wall_are_undecodable(off):
+def test_distances_that_do_not_fit_one_wall_are_undecodable(off):
     """At 11 cells 0.12 is left, and 0.2 is asked for."""
     both = together(said(3, 'left', 99.0), said(3, 'right', 125.0 + off))
     assert both.level == UNDECODABLE
@@ -154,14 +154,14 @@ def test_distances_that_are_not_those_of_one_wall_are_undecodable(off):
     )
 
 
-def test_levels_that_cannot_be_are_undecodable():
+def test_impossible_levels_are_undecodable():
     """The first wall from the left cannot lie beyond the first from the right."""
     both = together(said(4, 'left', 124.0), said(3, 'right', 125.0))
     assert (both.level, both.walls) == (UNDECODABLE, None)
     assert 'the ends do not hear the same wall: level 4' in both.reason
 
 
-def test_the_reasons_of_both_ends_are_told():
+def test_the_reasons_of_both_ends_are_reported():
     left = dataclasses.replace(said(UNDECODABLE, 'left', math.inf), reason='no echo came back')
     both = together(left, said(3, 'right', 125.0))
     assert both.level == UNDECODABLE
@@ -182,19 +182,19 @@ def test_the_reasons_of_both_ends_are_told():
         (-0.1, 4.0, 0.0),
     ],
 )
-def test_confidence_is_what_may_be_lost_before_the_answer_changes(
+def test_confidence_is_the_loss_that_leaves_the_answer_unchanged(
     level_margin, threshold_margin, confidence
 ):
     reading = said(3, 'left', 99.0, level_margin=level_margin, threshold_margin=threshold_margin)
     assert reading.confidence == pytest.approx(confidence)
 
 
-def test_nothing_decoded_is_no_confidence():
+def test_confidence_is_zero_if_nothing_is_decoded():
     assert said(UNDECODABLE, 'left', math.inf).confidence == 0.0
 
 
 @pytest.mark.parametrize('level', [0, 4, 7])
-def test_an_echo_that_fades_by_less_than_the_confidence_says_is_still_heard(written, level):
+def test_an_echo_that_fades_by_less_than_the_confidence_is_still_heard(written, level):
     """A threshold that is higher by f is an echo that is fainter by 1 / f."""
     element = written(level)
     reading = rig.succeed(element, Read('right'))

@@ -52,7 +52,7 @@ def test_10_000_reads_move_no_wall(level, end, times):
 @pytest.mark.parametrize(
     ('level', 'weak'), [(1, {'tension': 0.034}), (2, {'compression': -0.0195})], ids=str
 )
-def test_a_peak_that_is_a_little_too_weak_is_made_up_for(level, weak):
+def test_a_slightly_weak_peak_is_compensated_by_the_next_attempt(level, weak):
     """0.034 and -0.0195 do not free the wall; a tenth more does."""
     element = rig.device(level, write=WriteSettings(**weak))
     outcome = rig.run(element, Write(level + 1))
@@ -76,7 +76,7 @@ def peaks(element, command):
     return seen[:-1]
 
 
-def test_the_force_is_bounded_and_the_next_write_begins_softly():
+def test_the_force_is_bounded_and_reset_for_the_next_write():
     weak = WriteSettings(tension=0.01, attempts=6, escalation=1.2, escalation_limit=1.5)
     element = rig.device(1, write=weak)
     expected = 0.01 * np.minimum(1.2 ** np.arange(6), 1.5)
@@ -84,7 +84,7 @@ def test_the_force_is_bounded_and_the_next_write_begins_softly():
         assert peaks(element, Write(2)) == pytest.approx(expected, rel=1e-12)
 
 
-def test_no_force_goes_beyond_the_actuator():
+def test_no_force_exceeds_the_actuators_limit():
     weak = WriteSettings(tension=0.01, attempts=3, escalation=1.5, escalation_limit=4.0)
     feeble = {
         'actuator': dataclasses.replace(rig.Settings().actuator, max_strain=0.0121),
@@ -98,7 +98,7 @@ def test_no_force_goes_beyond_the_actuator():
 
 
 @pytest.mark.parametrize('wait', [0, 3, 11])
-def test_a_strain_by_hand_that_frees_no_wall_leaves_it_where_it_is(wait):
+def test_a_weak_strain_by_hand_does_not_move_the_wall(wait):
     """0.01 is a third of what frees it; the slew is smooth and as fast as the limit allows."""
     for level, strain in ((7, 0.01), (4, -0.01), (0, 0.01)):
         element = rig.device(level)
@@ -112,7 +112,7 @@ def test_a_strain_by_hand_that_frees_no_wall_leaves_it_where_it_is(wait):
 # --- counted ----------------------------------------------------------------------------------
 
 
-def test_what_an_element_has_been_through_is_counted():
+def test_the_history_of_an_element_is_counted():
     element = rig.device(1, write=WriteSettings(tension=0.034))
     for command in (Write(2), Write(2), Read(), Read('left'), Write(1), Erase(), Read('left')):
         rig.run(element, command)
@@ -131,7 +131,7 @@ def test_what_an_element_has_been_through_is_counted():
     assert told['retries'] == 1
 
 
-def test_a_write_that_fails_is_counted_as_such():
+def test_a_failed_write_is_counted():
     element = rig.device(1, write=WriteSettings(tension=0.005, attempts=2))
     rig.run(element, Write(2))
     counted = element.statistics

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a recording on a simulated disk must be to real readers: recovered, and exact."""
+"""What real readers must find in a recording on a simulated disk: every message, exactly."""
 
 import shutil
 from functools import cache
@@ -27,8 +27,8 @@ def findings(disk, closed):
     """Yield what is wrong with the bags on a disk.
 
     Args:
-        disk: The disk, after the end of whoever recorded.
-        closed: Paths of the bags that were said to be closed.
+        disk: The disk, after the recording process has ended.
+        closed: Paths of the bags that were reported as closed.
     """
     names = [name for name in disk.names(FOLDER) if name.startswith('session')]
     for path in closed:

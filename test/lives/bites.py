@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Faults that the device has had, or might have: each put back for a while, to see it found.
+"""Faults that the device has had, or might have: each is put back for a while, and must be found.
 
 A bite replaces functions of the package by wrong ones; `BITES` holds them by name.
 """
@@ -19,11 +19,11 @@ BITES = {}
 
 
 def _bite(*replaced):
-    """Enter a fault that a function stands for.
+    """Register a fault.
 
     Args:
-        replaced: Pairs of what holds a function, and its name there; the fault gets the right
-            ones and returns the wrong ones.
+        replaced: Pairs of an object that holds a function, and its name there. The fault gets the
+            right functions and returns the wrong ones.
     """
 
     def enter(fault):

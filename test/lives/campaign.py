@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Many lives: which of them fail, on how many processes, how fast; and one of them alone."""
+"""Many lives: which fail, on how many processes, how fast; and a single one."""
 
 import signal
 import time
@@ -18,21 +18,23 @@ LONGEST = 120
 
 
 class Stuck(BaseException):
-    """A life does not come back."""
+    """A life does not end."""
 
 
 def live(seed):
-    """Return what is found wrong in the life of a number."""
+    """Return what is wrong in the life with this number."""
     return Life(script(seed)).live()
 
 
 def fails(given):
-    """Return whether a script does."""
+    """Return whether a script fails."""
     return bool(Life(given).live())
 
 
 def story(seed):
-    """Live the life of a number and, where it fails, a shorter one that fails too; tell of it."""
+    """Live the life with this number; if it fails, shorten it while it still fails, and describe
+    it.
+    """
     given = script(seed)
     if fails(given):
         given = shrunk(given, fails)
@@ -44,13 +46,13 @@ def story(seed):
 
 
 def campaign(first, count, processes=2, told=lambda done, failing: None):
-    """Live many lives; return the seeds of those that fail, with what was found.
+    """Live many lives; return the seeds of those that fail, with the findings.
 
     Args:
         first: The first seed.
         count: Number of lives.
-        processes: Processes that share them.
-        told: Called now and then with the number of lives done and what failed so far.
+        processes: Number of processes that share them.
+        told: Called now and then with the number of lives done and the failures so far.
     """
     failing, done = {}, 0
     with ProcessPoolExecutor(processes) as pool:

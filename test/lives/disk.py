@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A file system in memory that may fail at every call, and forgets what was not synced.
 
-It offers the functions of `os` that `mlmem_ros.durable` uses. What a file or a directory holds
-is known twice: as the system shows it, and as the disk has it. When the power goes, what was
-written since the last sync is lost, kept, or kept in parts, as the seed says.
+It offers the functions of `os` that `mlmem_ros.durable` uses. The content of a file or directory
+has two versions: the one that the system shows, and the one on the disk. In a power cut, whatever
+was written since the last sync is lost, kept, or kept in part, depending on the seed.
 """
 
 import errno
@@ -24,14 +24,14 @@ REASONS = (errno.ENOSPC, errno.EIO, errno.EACCES, errno.EINTR)
 
 
 class Disk:
-    """A disk and the system's calls to it.
+    """A disk and the system calls to it.
 
     Attributes:
-        calls: How many there have been.
-        trouble: What befalls every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
+        calls: Number of calls so far.
+        trouble: What happens to every call: nothing, 'full', 'fails', 'hangs', or 'moody', which
             is any of them now and then, and short writes.
-        open_files: What the process holds open, by descriptor.
-        troubled_at: When a call was in trouble last.
+        open_files: Open files of the process, by descriptor.
+        troubled_at: Number of the last call in trouble.
         crash_in: Calls until the process is killed within one, or None.
         held_up: Tasks whose call hangs.
     """
@@ -54,7 +54,7 @@ class Disk:
     # --- for the experimenter ------------------------------------------------------------
 
     def heal(self):
-        """End all trouble; who was held up goes on."""
+        """End all trouble; hanging calls go on."""
         self.trouble = ''
         self.troubled_at = self._scheduler.now
         held_up, self.held_up = self.held_up, []
@@ -62,13 +62,13 @@ class Disk:
             self._scheduler.wake(task)
 
     def kill(self):
-        """The process dies: its files are closed, what the system shows stays."""
+        """Kill the process: its files are closed, and what the system shows stays."""
         self.open_files.clear()
         self.trouble, self.crash_in = '', None
         self.held_up.clear()
 
     def cut_power(self):
-        """The process dies, and with it all that was not safe."""
+        """Kill the process and lose everything that was not safe."""
         self.kill()
         self._root.lose(self._scheduler.random)
 
@@ -77,7 +77,7 @@ class Disk:
         _write_out(self._root, Path(folder))
 
     def names(self, path='/'):
-        """Return what a directory holds; nothing where there is none."""
+        """Return the entries of a directory; none if it does not exist."""
         try:
             return sorted(self._find(Path(path)).shown)
         except OSError:
@@ -193,7 +193,7 @@ class Disk:
     # --- what may befall a call ----------------------------------------------------------
 
     def _call(self, name, path, size=0):
-        """Hand over, be held up, fail; return how many bytes are taken."""
+        """Hand over, hang or fail; return how many bytes are accepted."""
         scheduler = self._scheduler
         task = scheduler.current
         if task is None or task.outside:  # the experimenter, whom nothing befalls
@@ -265,7 +265,7 @@ class Disk:
 
 @contextmanager
 def mounted(disk):
-    """Let all files that must survive be on this disk meanwhile."""
+    """Redirect all durable files to this disk."""
     names = ('open', 'write', 'read', 'fsync', 'fstat', 'close', 'replace', 'unlink', 'mkdir')
     flags = {name: value for name, value in vars(os).items() if name.startswith('O_')}
     calls = {name: getattr(disk, name) for name in names}

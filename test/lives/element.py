@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The element that lives: two levels and much damping, so that a write is some 40 ticks."""
+"""The element of the lives: two levels and strong damping, so that a write takes some 40 ticks."""
 
 import math
 from functools import cache
@@ -45,7 +45,7 @@ PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
 
 
 def parameters(*, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20):
-    """Return all that a host is given."""
+    """Return all parameters of a host."""
     return Parameters(
         design=DESIGN,
         check='skip',
@@ -78,12 +78,12 @@ def restored(taken):
 
 
 def finite(element):
-    """Return whether the state of the material is."""
+    """Return whether the state of the material is finite."""
     chain = element.chain
     return math.isfinite(float(chain.state().sum())) and math.isfinite(chain.V_N)
 
 
 @cache
 def healthy(faults):
-    """Return whether nothing is wrong with a device."""
+    """Return whether a device has no faults."""
     return not faults.active()

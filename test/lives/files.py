@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What stands on a simulated disk: files and directories, as shown, and as they are safe."""
+"""Files and directories of a simulated disk, as shown and as safe."""
 
 from dataclasses import dataclass, field
 
 
 @dataclass(eq=False)
 class File:
-    """A file: what it shows, what is safe, and the writes in between (offset, bytes, doubtful)."""
+    """A file: shown content, safe content, and writes between them (offset, bytes, doubtful)."""
 
     shown: bytearray = field(default_factory=bytearray)
     safe: bytes = b''
@@ -15,16 +15,16 @@ class File:
     names: int = 1
 
     def sync(self):
-        """Make safe what was written, but for what an earlier sync failed to."""
+        """Make the writes safe, except those whose earlier sync failed."""
         self.safe = _after(self.safe, [write for write in self.writes if not write[2]])
         self.writes = [write for write in self.writes if write[2]]
 
     def doubt(self):
-        """Hold what was written for lost: a sync failed, and the next one will not tell."""
+        """Treat the writes as lost: a sync failed, and the next one will not report it."""
         self.writes = [(offset, content, True) for offset, content, _ in self.writes]
 
     def lose(self, random):
-        """Lose what was not safe, or parts of it."""
+        """Lose what was not safe, or part of it."""
         kept = _some(self.writes, random)
         if kept and random.random() < 0.5:
             offset, content, _ = kept[-1]
@@ -35,10 +35,9 @@ class File:
 
 @dataclass(eq=False)
 class Directory:
-    """A directory: its entries as shown, as safe, and the changes in between.
+    """A directory: shown entries, safe entries, and the changes between them.
 
-    A change is a mapping of names to what they stand for now, None for nothing: a rename changes
-    two names, and takes place whole or not at all.
+    A change maps names to their new entries, or None: a rename changes two names, and is atomic.
     """
 
     shown: dict = field(default_factory=dict)
@@ -56,10 +55,10 @@ class Directory:
         self.safe, self.changes = dict(self.shown), []
 
     def doubt(self):
-        """Nothing: a directory's changes stand in the journal, and the next sync tells."""
+        """Do nothing: changes of a directory stay in the journal; the next sync reports them."""
 
     def lose(self, random):
-        """Lose changes that were not safe, or some of them; and so in all that is below."""
+        """Lose all or some changes that were not safe, here and in everything below."""
         for names in _some(self.changes, random):
             self.safe = _changed(self.safe, names)
         self.shown, self.changes = dict(self.safe), []
@@ -69,7 +68,7 @@ class Directory:
 
 
 def _some(things, random):
-    """Return all, none, the first ones or any of what was not synced, in their order."""
+    """Return all, none, the first ones or any of the unsynced writes, in order."""
     match random.randrange(4):
         case 0:
             return list(things)
@@ -81,7 +80,7 @@ def _some(things, random):
 
 
 def _after(content, writes):
-    """Return content after some writes; what lies before one that came through is zero."""
+    """Return content after some writes; a gap before one that came through is zero."""
     content = bytearray(content)
     for offset, written, _ in writes:
         if not written:

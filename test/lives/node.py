@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node without ROS: an executor that makes one callback at a time, and the life cycle."""
+"""A node without ROS: an executor that runs one callback at a time, and the life cycle."""
 
 from collections import deque
 
@@ -20,7 +20,7 @@ TEND = 1.0
 
 
 class Executor:
-    """Makes callbacks one after the other, and looks after the host in between.
+    """Runs callbacks one after the other, and tends the host in between.
 
     Attributes:
         task: Its task.
@@ -31,7 +31,7 @@ class Executor:
         """Begin, with nothing to do.
 
         Args:
-            scheduler: Under which it runs.
+            scheduler: The scheduler under which it runs.
             tend: Called every `TEND` seconds.
             failed: Called with the name and the exception of a callback that raised.
         """
@@ -45,12 +45,12 @@ class Executor:
         self.task = scheduler.spawn(self._run, 'executor')
 
     def post(self, name, callback):
-        """Have a callback made; any thread may call."""
+        """Queue a callback; any thread may call."""
         self._waiting.append((name, callback))
         self._rouse()
 
     def end(self):
-        """Make no more callbacks after those that wait."""
+        """Run no more callbacks than those that wait."""
         self._ending = True
         self._rouse()
 
@@ -94,12 +94,12 @@ class Node:
     """
 
     def __init__(self, host, activate, configured):
-        """Be unconfigured.
+        """Start unconfigured.
 
         Args:
             host: The host.
             activate: Activates it.
-            configured: What it is configured with.
+            configured: Its configuration.
         """
         self.host = host
         self.state = 'unconfigured'
@@ -124,7 +124,7 @@ class Node:
         return None
 
     def mind_failure(self):
-        """Take the node out of its active state when its device has failed."""
+        """Leave the active state if the device has failed."""
         if self.host.failure is not None:
             self.transit('deactivate')
 

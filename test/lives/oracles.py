@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What must hold in every life, whatever happens in it."""
+"""Conditions that must hold throughout every life."""
 
 import math
 import traceback
@@ -28,14 +28,14 @@ SLOW = 5.0 * PATIENCE + 3.0
 
 
 class Ticket:
-    """Something that was asked for.
+    """A pending request.
 
     Attributes:
         what: A command, or the name of a request.
         future: Its answer.
-        asked: When, in seconds.
+        asked: Time of the request, in seconds.
         moves: Whether it may move the wall once it is accepted.
-        number: How many such had been asked for, this one included.
+        number: Number of such requests so far, including this one.
     """
 
     def __init__(self, what, future, asked, moves, number):
@@ -50,12 +50,12 @@ class Ticket:
 
 
 class Oracles:
-    """Watch a life, and keep what they find wrong.
+    """Watch a life and collect findings.
 
     Attributes:
-        found: What that is, in words.
+        found: The findings, in words.
         broken: Whether the device was made to fail.
-        truth: What they know of the wall.
+        truth: What they know about the wall.
     """
 
     def __init__(self, life):
@@ -67,7 +67,7 @@ class Oracles:
         self._closed_bags = set()
 
     def find(self, what):
-        """Keep a finding."""
+        """Record a finding."""
         self.found.append(what)
         self._life.scheduler.note(f'FOUND {what}')
 
@@ -133,7 +133,7 @@ class Oracles:
     # --- the life cycle ------------------------------------------------------------------
 
     def transited(self, process, name, before, refusal):
-        """Look at a transition that was made, or was not."""
+        """Check a transition that was made, or was not."""
         self._life.scheduler.note(('transition', name, before, process.node.state, refusal))
         element = process.host.element
         if refusal is None and name == 'configure':
@@ -147,7 +147,7 @@ class Oracles:
                 self.find(f'{name} is refused although the disk is healthy: {refusal}')
 
     def closed(self, process, element):
-        """Look at a process that was closed."""
+        """Check a process that was closed."""
         if element is not None:
             self._put_away(process, element)
 
@@ -158,13 +158,13 @@ class Oracles:
             self._acknowledged = element.ticks, None, None
 
     def callback_failed(self, name, failure):
-        """Take an exception that came out of a callback."""
+        """Record an exception of a callback."""
         self.find(f'callback {name} raised {told(failure)}')
 
     # --- ends ----------------------------------------------------------------------------
 
     def ended(self, process):
-        """Look at a process that has ended by itself, its disk healed."""
+        """Check a process that has ended by itself, with a healed disk."""
         name, seconds = process.executor.longest
         if seconds > (SLOW if name in SLOW_CALLBACKS else PROMPT):
             self.find(f'callback {name} took {seconds:.3f} s')
@@ -179,7 +179,7 @@ class Oracles:
             self.find(f'left open: {open_file.path}')
 
     def died(self, how):
-        """Look at what a process has left on the disk, which was killed, or whose power failed."""
+        """Check what a process has left on the disk after a kill or a power cut."""
         disk = self._life.disk
         if how == 'power':
             disk.cut_power()
@@ -234,5 +234,5 @@ def told(error):
 
 
 def _sane(statistics):
-    """Return whether a loop tells of its time what can be true."""
+    """Return whether the statistics of a loop are plausible."""
     return all(0.0 <= value < math.inf for value in vars(statistics).values())

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What `mlmem_ros.threads` offers, made of the tasks of a scheduler."""
+"""The contents of `mlmem_ros.threads`, made of the tasks of a scheduler."""
 
 import concurrent.futures
 import sys
@@ -15,7 +15,7 @@ _PRESENT = []
 
 @contextmanager
 def scheduled(scheduler):
-    """Put a scheduler under all threads, locks, futures and clocks that are made meanwhile."""
+    """Run all threads, locks, futures and clocks created meanwhile under a scheduler."""
     ours = {kind.__name__: kind for kind in (Thread, Lock, Condition, Future)}
     clocks = {'monotonic': scheduler.monotonic, 'time': scheduler.time}
     assert {*ours, *clocks} == set(threads.__all__)
@@ -28,13 +28,13 @@ def scheduled(scheduler):
 
 
 def _place():
-    """Return where in the source something is made, to call it by."""
+    """Return where in the source something is created, as its name."""
     frame = sys._getframe(2)
     return f'{frame.f_code.co_filename.rpartition("/")[2]}:{frame.f_lineno}'
 
 
 class Lock:
-    """As `threading.Lock`, or `RLock`.
+    """Like `threading.Lock` or `RLock`.
 
     Attributes:
         owner: The task that holds it, or None.
@@ -96,7 +96,7 @@ class Lock:
 
 
 class Condition:
-    """As `threading.Condition`."""
+    """Like `threading.Condition`."""
 
     def __init__(self, lock=None, *, name=''):
         self._scheduler = _PRESENT[-1]
@@ -148,7 +148,7 @@ class Condition:
 
 
 class Future(concurrent.futures.Future):
-    """As `concurrent.futures.Future`; what a callback of it raises is a finding."""
+    """Like `concurrent.futures.Future`; an exception of a callback is a finding."""
 
     def __init__(self):
         super().__init__()
@@ -171,7 +171,7 @@ class Future(concurrent.futures.Future):
 
 
 class Thread:
-    """As `threading.Thread`."""
+    """Like `threading.Thread`."""
 
     def __init__(self, group=None, target=None, name=None, args=(), kwargs=None, *, daemon=None):
         self._scheduler = _PRESENT[-1]

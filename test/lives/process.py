@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""One run of the program: a host, what drives it, and what clients ask of it."""
+"""One run of the program: a host, its drivers, and the requests of clients."""
 
 from dataclasses import replace
 
@@ -22,11 +22,11 @@ POLL = 0.02
 
 
 class Pacer:
-    """The clock of a simulation: it runs, stands still, and jumps.
+    """The clock of a simulation: it runs, stops, and jumps.
 
     Attributes:
-        slack: As that of ROS time.
-        hurried: Whether every look at it takes the time that a tick needs.
+        slack: As for ROS time.
+        hurried: Whether every reading of it takes as long as a tick.
     """
 
     slack = 0.5
@@ -59,7 +59,7 @@ class Pacer:
 
 
 class Process:
-    """One run of the program: a host, its node and its executor, and what clients asked of it."""
+    """One run of the program: a host, its node and its executor, and the requests of clients."""
 
     def __init__(self, life):
         self.life = life
@@ -74,7 +74,7 @@ class Process:
         self.tickets = []
 
     def post(self, step):
-        """Have the executor do a step."""
+        """Queue a step for the executor."""
         self.executor.post(str(step.what), lambda: self._do(step))
 
     def _wake(self):
@@ -104,7 +104,7 @@ class Process:
                 self.oracles.transited(self, transition, before, refusal)
 
     def close(self):
-        """End it, as a signal does; to be called by the executor."""
+        """End it, as a signal would; called by the executor."""
         element = self.host.element if self.host.loop else None
         self.host.close()
         self.oracles.closed(self, element)

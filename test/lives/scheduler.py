@@ -1,10 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Threads that take turns as one seed says, on a clock of their own: a run is a number.
+"""Threads that take turns as a seed decides, on a virtual clock: a run is reproduced by its
+number.
 
-Every task is a greenlet. It may hand over to another one wherever a thread of the system could
-be interrupted to some effect: when it takes or returns a lock, waits, notifies, reads the clock or
-calls the disk. Time passes when nobody can run, and a little with every look at the clock.
+Every task is a greenlet. It may hand over to another one wherever a thread of the system could be
+interrupted to some effect: when it takes or releases a lock, waits, notifies, reads the clock or
+calls the disk. Time passes when no task can run, and a little with every reading of the clock.
 """
 
 import random
@@ -19,26 +20,26 @@ EPOCH = 1.8e9
 
 
 class Killed(greenlet.GreenletExit):
-    """The process was killed: raised where a task of it stands; nobody may catch it."""
+    """The process was killed: raised in each of its tasks; nobody may catch it."""
 
 
 class Deadlock(Exception):
-    """Nobody can run and nothing is due; the message says who waits for what."""
+    """No task can run and no time-out is pending; the message says who waits for what."""
 
 
 class Endless(Exception):
-    """The tasks hand over on and on, and do not end."""
+    """The tasks hand over for ever."""
 
 
 class Task:
     """A thread of control.
 
     Attributes:
-        name: For the history.
-        ended: Whether it has run to its end, or was killed.
-        failure: What it raised, or None.
-        waits_for: What it sleeps for, as a text or something with a name.
-        outside: Whether it is no part of the process that may be killed.
+        name: Name in the history.
+        ended: Whether it has finished or was killed.
+        failure: The exception it raised, or None.
+        waits_for: What it waits for, as a text or an object with a name.
+        outside: Whether it is not part of the process that may be killed.
     """
 
     __slots__ = (
@@ -63,15 +64,15 @@ class Scheduler:
 
     Attributes:
         now: The time in seconds.
-        current: The task that runs, None outside of all.
-        tasks: All that have been started.
+        current: The running task; None outside of all.
+        tasks: All tasks started so far.
         history: The last hand-overs: time, task, and what it was about to do.
-        handovers: How many there have been.
-        failures: What went wrong where nobody could be told: whose, and the exception.
+        handovers: Number of hand-overs so far.
+        failures: Exceptions that reached nobody, with their task.
         locks: All locks of the process.
         futures: All futures of the process.
         crash_at: Number of the hand-over at which the process is killed, or None.
-        crashed: Whether it was.
+        crashed: Whether it was killed.
     """
 
     def __init__(self, seed, *, restless=None, look=1e-6, most=400_000):
@@ -79,9 +80,9 @@ class Scheduler:
 
         Args:
             seed: A number, or a `random.Random`.
-            restless: Probability with which a possible hand-over takes place; by default the
-                seed chooses between calm and wild.
-            look: Seconds that a look at the clock takes.
+            restless: Probability that a possible hand-over takes place; by default the seed
+                chooses between calm and wild.
+            look: Seconds that a reading of the clock takes.
             most: Hand-overs after which the world counts as endless.
         """
         self.random = seed if isinstance(seed, random.Random) else random.Random(seed)
@@ -130,7 +131,7 @@ class Scheduler:
         return task
 
     def run(self, until):
-        """Let the tasks run until one of them has ended.
+        """Run the tasks until one of them has ended.
 
         Raises:
             Deadlock: It cannot.
@@ -148,7 +149,7 @@ class Scheduler:
             self.current = None
 
     def settle(self, seconds):
-        """Let the tasks run on, for a time at most, until none can."""
+        """Run the tasks until none can, at most for a given time."""
         end = self.spawn(lambda: self.sleep(seconds), 'end', outside=True)
         self.run(end)
 
@@ -179,7 +180,7 @@ class Scheduler:
         self.futures.clear()
 
     def leftovers(self):
-        """Return what the process has not put away: threads, locks held, futures unanswered."""
+        """Return what the process has left behind: threads, held locks, unanswered futures."""
         return [
             *(f'thread {task.name}, {_of(task)}' for task in self._alive() if not task.outside),
             *(f'{lock} held by {lock.owner.name}' for lock in self.locks if lock.owner),
@@ -198,7 +199,7 @@ class Scheduler:
     # --- from within a task --------------------------------------------------------------
 
     def handover(self, what):
-        """Let somebody else run in between, or not."""
+        """Possibly let another task run."""
         task = self.current
         if task is None or task.ended:  # outside of all, or on the way out of a killed process
             return
@@ -230,7 +231,7 @@ class Scheduler:
         return task.woken
 
     def wake(self, task):
-        """Let a sleeping task run again, or tell one whose time has just come."""
+        """Wake a sleeping task, or one whose time has just run out."""
         task.woken = True
         if task.asleep and not task.ended:
             self._rouse(task)
@@ -245,7 +246,7 @@ class Scheduler:
         self.block('time to pass', seconds)
 
     def monotonic(self):
-        """Return the time; to look takes a moment."""
+        """Return the time; the reading takes a moment."""
         self.handover('clock')
         self.now += self.look
         return self.now
@@ -255,12 +256,12 @@ class Scheduler:
         return EPOCH + self.monotonic()
 
     def note(self, what):
-        """Write something into the history."""
+        """Add a line to the history."""
         name = self.current.name if self.current else '-'
         self.history.append((self.now, name, what))
 
     def _go_on(self):
-        """Let somebody run who can, as the seed says."""
+        """Run a task that can, chosen by the seed."""
         me = self.current
         if self._most < self.handovers or not self._somebody():
             self._root.switch()  # which says so
@@ -268,7 +269,7 @@ class Scheduler:
             task.greenlet.switch()
 
     def _somebody(self):
-        """Make ready whose time has come, and return whether there is anybody to run."""
+        """Wake tasks whose time has come, and return whether any task can run."""
         due = self._due
         while due and (due[0][0] <= self.now or not self._ready):
             time, _, task, turn = heappop(due)

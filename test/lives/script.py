@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What happens in a life: steps that several clients, the disk and fate take, from one number."""
+"""The events of a life: steps of several clients, the disk and fate, from one number."""
 
 import math
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ SESSION = '/disk/session'
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that happens.
+    """One event.
 
     Attributes:
-        after: Seconds since the step before.
+        after: Seconds since the previous step.
         what: Its name.
-        given: What goes with it.
+        given: Its arguments.
     """
 
     after: float
@@ -45,16 +45,16 @@ class Step:
 
 @dataclass(frozen=True)
 class Script:
-    """A life before it is lived.
+    """The plan of a life.
 
     Attributes:
-        seed: Of the order in which threads take turns, and of what the disk does.
-        level: Level that the element was written with before; -1: blank.
+        seed: Seed of the order of threads, and of what the disk does.
+        level: Level that the element held before; -1: blank.
         state: Whether there is a state file.
         record: Whether a recording begins with every activation.
-        interval: Seconds between two savings; 0: none.
+        interval: Seconds between two saves; 0: none.
         sync_interval: Seconds after which a recording is synced.
-        steps: What happens.
+        steps: The steps.
     """
 
     seed: int
@@ -118,7 +118,7 @@ TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 
 
 def script(seed):
-    """Return the life of a number."""
+    """Return the life with this number."""
     chance = Random(f'script {seed}')
     steps = []
     if chance.random() < 0.95:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Making a failing life short: its steps are left out, more and more, while it goes on failing."""
+"""Shortening a failing life: steps are left out while it still fails."""
 
 from dataclasses import replace
 
@@ -9,9 +9,9 @@ def shrunk(script, fails, most=400):
     """Return a script of few steps that still fails.
 
     Args:
-        script: One that fails.
-        fails: Whether a script does.
-        most: Lives that may be lived for it.
+        script: A script that fails.
+        fails: Returns whether a script fails.
+        most: Most lives to live for it.
     """
     lived = 0
     steps = script.steps

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The lives bite: every fault that is put back is found, and soon."""
+"""Lives find faults: every fault that is put back is found soon."""
 
 from itertools import count
 
@@ -21,7 +21,7 @@ AT_ONCE = (
 
 
 def lives_until_found(name, most):
-    """Return how many lives it takes; those that fail without the fault do not count."""
+    """Return the lives until a fault is found; lives that fail without it do not count."""
     for seed in count():
         assert seed < most, f'{name} is not found within {most} lives'
         with BITES[name]():

@@ -17,7 +17,7 @@ STATE = Path('/state.json')
 
 
 def live(seed, work, crash_at=None, trouble=''):
-    """Let a process work on a new disk until it ends or is killed; return the disk, power off."""
+    """Run a process on a new disk until it ends or is killed; return the disk without power."""
     scheduler = Scheduler(seed)
     disk = Disk(scheduler)
     with scheduled(scheduler), mounted(disk):
@@ -32,7 +32,7 @@ def live(seed, work, crash_at=None, trouble=''):
 
 
 def content(disk, path=STATE):
-    """Return what stands in a file, None where there is none."""
+    """Return the content of a file; None if there is none."""
     with mounted(disk):
         try:
             return durable.read_text(path)

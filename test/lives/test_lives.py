@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole lives, each from one number: the first of those of which `make lives` lives many."""
+"""Whole lives, each from one number: the first of many that `make lives` lives."""
 
 import pytest
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The scheduler finds what depends on who goes first, and finds it again by the same number."""
+"""The scheduler finds what depends on the order of threads, and reproduces it by its number."""
 
 import pytest
 
@@ -32,7 +32,7 @@ def start(*functions):
 
 
 def count_to_two(locked):
-    """Return what two threads count to, each adding one, with a lock or without."""
+    """Return the result of two threads that each add one, with or without a lock."""
     total = [0]
 
     def main():

@@ -1,6 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The true wall, which only the experimenter may look at: where it is, and what is said of it."""
+"""The true wall, which only the experimenter may see: where it is, and whether the device is
+right.
+"""
 
 from mlmem_ros.device import Disturb, Outcome, Read, Refused, SetFaults, SetStrain
 from mlmem_ros.device.commands import FollowTrajectory, Procedures
@@ -15,7 +17,7 @@ _MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
 
 
 def may_move(command):
-    """Return whether a wall may move where a command is accepted; by a read it may not."""
+    """Return whether the wall may move after a command was accepted; a read does not move it."""
     return isinstance(command, _MOVERS) and not isinstance(command, Read)
 
 
@@ -23,16 +25,16 @@ class Truth:
     """Watches the wall of a device, tick by tick.
 
     Attributes:
-        asked: Commands that may move it that have been asked for.
-        waiting: Of these, those without an answer.
-        ticks: That the device has run.
+        asked: Commands so far that may move the wall.
+        waiting: Those of them without an answer.
+        ticks: Ticks that the device has run.
     """
 
     def __init__(self, find):
-        """Know nothing yet.
+        """Start without knowledge.
 
         Args:
-            find: Called with what is wrong.
+            find: Called with each finding.
         """
         self.asked = 0
         self.waiting = 0
@@ -42,7 +44,7 @@ class Truth:
         self._moved_at = -CALM  # tick of the last motion
 
     def ticked(self, element, events):
-        """Look at the true wall, in the loop's thread."""
+        """Check the true wall, in the loop's thread."""
         self.ticks = element.ticks
         if self.waiting or not _quiet(element):
             self.unsettle(element)
@@ -57,7 +59,7 @@ class Truth:
                 self._judge(element, event)
 
     def _judge(self, element, outcome):
-        """Compare what a procedure says with the truth."""
+        """Compare the outcome of a procedure with the truth."""
         calm = element.ticks - self._moved_at > CALM or outcome.procedure == 'write'
         if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
             truth = level_of(element.design, element.chain.configuration)
@@ -65,13 +67,13 @@ class Truth:
                 self._find(f'{outcome} while the wall is at {truth}')
 
     def unsettle(self, element):
-        """Take it that the wall may be about to move; of an element that is gone, that it has."""
+        """Assume that the wall may move; after the end of a device, that it has moved."""
         self._still = None
         if element is not None:
             self._moved_at = element.ticks
 
     def watch_refusals(self, element):
-        """See to it that a refused command leaves a device as it was."""
+        """Check that a refused command leaves a device unchanged."""
         apply = element.apply
 
         def watched(command):
@@ -92,12 +94,12 @@ def _walls(element):
 
 
 def _quiet(element):
-    """Return whether nothing is under way that may move a wall."""
+    """Return whether nothing that may move a wall is in progress."""
     return element.released and _undisturbed(element)
 
 
 def _undisturbed(element):
-    """Return whether the device is healthy, its base still, its strain none."""
+    """Return whether the device is healthy and its base and strain are zero."""
     linkage = element.linkage.state
     strains = (linkage.told, linkage.strain)
     return small.healthy(element.faults) and element.base.still and not any(strains)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A life: one script, lived by a host on a disk, under a scheduler, before the eyes of oracles."""
+"""A life: a script, lived by a host on a disk, under a scheduler, watched by oracles."""
 
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,7 +24,7 @@ ROOT = Path('/disk')
 
 @contextmanager
 def _impatient():
-    """Have the host wait for a disk no longer than a life has time for."""
+    """Make the host wait for a disk no longer than a life lasts."""
     with (
         patch.object(worker, 'PATIENCE', PATIENCE),
         patch.object(worker.Worker.wait, '__defaults__', (PATIENCE,)),
@@ -33,14 +33,14 @@ def _impatient():
 
 
 class Life:
-    """A script that is lived.
+    """A life from a script.
 
     Attributes:
-        script: What happens.
-        scheduler: Under which it happens.
-        disk: Where its files are.
-        oracles: Which watch it.
-        given: What the host is configured with.
+        script: The script.
+        scheduler: Its scheduler.
+        disk: The disk with its files.
+        oracles: The oracles that watch it.
+        given: The configuration of the host.
     """
 
     @property
@@ -62,7 +62,7 @@ class Life:
         self._process = None
 
     def live(self):
-        """Live it; return what was found wrong."""
+        """Live it, and return what is wrong."""
         with scheduled(self.scheduler), mounted(self.disk), _impatient():
             self._furnish()
             self._process = Process(self)
@@ -84,13 +84,13 @@ class Life:
 
     @property
     def log(self):
-        """Where the host tells what happens."""
+        """Take a log line of the host."""
         return self.oracles
 
     # --- fate ----------------------------------------------------------------------------
 
     def _furnish(self):
-        """Put on the disk what an earlier life has left."""
+        """Put the files of an earlier life on the disk."""
         durable.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
@@ -100,7 +100,7 @@ class Life:
                 state_file.save(path, small.written(self.script.level))
 
     def _fate(self):
-        """Take the steps, from outside of the process."""
+        """Take the steps, from outside the process."""
         for step in self.script.steps:
             self.scheduler.sleep(step.after)
             self._go_on_after_crash()
