@@ -39,23 +39,14 @@ STEPS = (
 
 def check(subject: Subject) -> Iterator[Finding]:
     """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
-    walls, kinks = (
-        {level: forward(subject, level, kink=kink) for level in subject.steps}
-        for kink in (False, True)
-    )
+    walls = subject.forward(kink=False)
     yield _peaks(subject, 'write', walls)
-    yield _peaks(subject, 'erase', kinks)
+    yield _peaks(subject, 'erase', subject.forward(kink=True))
     yield _wall_stays(subject, walls)
     yield _ramps(subject)
     yield _shake(subject)
     yield _settling(subject)
     yield _durations(subject)
-
-
-def forward(subject: Subject, level: int, *, kink: bool) -> float:
-    """Return the strain that moves a wall on from a level."""
-    compression = subject.design.freed_by_compression(level) is not kink
-    return subject.freeing(level, -1.0 if compression else 1.0, kink=kink)
 
 
 def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:

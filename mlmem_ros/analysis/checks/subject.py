@@ -119,7 +119,7 @@ class Subject:
         return found
 
     def freeing(self, level: int, sign: float, *, kink: bool = False) -> float:
-        """Return the strain that frees a wall; NaN if none does, or no wall is held at all."""
+        """Return the strain that frees a wall; NaN if none does, or the level pins no wall."""
         key = (level, sign, kink)
         if key not in self._freeing:
             try:
@@ -129,6 +129,17 @@ class Subject:
             except StateError:
                 self._freeing[key] = math.nan
         return self._freeing[key]
+
+    def forward(self, *, kink: bool) -> dict[int, float]:
+        """Return the strains that move a wall or a kink on, by the sampled level that it leaves.
+
+        They are NaN as from `freeing`.
+        """
+        design = self.design
+        signs = {
+            n: -1.0 if design.freed_by_compression(n) is not kink else 1.0 for n in self.steps
+        }
+        return {level: self.freeing(level, sign, kink=kink) for level, sign in signs.items()}
 
 
 def sample(count: int) -> list[int]:

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 from ...device.settings import EraseSettings, TimeSettings, WriteSettings
 from ...physics import Design
-from ..checks.schedule import forward
 from ..checks.subject import Subject
 
 TICK = TimeSettings().tick
@@ -80,12 +79,10 @@ class Freeing:
 
 def freeing(subject: Subject) -> Freeing:
     """Return the strains that free walls and kinks at the start, in the middle and at the end."""
-    wall, kink = (
-        [forward(subject, level, kink=kink) for level in subject.steps] for kink in (False, True)
-    )
+    wall, kink = subject.forward(kink=False), subject.forward(kink=True)
 
-    def sizes(strains: list[float], sign: float) -> list[float]:  # NaN of one that is not freed
-        return [abs(each) for each in strains if not each * sign <= 0.0]
+    def sizes(strains: dict[int, float], sign: float) -> list[float]:  # with NaN, if there is one
+        return [abs(each) for each in strains.values() if not each * sign <= 0.0]
 
     return Freeing(
         max(sizes(wall, -1.0)), max(sizes(wall, 1.0)), min(sizes(wall, 1.0)),

@@ -18,6 +18,7 @@ What is chosen, and why:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from ...device import Settings
@@ -94,7 +95,9 @@ def propose(levels: int) -> Proposal:
 def _with(levels: int, J: int) -> Proposal | str:
     """Return a proposal with J cells per level, or the reason why there is none."""
     frees = freeing(Subject(_element(levels + 2, J, 1 / 250, 0), Settings()))
-    if not frees.room >= ROOM:  # true for NaN, too
+    if math.isnan(frees.room):
+        return 'at some level no tension frees the kink, or the wall'
+    if frees.room < ROOM:
         return (
             f'the tensions that free kink and wall are too close: {frees.kink_tension:.4f} and '
             f'{frees.wall_tension_least:.4f}'
