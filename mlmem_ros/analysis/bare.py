@@ -27,6 +27,9 @@ from ..physics.potential import Array
 STEP = 0.5
 """Time step; the wall's own motion is a hundred times slower."""
 
+COARSE = 1.0
+"""Time step of checks and searches: with it, all shipped presets get the same verdicts."""
+
 REST = 2500.0
 """Ten damping times, after which a wall no longer swings about its defect."""
 

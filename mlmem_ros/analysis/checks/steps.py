@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from ...device.motion import Cycle
 from ...physics import Specimen, StateError, stable_step
 from ...verdict import Verdict
-from ..bare import departures, scaled
+from ..bare import COARSE, departures, scaled
 from .finding import Finding
 from .subject import LEAST_CELLS, MOST_WORK, Subject
 
@@ -25,9 +25,6 @@ ROW = 2
 
 OFF = 0.15
 """How far off both peaks may be at once; an operating point nearer to failure gets a warning."""
-
-STEP = 1.0
-"""Time step, twice that of a map; the verdicts on all shipped presets are the same."""
 
 SOURCE = (
     'upon recovery of the zero strain condition, the transition wave becomes pinned at a soft '
@@ -75,7 +72,7 @@ def _work(subject: Subject) -> float:
     """Return the cell steps for making all steps once."""
     design, write = subject.design, subject.settings.write
     cycle = Cycle.planned(write, write.tension, subject.settings.actuator.max_rate)
-    dt = min(STEP, stable_step(Specimen(dataclasses.replace(design, substrate='rigid'))))
+    dt = min(COARSE, stable_step(Specimen(dataclasses.replace(design, substrate='rigid'))))
     time = cycle.duration + write.final_settle
     return len(subject.steps) * time / dt * max(design.N, LEAST_CELLS)
 
@@ -90,7 +87,7 @@ def _lost(subject: Subject, compression: float, tension: float) -> list[int]:
     for start in subject.steps[::ROW]:
         goal = min(start + ROW, design.levels - 1)
         try:
-            away = list(departures(design, write, start, goal, max_rate=rate, dt=STEP))
+            away = list(departures(design, write, start, goal, max_rate=rate, dt=COARSE))
         except StateError:  # the level pins no wall
             away = [math.inf]
         lost += [start + step for step, cells in enumerate(away) if cells >= 1.0]

@@ -22,9 +22,6 @@ Settings = TypeVar('Settings')
 DIMENSIONS = 7
 """Coordinates of a point."""
 
-STEP = 1.0
-"""Time step of a trial: twice that of a map, with the same verdicts on all that ships."""
-
 Off = tuple[float, float]
 """Relative changes of two values of a schedule."""
 

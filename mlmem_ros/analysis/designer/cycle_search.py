@@ -17,9 +17,9 @@ import numpy as np
 from ...device.settings import WriteSettings
 from ...physics import Design
 from ...physics.potential import Array
-from ..bare import departures, scaled
+from ..bare import COARSE, departures, scaled
 from . import cma_es
-from .cma_es import STEP, TRIALS, Off
+from .cma_es import TRIALS, Off
 
 STEP_SIZE = 0.25
 """Standard deviation of the first trials: a quarter of a share or a peak."""
@@ -50,7 +50,7 @@ class WriteTask:
         last = self.design.levels - 1
         rows = ((start, min(start + self.length, last)) for start in self.starts)
         return np.array(
-            [x for row in rows for x in departures(self.design, changed, *row, dt=STEP)]
+            [x for row in rows for x in departures(self.design, changed, *row, dt=COARSE)]
         )
 
     def cost(self, write: WriteSettings) -> float:

@@ -22,9 +22,9 @@ from ...device.settings import StrokeSettings, ThrowSettings
 from ...device.strokes import actuator
 from ...physics import Design, Scatter, scattered, walls
 from ...physics.potential import Array
-from ..bare import left_by
+from ..bare import COARSE, left_by
 from . import cma_es
-from .cma_es import STEP, TRIALS, Off
+from .cma_es import TRIALS, Off
 
 Move = TypeVar('Move', bound=StrokeSettings | ThrowSettings)
 
@@ -79,7 +79,7 @@ class MoveTask:
             else:
                 peak = stroke_peak(self.design, changed, start)
                 target = start + (changed.levels if self.upward else -changed.levels)
-            left = left_by(specimen, Cycle.planned(changed, peak), start, dt=STEP)
+            left = left_by(specimen, Cycle.planned(changed, peak), start, dt=COARSE)
             total += 1.0 if left is None else self._wrong(left, target)
         return total / len(self.starts)
 

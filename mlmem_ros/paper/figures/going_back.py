@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
 from ...analysis.bare import moved
+from ...analysis.designer.going_back import FAR
 from ...analysis.designer.stroke_search import stretched
 from ...analysis.throws import reach, shortest_ease
 from ...device.motion import Cycle
@@ -36,10 +37,6 @@ FIGURE = Figure(
 
 THROWN, STRUCK = 5, 11
 """Levels from which the two pictures set out."""
-
-FAR = 2.5
-"""`reach` from which throws were found to blank: pins, gradient, first push take the rest."""
-
 
 STRONG = ActuatorSettings(max_strain=0.5, max_rate=1.0)
 """An actuator that no point of the maps asks too much of."""
