@@ -117,6 +117,6 @@ def test_a_value_out_of_range_is_refused():
 
 @settings(deadline=None)
 @given(st.sampled_from(NODE_TYPES), st.binary(max_size=200))
-def test_any_bytes_are_a_message_or_an_error_of_ours(type_name, noise):
+def test_any_bytes_decode_or_raise_a_bag_error(type_name, noise):
     with suppress(BagError):
         jazzy.deserialize(b'\x00\x01\x00\x00' + noise, type_name)

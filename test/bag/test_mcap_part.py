@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Damage to an MCAP file costs what is damaged and no more."""
+"""Damage to an MCAP file costs only what is damaged."""
 
 from contextlib import nullcontext
 from io import BytesIO
@@ -13,8 +13,8 @@ from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
 
 from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.mcap_file import McapFile
 from mlmem_ros.bag.mcap_part import McapPart
-from mlmem_ros.bag.writer import BagWriter
 
 pytestmark = pytest.mark.usefixtures('quick_disk')
 
@@ -22,12 +22,15 @@ pytestmark = pytest.mark.usefixtures('quick_disk')
 @pytest.fixture
 def whole(tmp_path):
     """A file of five chunks of one message each, and where the chunks lie."""
-    with BagWriter(tmp_path / 'bag') as writer:
-        writer.add_topic('/n', 'std_msgs/msg/UInt8')
-        for i in range(5):
-            writer.write('/n', count(i), i)
-            writer.sync()
-    path = tmp_path / 'bag/bag_0.mcap'
+    path = tmp_path / 'bag_0.mcap'
+    file = McapFile(path)
+    file.write_metadata('version: 9')
+    definition = jazzy.definition('std_msgs/msg/UInt8')
+    channel = file.add_channel('/n', definition, 'cdr', {'topic_type_hash': definition.hash})
+    for i in range(5):
+        file.write(channel, count(i), i, i)
+        file.sync()
+    file.close()
     return path, McapPart(path).blocks
 
 
@@ -97,7 +100,7 @@ def test_a_damaged_chunk_costs_its_own_messages(whole):
     assert 'the record is damaged' in loss.reason
 
 
-def test_what_lies_behind_a_wrong_length_is_lost_and_told(whole):
+def test_everything_after_a_damaged_length_is_reported_lost(whole):
     path, blocks = whole
     content = bytearray(path.read_bytes())
     content[blocks[1].offset + 1 : blocks[1].offset + 9] = b'\xff' * 8
@@ -108,8 +111,8 @@ def test_what_lies_behind_a_wrong_length_is_lost_and_told(whole):
     assert (loss.offset, loss.offset + loss.size) == (blocks[1].offset, len(content))
 
 
-def test_a_closed_file_whose_first_chunk_is_damaged_has_its_definitions(whole):
-    """They stand in the first chunk, and again in the summary."""
+def test_a_closed_file_keeps_its_definitions_if_the_first_chunk_is_damaged(whole):
+    """They are in the first chunk and again in the summary."""
     path, blocks = whole
     content = bytearray(path.read_bytes())
     content[blocks[0].end - 1] ^= 0xFF
@@ -119,7 +122,7 @@ def test_a_closed_file_whose_first_chunk_is_damaged_has_its_definitions(whole):
     assert [channel.topic for channel in part.channels.values()] == ['/n']
 
 
-def test_zeros_at_the_end_are_told(whole):
+def test_zeros_at_the_end_are_reported(whole):
     # What some file systems leave after a power cut.
     path, blocks = whole
     content = path.read_bytes()
@@ -161,7 +164,7 @@ def test_files_of_other_writers_are_read(tmp_path, compression, chunked):
     assert all(a.end <= b.offset for a, b in pairwise(part.blocks))
 
 
-def test_messages_whose_channel_is_lost_are_told(tmp_path):
+def test_messages_of_a_lost_channel_are_reported(tmp_path):
     # mcap's writer puts channels into the first chunk. Killed, it leaves no summary to help.
     path = tmp_path / 'other.mcap'
     with path.open('wb') as stream:
@@ -178,13 +181,13 @@ def test_messages_whose_channel_is_lost_are_told(tmp_path):
     assert reasons.count('1 messages belong to channels whose definition is lost') == 3
 
 
-def test_what_is_no_mcap_file_is_refused(tmp_path):
+def test_a_file_of_another_format_is_refused(tmp_path):
     (tmp_path / 'a.mcap').write_bytes(b'SQLite format 3\0')
     with pytest.raises(BagError, match=r'a\.mcap must be an MCAP file; it begins with'):
         McapPart(tmp_path / 'a.mcap')
 
 
-def test_a_file_that_changes_while_it_is_read_is_told(whole):
+def test_a_file_that_changes_while_it_is_read_is_reported(whole):
     path, blocks = whole
     part = McapPart(path)
     content = bytearray(path.read_bytes())
@@ -194,8 +197,8 @@ def test_a_file_that_changes_while_it_is_read_is_told(whole):
         found(part)
 
 
-def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
-    """And a record in it that does not belong there is passed over."""
+def test_a_chunk_without_messages_still_declares_channels(tmp_path):
+    """A record that does not belong into a chunk is skipped."""
     schema = Schema(1, b'uint8 data', 'ros2msg', 'std_msgs/msg/UInt8')
     channel = Channel(7, '/n', 'cdr', {}, 1)
     inside = encode(schema, Attachment(0, 0, 'a.txt', 'text/plain', b'hello'), channel)
@@ -211,7 +214,7 @@ def test_a_chunk_without_messages_is_no_block_but_tells_its_channels(tmp_path):
 
 
 def file_of(**changes):
-    """Return a file of one uncompressed chunk that holds a message, with something changed."""
+    """Return a file of one uncompressed chunk with a message, with changes to the chunk."""
     message = encode(Message(channel_id=7, log_time=5, publish_time=5, sequence=0, data=b''))
     values = {
         'compression': '', 'data': message, 'message_start_time': 0, 'message_end_time': 0,
@@ -231,7 +234,7 @@ def file_of(**changes):
         {'data': b'\x05'},
     ],
 )
-def test_a_chunk_that_lies_is_damaged(changes):
+def test_an_inconsistent_chunk_is_damaged(changes):
     assert not McapPart(file_of()).losses
     part = McapPart(file_of(**changes))
     (loss,) = part.losses

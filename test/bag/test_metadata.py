@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""metadata.yaml says what rosbag2 Jazzy's would (version 9), and is read from any version."""
+"""metadata.yaml is that of rosbag2 Jazzy (version 9); any version is read."""
 
 import json
 import re
@@ -149,7 +149,7 @@ rosbag2_bagfile_information:
 
 
 def said(text):
-    """Return what a YAML text says to yaml-cpp: texts, in their order, and null."""
+    """Return a YAML text as yaml-cpp reads it: texts, in order, and null."""
     return json.dumps(yaml.load(re.sub(r'(?m): null$', ': ~', text), yaml.BaseLoader))
 
 
@@ -186,7 +186,7 @@ def test_version_5_is_understood():
 @pytest.mark.parametrize(
     ('mode', 'compressed'), [('FILE', True), ('message', True), ('none', False)]
 )
-def test_compression_is_told(mode, compressed):
+def test_compression_is_recognized(mode, compressed):
     text = TEXT.replace('compression_mode: ""', f'compression_mode: {mode}')
     assert parse_metadata(text).compressed is compressed
 
@@ -212,7 +212,7 @@ def test_a_text_is_a_text_to_every_reader(text):
 @pytest.mark.parametrize(
     'text', ['', 'word', '- 1', '{', '{}', 'version: 9', '"\\UFFFFFFFF"', '[' * 2000, TEXT[:300]]
 )
-def test_what_is_no_metadata_is_refused(text):
+def test_invalid_metadata_is_refused(text):
     with pytest.raises(BagError):
         parse_metadata(text)
 
@@ -227,7 +227,7 @@ ALIASES = '  a: &a [x, x]\n  b0: &b0 [*a, *a]\n' + ''.join(
 
 
 @pytest.mark.parametrize('key', ['compression_mode', 'custom_data'])
-def test_a_list_that_has_no_end_is_no_text(key):
+def test_a_text_cannot_be_a_list_of_aliases(key):
     """Sixty lines of YAML that would be 2^60 words when written out."""
     value = '{k: *b59}' if key == 'custom_data' else '*b59'
     text = re.sub(f'(?m)^  {key}:.*', '', EMPTY_TEXT) + f'\n{ALIASES}  {key}: '

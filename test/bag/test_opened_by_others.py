@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Our bags are opened by readers that are not ours, with every message of every topic."""
+"""Other readers open our bags, with every message of every topic."""
 
 from importlib import import_module
 

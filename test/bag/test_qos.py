@@ -48,5 +48,5 @@ def test_an_unknown_policy_is_unknown():
 
 
 @pytest.mark.parametrize('text', ['', '{', 'word', '- 1', '- history: 1', '- {depth: x}'])
-def test_what_is_no_list_of_profiles_offers_nothing(text):
+def test_an_invalid_list_of_profiles_is_empty(text):
     assert renewed(text) in ('', '[]')

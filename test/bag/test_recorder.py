@@ -44,7 +44,7 @@ def make(tmp_path):
 
 
 def hold(recorder, monkeypatch):
-    """Let the disk stall: the first write waits until the returned event is set."""
+    """Stall the disk: the first write waits until the returned event is set."""
     released, stalled = threading.Event(), threading.Event()
     write = BagWriter.write
 
@@ -100,8 +100,8 @@ def test_an_idle_recording_is_synced(make):
     assert recorder.status.state == 'recording'
 
 
-def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypatch):
-    """The clock of the recorder is ours: 10 s from put to disk are promised, 5 s are taken."""
+def test_a_sync_begins_at_half_the_interval_and_the_wait_is_measured(make, monkeypatch):
+    """With our own clock: of the 10 s from put to disk, 5 s pass before the sync."""
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
     recorder = make(sync_interval=10.0)
@@ -120,7 +120,7 @@ def test_a_sync_begins_at_half_the_interval_and_the_wait_is_told(make, monkeypat
 
 
 def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, monkeypatch):
-    """All of it has waited for too long when the disk goes on; one sync is as good as many."""
+    """All of it has waited too long when the disk recovers; one sync is enough."""
     clock, syncs = SimpleNamespace(now=0.0), []
     monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
     recorder = make(sync_interval=1.0)
@@ -138,7 +138,7 @@ def test_a_backlog_is_written_at_once_and_not_synced_message_by_message(make, mo
     assert syncs == [100.0, 101.0]
 
 
-def test_a_disk_that_hangs_is_told_by_the_wait(make, monkeypatch):
+def test_the_wait_shows_a_disk_that_hangs(make, monkeypatch):
     clock = SimpleNamespace(now=0.0)
     monkeypatch.setattr('mlmem_ros.threads.monotonic', lambda: clock.now)
     recorder = make()
@@ -216,7 +216,7 @@ def test_a_closed_recorder_takes_nothing(make):
     assert recorder.close(60).messages == 0
 
 
-def test_close_waits_no_longer_than_told(make, monkeypatch):
+def test_close_waits_no_longer_than_its_timeout(make, monkeypatch):
     recorder = make()
     released = hold(recorder, monkeypatch)
     assert recorder.close(timeout=0.05).state == 'recording'
@@ -224,8 +224,8 @@ def test_close_waits_no_longer_than_told(make, monkeypatch):
     assert recorder.close(60).state == 'closed'
 
 
-def test_a_defect_of_ours_ends_the_recording_and_nothing_else(make, monkeypatch):
-    """Nobody has to listen for errors, and what was written before is whole."""
+def test_a_bug_ends_the_recording_and_nothing_else(make, monkeypatch):
+    """No error handler is needed, and what was written before is whole."""
     recorder = make()
     recorder.put('/level', level(1), 1)
     wait_for(lambda: recorder.status.messages == 1)

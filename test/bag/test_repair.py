@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A repaired bag is whole, and the damaged one is as it was."""
+"""A repaired bag is whole, and the damaged one is unchanged."""
 
 import pytest
 from rosbags.highlevel import AnyReader
@@ -62,7 +62,7 @@ def test_nothing_is_overwritten(damaged, record, tmp_path):
         repair(damaged, record('other'))
 
 
-def test_from_nothing_nothing_is_made(damaged, tmp_path):
+def test_a_bag_without_a_readable_message_is_not_repaired(damaged, tmp_path):
     file = damaged / 'bag_0.mcap'
     file.write_bytes(file.read_bytes()[:100])
     with pytest.raises(BagError, match='must hold at least one readable message'):

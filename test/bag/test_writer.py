@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A bag directory is written as rosbag2 writes it, and what goes wrong is told once."""
+"""A bag directory is written as rosbag2 writes it, and every fault is one error."""
 
 import os
 import resource
@@ -37,7 +37,7 @@ def writer(tmp_path):
 
 
 def described(path):
-    """Return what `metadata.yaml` says."""
+    """Return the content of `metadata.yaml`."""
     (root,) = yaml.safe_load((path / 'metadata.yaml').read_text()).values()
     return root
 
@@ -50,7 +50,7 @@ def test_files_are_named_as_by_rosbag2(record):
     assert names(record('session')) == ['metadata.yaml', 'session_0.mcap']
 
 
-def test_metadata_tells_what_is_in_the_bag(record, messages):
+def test_metadata_describes_the_bag(record, messages):
     path = record(custom_data={'seed': '42'})
     metadata = read_metadata(path)
     assert metadata.custom_data == {'seed': '42'}
@@ -90,7 +90,7 @@ def test_synced_messages_are_on_the_disk(writer):
     assert [m.cdr for m in BagReader(writer.path)] == [level(1)]
 
 
-def test_publish_time_is_the_log_time_unless_told(writer):
+def test_publish_time_is_the_log_time_by_default(writer):
     writer.write('/level', level(1), 7)
     writer.write('/level', level(2), 8, 3)
     writer.close()
@@ -141,7 +141,7 @@ def test_repetitions_are_counted(record, messages):
     assert len(list(BagReader(path))) == metadata.message_count
 
 
-def test_split_files_share_no_time_but_the_border(record):
+def test_split_files_overlap_only_at_the_border(record):
     parts = [BagReader(file) for file in sorted(record(max_duration=0.5).glob('*.mcap'))]
     assert all(a.span[1] <= b.span[0] for a, b in pairwise(parts))
 
@@ -157,14 +157,14 @@ def test_an_existing_path_is_never_touched(record, tmp_path):
         BagWriter(tmp_path / 'file')
 
 
-def test_a_library_that_cannot_sync_is_refused_before_anything_is_made(tmp_path, monkeypatch):
+def test_an_old_library_is_refused_before_anything_is_created(tmp_path, monkeypatch):
     monkeypatch.delattr(mcap.writer.Writer, 'flush')
     with pytest.raises(BagError, match=r'needs mcap 1\.6 or later: .* pip install'):
         BagWriter(tmp_path / 'bag')
     assert not (tmp_path / 'bag').exists()
 
 
-def test_mistakes_of_the_caller_are_told_and_do_no_harm(writer):
+def test_wrong_arguments_are_refused_and_do_no_harm(writer):
     with pytest.raises(BagError, match='/level must be added only once'):
         writer.add_topic('/level', 'std_msgs/msg/Int16')
     with pytest.raises(BagError, match="one of ROS 2 Jazzy; got 'no_msgs/msg/No'"):
@@ -221,7 +221,7 @@ def test_a_full_disk_leaves_what_was_synced(writer):
     assert read_metadata(writer.path).message_count == 1  # agrees with the last sync
 
 
-def test_a_path_that_cannot_be_made_is_told(tmp_path):
+def test_a_path_that_cannot_be_created_is_refused(tmp_path):
     (tmp_path / 'file').touch()
     with pytest.raises(BagError, match=r'Cannot create .*: Not a directory'):
         BagWriter(tmp_path / 'file' / 'bag')
@@ -230,7 +230,7 @@ def test_a_path_that_cannot_be_made_is_told(tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason='root may write anywhere')
-def test_a_missing_permission_is_told(tmp_path):
+def test_a_missing_permission_is_reported(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(BagError, match='Permission denied'):
         BagWriter(tmp_path / 'bag')

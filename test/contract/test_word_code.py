@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Words in elements, without ROS: what the code bears, and what a crash leaves of a write."""
+"""Words in elements, without ROS: what the code corrects, and what a crash leaves of a write."""
 
 from itertools import combinations, product
 
@@ -25,7 +25,7 @@ def written(draw, least=1):
 
 @QUICK
 @given(written(), st.data())
-def test_what_the_code_bears_is_set_right(case, data):
+def test_what_the_code_can_correct_is_corrected(case, data):
     """Unreadable digits cost one check digit each, wrong ones two."""
     code, _, digits = case
     wrong = data.draw(st.integers(0, code.check // 2))
@@ -40,7 +40,7 @@ def test_what_the_code_bears_is_set_right(case, data):
 
 @pytest.mark.parametrize('lost', list(combinations(range(5), 2)))
 def test_any_two_of_five_may_be_unreadable(lost):
-    """The seal among them."""
+    """Including the seal."""
     code = WordCode(5, 8, check=2)
     digits = code.digits(0o271)
     read = [None if place in lost else digit for place, digit in enumerate(digits)]
@@ -58,8 +58,8 @@ def test_one_more_unreadable_digit_is_refused(case, data):
 
 
 @pytest.mark.parametrize(('elements', 'base', 'check'), [(3, 4, 2), (4, 8, 2), (4, 8, 3)])
-def test_the_chance_of_a_false_word_is_what_is_said(elements, base, check):
-    """Of all readings, counted. Three check digits find two wrong ones, always."""
+def test_the_chance_of_a_false_word(elements, base, check):
+    """Counted over all readings. Three check digits always detect two wrong ones."""
     code = WordCode(elements, base, check)
     taken = {
         read: decoded(code, read) is not None for read in product(range(base), repeat=elements)
@@ -80,7 +80,7 @@ def test_unreadable_digits_leave_less_to_check_with(unreadable, chance):
 @QUICK
 @given(written(), written(), st.data())
 def test_a_crash_leaves_the_old_word_the_new_one_or_a_torn_one(case, other, data):
-    """Wherever it cuts: in every stroke, with every element of it in any state."""
+    """In every stroke, with each of its elements in any state."""
     code, _, new = case
     old = data.draw(st.sampled_from([code.digits(other[1] % code.size), (BLANK,) * code.elements]))
     aim = data.draw(st.sampled_from([new, (BLANK,) * code.elements]))
@@ -109,7 +109,7 @@ def decoded(code, read):
 
 
 def test_two_check_digits_keep_a_word_while_its_seal_is_in_doubt():
-    """The seal is cut at any level on its way: the old word stands, and then the new one."""
+    """If writing the seal is interrupted at any level, the old or the new word is read."""
     code = WordCode(4, 8, check=2)
     for digits in (code.digits(0o52), code.digits(0o53)):
         for seal in (None, *range(8)):
@@ -119,7 +119,7 @@ def test_two_check_digits_keep_a_word_while_its_seal_is_in_doubt():
 
 
 def test_a_mixture_would_pass_for_a_word_without_a_seal():
-    """Why there is one: with half of the new digits the code mostly finds a third word."""
+    """Why there is a seal: with half of the new digits the code mostly finds a third word."""
     code = WordCode(7, 8, check=2)
     old = code.digits(0)
     false = []
@@ -139,7 +139,7 @@ def test_strokes():
 
 
 def test_check_digits_are_part_of_what_is_stored():
-    """They stay what they are, whatever becomes of the library."""
+    """They must not change with the library."""
     assert WordCode(4, 8, 2).digits(0o52) == (2, 5, 1, 6)
     assert WordCode(5, 256, 2).digits(0x030201) == (1, 2, 3, 4, 4)
 
@@ -155,12 +155,12 @@ def test_check_digits_are_part_of_what_is_stored():
         ((2, 1, 0), 'base must be at least 2; got 1'),
     ],
 )
-def test_a_code_that_there_is_not(shape, why):
+def test_impossible_codes_are_refused(shape, why):
     with pytest.raises(ValueError, match=why):
         WordCode(*shape)
 
 
-def test_without_a_code_digits_are_what_is_read():
+def test_without_a_code_digits_are_as_read():
     code = WordCode(3, 8)
     assert code.decode([3, BLANK, 1]) == (3, BLANK, 1)
     for bad in (None, 8, -2):
@@ -169,7 +169,7 @@ def test_without_a_code_digits_are_what_is_read():
 
 
 def test_another_user_of_the_library_makes_no_wrong_word():
-    """It keeps its field in globals: a robot may compute in another one in between."""
+    """It keeps its field in globals: a robot may use another one in between."""
     import reedsolo
 
     code = WordCode(4, 8, check=2)

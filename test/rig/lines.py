@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Lines to an emulated rig without a clock or a thread: what is asked for is there at once."""
+"""Lines to an emulated rig without clock or thread: every answer is immediate."""
 
 from functools import cache
 
@@ -15,12 +15,12 @@ ADDRESS = 'tcp://nowhere:1?lead=0.01&patience=0.05'
 
 @cache
 def calibration():
-    """Return the factory's."""
+    """Return the factory calibration."""
     return factory_calibration(CASE_II, Settings())
 
 
 class Line:
-    """Both ways of a line; either may be tampered with, frame by frame.
+    """Both directions of a line; either may be tampered with, frame by frame.
 
     What tampers gets a frame and returns what comes of it: bytes.
     """
@@ -53,7 +53,7 @@ class Line:
 
 
 def emulated(settings=None, **options):
-    """Return an emulated rig that plays what comes at once."""
+    """Return an emulated rig that plays set-points as they arrive."""
     return EmulatedRig(CASE_II, settings or Settings(), at_once=True, **options)
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A rig or a driver that is broken: each way ends in an error that names it, never in a level.
+"""A broken rig or driver: each fault ends in an error that names it, never in a level.
 
 What is put right on the way (frames lost, damaged, repeated, out of order) is in test_rig.py.
 """
@@ -59,7 +59,7 @@ def not_played_yet(frame):
 
 
 def begins_with(number):
-    """Return what puts a number in the place of the first sample."""
+    """Return a function that replaces the first sample by a number."""
 
     def changed(frame):
         payload = bytearray(frame.payload)
@@ -110,15 +110,15 @@ BROKEN = {
 
 
 def live(element):
-    """Let time pass, in which nothing is told."""
+    """Let time pass without an event."""
     for _ in range(60):
         assert not element.advance()
 
 
 @pytest.mark.parametrize('how', BROKEN, ids=BROKEN.get)
 @pytest.mark.parametrize('after', [3, 40], ids=['at rest', 'under a read'])
-def test_what_is_told_of_a_broken_rig(how, after):
-    """From some frame on; the read that is under way has failed, and the content is not known."""
+def test_a_broken_rig_is_reported(how, after):
+    """The running read fails, and the content is then unknown."""
     line, seen = Line(emulated()), []
     element = driven(line)
 
@@ -140,7 +140,7 @@ def test_what_is_told_of_a_broken_rig(how, after):
             element.advance()
 
 
-def test_all_who_wait_are_told():
+def test_a_broken_rig_ends_every_wait():
     line, failed = Line(emulated()), []
     element = driven(line)
     loop = Loop(element, lambda *_: None, speed=0.0, failed=lambda: failed.append(True))
@@ -170,7 +170,7 @@ def test_all_who_wait_are_told():
         ({'buffer': 500}, 'lead in device.address must be at most'),
     ],
 )
-def test_a_hello_that_will_not_do(said, why):
+def test_an_invalid_hello_is_refused(said, why):
     rig = emulated()
 
     def says(frame):
@@ -185,7 +185,7 @@ def test_a_hello_that_will_not_do(said, why):
     assert line.closed
 
 
-def test_a_rig_does_not_play_what_cannot_be_played():
+def test_a_rig_refuses_set_points_out_of_order():
     line = Line(emulated())
     element = driven(line)
     element.driver._sent += 80
@@ -194,7 +194,7 @@ def test_a_rig_does_not_play_what_cannot_be_played():
 
 
 class Broken(Driver):
-    """A driver of somebody's own."""
+    """A user's driver."""
 
     def __init__(self, breaks):
         self._simulation = Simulation.of(CASE_II, Settings().time)
@@ -222,7 +222,7 @@ def unplugged(ends):
         (unplugged, 'the driver failed: no such device'),
     ],
 )
-def test_what_any_driver_says_is_looked_at(breaks, why):
+def test_the_samples_of_any_driver_are_checked(breaks, why):
     element = MemoryElement(CASE_II, Settings(), calibration(), Broken(breaks))
     element.apply(Read())
     with pytest.raises(DriverError, match=why):

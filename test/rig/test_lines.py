@@ -63,7 +63,7 @@ def test_latency_shifts_no_echo():
 
 
 def test_a_rig_that_restarts_keeps_its_element():
-    """The line is gone, which is told; whoever calls again finds the content."""
+    """The broken line is reported; a new connection finds the content."""
     with serving(Line(), at_once=True) as (_, server):
         address = f'tcp://127.0.0.1:{server.port}?lead=0.001&patience=10'
         element = element_at(address)
@@ -116,13 +116,13 @@ def test_an_element_at_a_serial_port(port):
     element.driver.close()
 
 
-def test_a_baud_rate_that_there_is_not(port):
+def test_an_unknown_baud_rate_is_refused(port):
     with pytest.raises(ValueError, match='that the system supports; got 12345'):
         element_at(f'serial://{port}?baud=12345', Settings())
 
 
-def test_frames_are_found_among_anything():
-    """Whatever is between them, however they are cut."""
+def test_frames_are_found_among_noise():
+    """In pieces of any size."""
     frames = [(Kind.PLAY, 7, b'mRmR'), (Kind.AGAIN, 2**40, b''), (Kind.FAULT, 9, b'm' * 300)]
     noise = (b'', b'm', b'mR', b'mR\x02' + bytes(14), b'\xff' * 40, encode(*frames[0])[:-1])
     stream = b''.join(each + encode(*frame) for each in noise for frame in frames)

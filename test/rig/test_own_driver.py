@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The driver printed in docs/drivers.md drives an element; names that are no driver say why."""
+"""The driver printed in docs/drivers.md works; invalid drivers are refused with a reason."""
 
 import re
 import sys
@@ -37,7 +37,7 @@ class Error(Exception):
 
 
 class Card:
-    """An imaginary card, which plays an element between its set-points by straight lines."""
+    """An imaginary card that interpolates linearly between set-points."""
 
     def __init__(self, address, rate):
         if address != 'slot 2':
@@ -75,7 +75,7 @@ class Card:
 
 @pytest.fixture
 def bench(monkeypatch, tmp_path):
-    """Print the page's driver into a file that can be imported."""
+    """Write the page's driver into a file that can be imported."""
     daq = ModuleType('imaginary_daq')
     daq.Card, daq.Error = Card, Error
     monkeypatch.setitem(sys.modules, 'imaginary_daq', daq)
@@ -129,7 +129,7 @@ class Hangs(Driver):
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
-def test_nobody_hangs_with_a_driver_that_does(where):
+def test_a_driver_that_hangs_times_out(where):
     over = threading.Event()
 
     def live():
@@ -158,7 +158,7 @@ def test_nobody_hangs_with_a_driver_that_does(where):
         ('pathlib:Path', 'Path must be a class made of mlmem_ros.device.Driver'),
     ],
 )
-def test_what_is_no_driver_is_refused_by_name(bench, name, why):
+def test_an_invalid_driver_is_refused(bench, name, why):
     with pytest.raises(SettingsError, match=why):
         drivers.opened(name, '', CASE_II, Settings())
 
@@ -180,18 +180,18 @@ def test_a_simulation_has_no_address():
 @pytest.mark.parametrize(
     'address', ['', 'slot 2', 'tcp://host', 'tcp://:1', 'tcp://host:x', 'udp://h:1']
 )
-def test_an_address_that_is_none_is_refused(address):
+def test_an_invalid_address_is_refused(address):
     with pytest.raises(SettingsError, match=r'device.address of a rig must be tcp://HOST:PORT or'):
         drivers.opened('rig', address, CASE_II, Settings())
 
 
 @pytest.mark.parametrize('options', ['lead=0', 'lead=nan', 'patience=soon', 'lead='])
-def test_an_option_that_is_no_number_is_refused(options):
+def test_an_invalid_option_is_refused(options):
     with pytest.raises(SettingsError, match=r'in device.address must be a number above 0'):
         drivers.opened('rig', f'tcp://127.0.0.1:1?{options}', CASE_II, Settings())
 
 
-def test_a_rig_that_is_not_there():
+def test_a_missing_rig_is_reported():
     with pytest.raises(DriverError, match=r'no rig at tcp://127.0.0.1:1: .*refused'):
         drivers.opened('rig', 'tcp://127.0.0.1:1', CASE_II, Settings())
     with pytest.raises(DriverError, match='no rig at serial:///dev/no_such_port: No such file'):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element behind a line is what it is beside us: to the bit, whatever the line does to frames.
+"""An element behind a line gives the same bits as a local one, whatever the line does to frames.
 
 The rig plays by its own sample clock, and samples carry its numbers; no time of the line enters.
 """
@@ -43,7 +43,7 @@ STORY = (Write(2), Read('both'), Write(1), Erase())
 
 
 class Late(Driver):
-    """A simulation beside us that is heard some ticks late."""
+    """A local simulation whose samples arrive some ticks late."""
 
     def __init__(self, lag):
         self._simulation = Simulation.of(CASE_II, Settings().time)
@@ -62,20 +62,20 @@ class Late(Driver):
 
 
 def told(element, story=STORY):
-    """Return how commands ended, in all that can be compared to the bit."""
+    """Return the outcomes of commands as values that can be compared to the bit."""
     return [dataclasses.astuple(element.perform(command)) for command in story]
 
 
 @pytest.fixture(scope='module')
 def expected():
-    """How the story ends beside us, with as much lag."""
+    """The outcomes of a local element with the same lag."""
     driver = Late(5)
     found = told(MemoryElement(CASE_II, Settings(), calibration(), driver))
     assert all(outcome[1] for outcome in found)
     return found
 
 
-def test_procedures_over_a_line_are_those_beside_us_to_the_bit(expected):
+def test_procedures_over_a_line_give_the_same_bits(expected):
     line = Line(emulated())
     element = driven(line)
     assert element.driver.lag == 5  # 10 ms ahead
@@ -84,7 +84,7 @@ def test_procedures_over_a_line_are_those_beside_us_to_the_bit(expected):
 
 
 def lossy(seed, share=0.1):
-    """Return what loses frames, damages, doubles or delays them by one."""
+    """Return a function that loses, damages, doubles or delays frames."""
     chance, held = random.Random(seed), []
 
     def tamper(frame):
@@ -126,7 +126,7 @@ def test_calibration_and_self_test_work_over_a_line():
 
 
 def test_a_rig_counts_in_its_own_units():
-    """Micrometres from a zero of its own, as single floats: the delay is the same."""
+    """Micrometres from its own zero, as single floats: the delay is the same."""
     rig = emulated(unit=1e-4, zero=(1250.0, -77.5), numbers='<f4')
     element = driven(Line(rig))
     assert element.transducer.rest(End.RIGHT) == pytest.approx(CASE_II.D_s1, rel=1e-6)
@@ -143,7 +143,7 @@ def test_a_rig_counts_in_its_own_units():
 
 @pytest.mark.parametrize('number', [1, 3])
 def test_an_echo_is_not_heard_across_a_break(number):
-    """The rig is left alone while it is listened to: it is asked again, no delay is shifted."""
+    """If the rig runs dry during a read, the probe is repeated and no delay is shifted."""
     rig = emulated()
     element = driven(Line(rig))
     element.perform(Write(3))
@@ -168,7 +168,7 @@ def test_an_echo_is_not_heard_across_a_break(number):
     assert element.reading.delay == pytest.approx(reading.delay, abs=0.5)
 
 
-def test_an_element_that_is_left_alone_all_the_time_is_not_read():
+def test_an_element_without_set_points_is_not_read():
     element = driven(Line(emulated()))
     before = lambda: element.driver.__dict__.update(interrupted=True)  # noqa: E731
     advance = element.driver.advance
@@ -177,7 +177,7 @@ def test_an_element_that_is_left_alone_all_the_time_is_not_read():
         run(element, answer(element, End.LEFT, 100.0))
 
 
-def test_what_a_real_element_cannot_tell_or_suffer_is_refused():
+def test_what_needs_a_simulation_is_refused():
     element = driven(Line(emulated()))
     for name in ('chain',):
         with pytest.raises(Refused, match='only a simulated element shows its inside'):
@@ -188,7 +188,7 @@ def test_what_a_real_element_cannot_tell_or_suffer_is_refused():
     assert element.perform(Write(1)).reading.level == 1
 
 
-def test_a_snapshot_keeps_what_was_learnt_and_the_element_its_content():
+def test_a_snapshot_keeps_the_calibration_and_the_element_its_content():
     rig = emulated()
     element = driven(Line(rig))
     left = dataclasses.replace(element.calibration.left, blank=9e3)
@@ -214,7 +214,7 @@ def test_a_snapshot_keeps_what_was_learnt_and_the_element_its_content():
         ),
     ],
 )
-def test_settings_that_are_not_for_the_rig_are_refused(settings, why):
+def test_settings_that_do_not_fit_the_rig_are_refused(settings, why):
     line = Line(emulated())
     with pytest.raises(ValueError, match=why):
         driven(line, settings)

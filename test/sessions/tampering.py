@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A session with something changed in it, from one number: its MCAP stays whole.
+"""A session with one random change, made from a number; its MCAP file stays whole.
 
 What is changed is the content of one record: a value in the JSON of header, command or hash, the
 text of that JSON, the bytes of any message, the definition of a type, the type of a topic, a
@@ -46,7 +46,7 @@ NAMES = ('[/red]', '[bold', '/mlmem/[/]', '\x1b]0;x\x07', 'a\nb', 'x' * 100_000,
 
 @dataclass
 class Tampered:
-    """A session on its way into a bag: topics with their definitions, messages, custom data."""
+    """A session to be written: topics with their definitions, messages, custom data."""
 
     topics: dict[str, TopicInfo]
     definitions: dict[str, Definition]
@@ -101,7 +101,7 @@ def _pick(made: Tampered, chance: random.Random, told: bool = False) -> int:
 
 
 def _value(made: Tampered, chance: random.Random) -> str:
-    """Change a value somewhere in the JSON of header, command or hash, or leave it out."""
+    """Change or remove a value in the JSON of header, command or hash."""
     index = _pick(made, chance, told=True)
     message = made.messages[index]
     values = json.loads(jazzy.deserialize(message.cdr, STRING).data)
@@ -124,7 +124,7 @@ def _value(made: Tampered, chance: random.Random) -> str:
 
 
 def _text(made: Tampered, chance: random.Random) -> str:
-    """Change the JSON to a text that may be none."""
+    """Replace the JSON by a text that may be invalid."""
     index = _pick(made, chance, told=True)
     text = chance.choice(TEXTS)
     made.messages[index] = made.messages[index]._replace(cdr=string(text))
@@ -170,7 +170,7 @@ def _schema(made: Tampered, chance: random.Random) -> str:
 
 
 def _type(made: Tampered, chance: random.Random) -> str:
-    """Say that a topic is of another type that ships with ROS."""
+    """Give a topic another type that ships with ROS."""
     topic = chance.choice(sorted(made.topics))
     kind = chance.choice(
         ('std_msgs/msg/Float64', STRING, 'std_msgs/msg/Empty', 'sensor_msgs/msg/Imu',

@@ -41,7 +41,7 @@ def test_the_aborted_write_is_aborted_again(replay_session):
     assert outcomes[0].error == 'aborted'
 
 
-def test_a_replay_that_leaves_the_recording_says_where_and_by_how_much(replay_session):
+def test_a_replay_says_where_and_by_how_much_it_differs(replay_session):
     """Move the first command by one tick: the bits differ from the next hash on."""
     session = replay_session(DATA / 'life').session
     tick, command = session.stamped[0]

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A session is what its three topics hold: recorded here without a node, replayed to the bit."""
+"""A session recorded without a node replays to the bit."""
 
 import json
 
@@ -61,7 +61,7 @@ def test_the_hash_holds_the_displacements_to_the_bit(recorded):
     assert last.v.tolist() == element.chain.v.tolist()
 
 
-def test_the_header_tells_where_it_began_and_with_what(recorded, tmp_path):
+def test_the_header_has_the_initial_state_and_versions(recorded, tmp_path):
     data, _ = recorded
     assert data.node == NODE
     assert data.header.versions['mlmem_ros'] == __version__

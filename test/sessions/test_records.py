@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The records of a session: what is believed, and how the rest is refused."""
+"""The records of a session are checked, and invalid ones refused."""
 
 import base64
 import json
@@ -85,7 +85,7 @@ def test_a_header_is_refused_by_the_name_of_the_field(header, path, value, words
 
 
 def test_a_tick_that_takes_a_minute_is_refused(header):
-    """An elastic substrate of 10^9 k_r under a tick of 10^4 time units is legal, and no device."""
+    """An elastic substrate of 10^9 k_r and a tick of 10^4 time units do not go together."""
     values = json.loads(json.dumps(header))
     values['settings']['time']['tick'] = 1e4
     values['design'] |= {'s_max': 1e9, 'substrate': 'elastic'}
@@ -164,14 +164,14 @@ def session_of(header, stamped=(), hashes=()):
         (('base', 'silence'), 'soon'),
     ],
 )
-def test_a_state_that_is_none_is_refused(header, path, value):
+def test_an_invalid_state_is_refused(header, path, value):
     made = session_of(changed(header, 'initial', *path, to=value))
     with pytest.raises(BagError, match='the initial state in the session header: ') as caught:
         element_of(made)
     assert len(str(caught.value)) < 500
 
 
-def test_numbers_that_no_chain_has_are_no_state(header):
+def test_a_state_that_does_not_agree_is_refused(header):
     values = json.loads(json.dumps(header))
     state = np.zeros(values['initial']['state']['shape'])
     state[0, 5] = 1e300
@@ -180,8 +180,8 @@ def test_numbers_that_no_chain_has_are_no_state(header):
         element_of(session_of(json.dumps(values)))
 
 
-def test_a_tick_that_no_session_reached_is_not_run_to(header):
-    """A hash comes every 500 ticks; 10^15 of them would take until the Sun is old."""
+def test_an_implausible_tick_is_refused(header):
+    """There is a hash every 500 ticks; 10^15 ticks would take millennia."""
     for tick in (10**15, 10**6):
         with pytest.raises(BagError, match=f'none between tick 0 and tick {tick}'):
             replay(session_of(json.dumps(header), [(tick, SetStrain(0.0))]))
@@ -201,26 +201,26 @@ def test_a_record_from_before_the_session_is_refused(header):
         last_tick(late, first=100, silence=500)
 
 
-def test_commands_that_span_more_than_a_robots_life_are_refused(element):
+def test_commands_that_span_too_long_a_time_are_refused(element):
     session = SessionData('/mlmem', 0, None, commands=[(1e9, SetStrain(0.0))])
     with pytest.raises(BagError, match=r'must span at most 2e\+06 s; the last .* is at 1e\+09 s'):
         replay_commands(element, session)
 
 
-def test_a_bag_without_a_header_knows_no_design():
+def test_a_bag_without_a_header_has_no_design():
     with pytest.raises(BagError, match='another recorder wrote it, so give design and'):
         SessionData('/mlmem', 0, None).design  # noqa: B018
 
 
 @pytest.mark.parametrize('value', [True, 10**400, 'much'])
-def test_a_strain_that_is_no_finite_number_is_refused(value):
+def test_a_strain_that_is_not_a_finite_number_is_refused(value):
     told = {'tick': 1, 'kind': 'SetStrain', 'strain': value}
     with pytest.raises(BagError, match='strain must be a finite number; got'):
         read_command(json.dumps(told))
 
 
 @pytest.mark.parametrize('values', [{}, {'level': 'x', 'delay': '1'}, {'level': '2', 'delay': ''}])
-def test_an_outcome_that_tells_no_level_is_no_read(values):
+def test_an_outcome_without_a_level_is_not_a_read(values):
     session = SessionData('/mlmem', 0, None)
     session.echoes = [RecordedEcho(0.5, *np.zeros((3, 2)), None)]
     session.outcomes = [(1.0, {'procedure': 'read', 'end': 'left', **values})]

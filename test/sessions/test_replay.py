@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Replay of bags that others recorded, of damaged ones and of ones that hold no session."""
+"""Replay of other recorders' bags, of damaged ones and of bags without a session."""
 
 import dataclasses
 import shutil
@@ -148,7 +148,7 @@ def test_a_trajectory_by_hand_is_replayed(tmp_path):
     assert element.actuator.strain == pytest.approx(-0.01, abs=1e-15)
 
 
-def test_the_command_line_tells_and_judges(tmp_path, capsys):
+def test_the_exit_status_is_the_verdict(tmp_path, capsys):
     foreign = foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE)
     assert main(['replay', str(foreign)]) == 1  # with nothing to compare
     assert main(['replay', str(DATA / 'life')]) == 0
@@ -163,7 +163,7 @@ def test_a_bag_without_our_topics_is_refused_with_what_it_holds(tmp_path):
         load(foreign_bag(tmp_path / 'bag', chatter, node='/talker'))
 
 
-def test_a_bag_of_several_nodes_wants_one_named(tmp_path):
+def test_a_bag_of_several_nodes_needs_a_name(tmp_path):
     kind = 'std_msgs/msg/UInt8'
     with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
         for node in ('/a', '/b'):
@@ -248,7 +248,7 @@ def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
     assert any('configuration not recorded' in title for title in titles)
 
 
-def test_a_truncated_session_is_told_repaired_and_replayed(tmp_path, capsys):
+def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):
     broken, mended = tmp_path / 'broken', tmp_path / 'mended'
     shutil.copytree(DATA / 'life', broken)
     (file,) = broken.glob('*.mcap')
@@ -310,7 +310,7 @@ def trajectory(*points, joint='substrate'):
     ],
 )
 def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
-    """Two positions in one point and none in the next are not one in each."""
+    """Two positions in one point and none in the next are refused."""
     kind = 'trajectory_msgs/msg/JointTrajectory'
     bag = foreign_bag(
         tmp_path / 'bag',
@@ -325,7 +325,7 @@ def test_each_point_of_a_trajectory_has_one_position(tmp_path, points, word):
     assert report.commands == 1
 
 
-def test_a_huge_joint_name_is_told_in_one_line(tmp_path):
+def test_a_huge_joint_name_is_shortened(tmp_path):
     values = trajectory((0.1, [0.01], []), joint='x' * 5_000_000)
     kind = 'trajectory_msgs/msg/JointTrajectory'
     bag = foreign_bag(tmp_path / 'bag', [(0.0, 'strain_trajectory', kind, values)])
@@ -333,8 +333,8 @@ def test_a_huge_joint_name_is_told_in_one_line(tmp_path):
     assert len(refusal) < 200
 
 
-def test_texts_from_a_bag_are_no_markup(tmp_path, capsys):
-    """Names that rich would take for styles, an emoji, or that clear the terminal."""
+def test_texts_from_a_bag_are_not_markup(tmp_path, capsys):
+    """Names that rich would read as styles or an emoji, or that clear the terminal."""
     node = '/[/red]:smile:\x1b[2J'
     drive = [(0.0, 'strain', 'std_msgs/msg/Float64', {'data': 0.02})]
     assert main(['inspect', str(foreign_bag(tmp_path / 'bag', drive, node=node))]) == 0

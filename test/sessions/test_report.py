@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A replay says what it compared, how much, what was missing; it ends with 0 on a yes alone."""
+"""A replay reports what it compared and what was missing; only a pass has exit status 0."""
 
 import json
 import re
@@ -33,7 +33,7 @@ def session():
 
 
 def with_header(session, path, **values):
-    """Write a session whose header says other things: `settings__probe__sigma=9.0`."""
+    """Write a session with changes to its header, such as `settings__probe__sigma=9.0`."""
     made = session.copy()
     for index, message in enumerate(made.messages):
         if message.topic == '/mlmem/session':
@@ -86,7 +86,7 @@ def test_the_report_as_json(capsys):
     assert report['procedures']['replayed'] == ['write failed', 'abort', 'write 1', 'read 1']
 
 
-def test_a_bag_cut_to_two_thirds_is_told_to_be_cut(tmp_path, capsys, replay_session):
+def test_a_truncated_bag_is_not_whole(tmp_path, capsys, replay_session):
     shutil.copytree(SESSION, tmp_path / 'bag')
     (file,) = (tmp_path / 'bag').glob('*.mcap')
     data = file.read_bytes()
@@ -100,7 +100,7 @@ def test_a_bag_cut_to_two_thirds_is_told_to_be_cut(tmp_path, capsys, replay_sess
         replay_session(tmp_path / 'bag').assert_agrees()
 
 
-def test_messages_that_found_no_room_are_missing(session, tmp_path, capsys):
+def test_dropped_messages_are_missing(session, tmp_path, capsys):
     """The recorder counts them on a topic of its own."""
     made = Tampered.read(SESSION)
     kind, topic = 'std_msgs/msg/UInt64', '/mlmem/session/dropped'
@@ -115,7 +115,7 @@ def test_messages_that_found_no_room_are_missing(session, tmp_path, capsys):
     assert '7 messages were dropped from the recording' in told
 
 
-def test_what_a_repair_could_not_save_is_lost_still(tmp_path, capsys):
+def test_a_repaired_bag_is_not_whole(tmp_path, capsys):
     shutil.copytree(SESSION, tmp_path / 'cut')
     (file,) = (tmp_path / 'cut').glob('*.mcap')
     file.write_bytes(file.read_bytes()[: file.stat().st_size * 2 // 3])
@@ -127,7 +127,7 @@ def test_what_a_repair_could_not_save_is_lost_still(tmp_path, capsys):
     assert 'bytes lost' in told
 
 
-def test_a_bag_with_nothing_to_compare_is_no_yes(tmp_path, capsys):
+def test_a_bag_with_nothing_to_compare_does_not_pass(tmp_path, capsys):
     status, told = replayed(capsys, foreign_bag(tmp_path / 'bag', WRITE_LEVEL_1_THEN_PROBE))
     assert status == 1
     assert 'NOTHING TO COMPARE' in told
@@ -153,7 +153,7 @@ def test_outcomes_in_another_recorders_bag_are_compared(tmp_path, capsys, level,
         assert told.endswith('the levels agree\n')
 
 
-def test_levels_are_told_by_outcomes_too(session, tmp_path, capsys):
+def test_outcomes_also_give_levels(session, tmp_path, capsys):
     made = session.copy()
     made.messages = [m for m in made.messages if m.topic != '/mlmem/level']
     made.write(tmp_path / 'bag')
@@ -183,8 +183,8 @@ def test_a_header_of_another_format_is_refused(session, tmp_path, capsys):
 
 
 @pytest.mark.parametrize('edited', ['settings__probe__sigma', 'settings__write__compression'])
-def test_edited_settings_are_no_other_build(tmp_path, capsys, edited):
-    """A wider pulse, or a weaker cycle: levels alike, nothing else; whatever build recorded it."""
+def test_edited_settings_are_not_another_build(tmp_path, capsys, edited):
+    """A wider pulse or a weaker cycle gives equal levels but other bits, on any build."""
     value = {'settings__probe__sigma': 9.0, 'settings__write__compression': -0.0345}[edited]
     life = Tampered.read(SESSION.parent / 'life')
     bag = with_header(life, tmp_path / 'bag', versions__numpy='1.0', **{edited: value})
@@ -207,14 +207,14 @@ def test_another_build_may_round(session, tmp_path, capsys):
     assert 'but for rounding' in report.verdict
 
 
-def test_a_command_that_took_effect_and_is_refused_is_no_yes():
+def test_a_refused_command_does_not_pass():
     report = ReplayReport(hashes=2, equal_hashes=2, refused=['tick 3: busy'])
     assert not report.passed
     assert 'commands that took effect are refused' in report.verdict
 
 
-def test_rounding_is_what_the_bound_says(replay_session):
-    """Round every displacement of every tick anew: it makes a millionth of the bound."""
+def test_rounding_is_far_below_its_bound(replay_session):
+    """Rounding every displacement at every tick changes less than a millionth of the bound."""
     from mlmem_ros.session import replay as replaying
     from mlmem_ros.session.report import ROUNDING
 
