@@ -24,11 +24,11 @@ class Comparison:
         name: Stem of its files.
         title: What is compared.
         unit: Unit of the cost; smaller is better.
-        terms: What is equal, and what each contender was given.
+        terms: What is equal for all contenders, and what each was given.
         entries: What was measured; ratios are to the first.
         skipped: Who did not take part, and why.
-        axis: What `x` of the entries is, for a scaling plot.
-        measured: Whether the entries are times, which have a spread and ratios; else results.
+        axis: What `x` of the entries is; empty if they have none.
+        measured: Whether the entries are costs, with a spread and ratios, or plain results.
     """
 
     name: str
@@ -55,29 +55,27 @@ class Comparison:
         """Return the comparison as a table for a terminal."""
         from rich.table import Table
 
+        rows = [self._cells(entry) for entry in self.entries]
+        headings = list(dict.fromkeys(heading for row in rows for heading in row))
         table = Table(title=self.title, title_justify='left', caption=self._caption())
         table.caption_justify = 'left'
-        table.add_column('contender')
-        if self.axis:
-            table.add_column(self.axis, justify='right')
-        table.add_column(self.unit, justify='right')
-        if self.measured:
-            table.add_column(f'over {self.entries[0].name}', justify='right')
-        extra = list(dict.fromkeys(key for entry in self.entries for key in entry.values))
-        for key in extra:
-            table.add_column(key, justify='right')
-        for entry in self.entries:
-            cells = [entry.name]
-            if self.axis:
-                cells.append('' if entry.x is None else f'{entry.x:,g}')
-            cells += (
-                [str(entry.spread), str(self.ratio(entry))]
-                if self.measured
-                else [f'{entry.spread.median:.3g}']
-            )
-            cells += [f'{entry.values[k]:.3g}' if k in entry.values else '' for k in extra]
-            table.add_row(*cells)
+        for heading in headings:
+            table.add_column(heading, justify='left' if heading == 'contender' else 'right')
+        for row in rows:
+            table.add_row(*(row.get(heading, '') for heading in headings))
         return table
+
+    def _cells(self, entry: Entry) -> dict[str, str]:
+        """Return what the table says of an entry, by heading."""
+        cells = {'contender': entry.name}
+        if self.axis:
+            cells[self.axis] = f'{entry.x:,g}'
+        if self.measured:
+            cells[self.unit] = str(entry.spread)
+            cells[f'over {self.entries[0].name}'] = str(self.ratio(entry))
+        else:
+            cells[self.unit] = f'{entry.spread.median:.3g}'
+        return cells | {key: f'{value:.3g}' for key, value in entry.values.items()}
 
     def _caption(self) -> str:
         lines = [self.terms]

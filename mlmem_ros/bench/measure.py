@@ -46,7 +46,7 @@ class Contender:
         name: Its name.
         call: Does the work once; called many times.
         work: Units of work in a call: the cost is reported per unit.
-        x: Its position on the axis of a scaling plot, or None.
+        x: Its place along the axis of a scaling comparison, or None.
         values: Other numbers to report, such as the error it was run at.
     """
 
@@ -64,7 +64,7 @@ class Entry:
     Attributes:
         name: Its name.
         samples: Cost per unit of work in every round.
-        x: Its position on the axis of a scaling plot, or None.
+        x: Its place along the axis of a scaling comparison, or None.
         values: Other numbers.
     """
 

@@ -2,35 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 """The step: errors that matter to the device against the step, and where the default is.
 
-No times here: errors of either integrator against the fourth-order one at a fine step.
+No times here: errors of both integrators against the fourth-order one at a fine step.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import numpy as np
 
 from ..device.end import End
-from ..device.motion import Profile
+from ..device.motion import Cycle
 from ..device.settings import Settings, WriteSettings
 from ..device.simulation import Simulation
 from ..device.transducer import Transducer
-from ..physics import (
-    CASE_II,
-    INTEGRATORS,
-    NOH_BATHE,
-    PEFRL,
-    Chain,
-    Integrator,
-    Specimen,
-    substep_times,
-    walls,
-)
+from ..physics import CASE_II, INTEGRATORS, NOH_BATHE, PEFRL, Chain, Integrator, Specimen
 from ..physics.energy import energy
 from ..physics.equilibrium import resting_wall
 from ..physics.potential import Array
+from ..studies.trace import strain_chain, wall_path
 from .comparison import Comparison
 from .measure import Entry
 
@@ -76,6 +68,7 @@ def _fitted(dt: float) -> float:
 
 
 def _echo_delays(dt: float, integrator: Integrator) -> Array:
+    """Return the echo delays of `LEVELS` at the left end, NaN without an echo."""
     return np.array([_echo_delay(level, dt, integrator) for level in LEVELS])
 
 
@@ -91,24 +84,14 @@ def _echo_delay(level: int, dt: float, integrator: Integrator) -> float:
     return np.nan if detector.delay is None else detector.delay
 
 
+@functools.cache
 def _wall_path(dt: float, integrator: Integrator) -> Array:
-    """Return the wall's position after every tick of one write step."""
-    settings = WriteSettings()
-    hold, end = settings.ramp + settings.hold, settings.release
-    strains = 0.0, settings.compression, settings.compression, 0.0
-    cycle = Profile((0.0, settings.ramp, hold, hold + end), strains)
+    """Return the wall's position after every tick of a step from level 0 to 1."""
+    write = WriteSettings()
     chain = Chain(CASE_II, dt, integrator)
     chain.place(resting_wall(Specimen(CASE_II), 0))
-    within = substep_times(round(TICK / dt), dt, integrator)
-    path = []
-    for tick in range(round((cycle.duration + settings.settle) / TICK)):
-        chain.advance(CASE_II.end_displacement(1.0) * cycle.strain(TICK * tick + within))
-        path.append(walls(CASE_II, chain.configuration)[0].position)
-    return np.array(path)
-
-
-def _resting_place(dt: float, integrator: Integrator) -> Array:
-    return _wall_path(dt, integrator)[-1:]
+    trace = strain_chain(chain, Cycle.planned(write, write.compression), TICK)
+    return wall_path(CASE_II, trace.configuration)
 
 
 def _energy(dt: float, integrator: Integrator) -> Array:
@@ -128,6 +111,6 @@ def _energy(dt: float, integrator: Integrator) -> Array:
 QUANTITIES: dict[str, Callable[[float, Integrator], Array]] = {
     'echo delay, time units': _echo_delays,
     'wall path, sites': _wall_path,
-    'resting place, sites': _resting_place,
+    'resting place, sites': lambda dt, integrator: _wall_path(dt, integrator)[-1:],
     'energy after 2000': _energy,
 }
