@@ -1,12 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A running element as a panel of text."""
+"""A running element as a panel of text, for `mlmem watch`."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import groupby, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from rich.panel import Panel
@@ -23,13 +23,13 @@ COLOURS = ('green', 'yellow', 'red', 'magenta')
 """By severity: good, warning, error, stale."""
 
 SILENT = 3.0
-"""Seconds without a message after which a node counts as silent; it reports every second."""
+"""Seconds of silence after which the panel says so; a node reports every second."""
 
 NARROW, WIDE = 48, 100
 """Least and greatest width of the panel, in columns."""
 
 LABELS, FRAME = 10, 5
-"""Columns of the labels, and of the frame with the spaces in it."""
+"""Columns of the labels, and of the frame and its padding."""
 
 
 def dashboard(view: View, width: int) -> Panel:
@@ -52,7 +52,7 @@ def dashboard(view: View, width: int) -> Panel:
     rows.add_row('last', _outcome(view.outcome))
     rows.add_row('rates', _rates(view.health.get('loop')))
     for name, status in view.health.items():
-        rows.add_row(name, Text(f'● {status.text}', style=_colour(status)))
+        rows.add_row(name, Text(f'● {status.text}', style=COLOURS[status.severity]))
     silent = view.silence > SILENT
     state = f'silent for {view.silence:.0f} s' if silent else 'listening'
     return Panel(
@@ -104,15 +104,14 @@ def _chain(view: View, width: int) -> Text:
     walls = [_column(wall, view.cells, width) for wall in view.walls]
     sites = range(view.period, view.cells, view.period)
     levels = {_column(site, view.cells, width) for site in sites}
-    cells = []
+    chain = Text()
     for column in range(width):
-        active = sum(wall > column for wall in walls) % 2 == 1
         if column in walls:
-            cells.append(('┃', 'bold yellow'))
+            chain.append('┃', 'bold yellow')
         else:
-            cells.append(('┿' if column in levels else '━', 'blue' if active else 'red'))
-    runs = groupby(cells, key=lambda cell: cell[1])
-    return Text.assemble(*((''.join(glyph for glyph, _ in run), style) for style, run in runs))
+            active = sum(wall > column for wall in walls) % 2 == 1
+            chain.append('┿' if column in levels else '━', 'blue' if active else 'red')
+    return chain
 
 
 def _column(site: float, cells: int, width: int) -> int:
@@ -145,7 +144,7 @@ def _strain(view: View, width: int) -> Text:
 
 def _echo(view: View, width: int) -> Text:
     if view.echo is None:
-        return Text('none heard yet', style='dim')
+        return Text('none yet', style='dim')
     return Text(sparkline(view.echo, width), style='green')
 
 
@@ -154,29 +153,24 @@ def _outcome(outcome: Status | None) -> Text:
         return Text('no procedure yet', style='dim')
     if outcome.severity != 0:
         procedure = outcome.values.get('procedure', 'procedure')
-        return Text(f'{procedure} failed: {outcome.text}', style=_colour(outcome))
+        return Text(f'{procedure} failed: {outcome.text}', style=COLOURS[outcome.severity])
     parts = [outcome.text]
     if 'level' in outcome.values:
         parts.append(describe_level(int(outcome.values['level'])))
     for key in ('delay', 'confidence', 'attempts', 'ticks'):
         if key in outcome.values:
-            parts.append(f'{key.replace("_", " ")} {outcome.values[key]}')
+            parts.append(f'{key} {outcome.values[key]}')
     return Text(', '.join(parts))
 
 
 def _rates(loop: Status | None) -> Text:
-    if loop is None:
+    if loop is None or 'rate' not in loop.values:
         return Text('no report yet', style='dim')
-    values = loop.values
     late, spread, busy = (
-        f'{1e3 * float(values.get(key, "nan")):.2f}'
+        f'{1e3 * float(loop.values[key]):.2f}'
         for key in ('lateness_mean', 'lateness_deviation', 'busy')
     )
     return Text(
-        f'{float(values.get("rate", "nan")):.1f} ticks/s, {values.get("overruns", "?")} overruns, '
+        f'{float(loop.values["rate"]):.1f} ticks/s, {loop.values["overruns"]} overruns, '
         f'late {late} ± {spread} ms, busy {busy} ms'
     )
-
-
-def _colour(status: Status) -> str:
-    return COLOURS[min(status.severity, len(COLOURS) - 1)]

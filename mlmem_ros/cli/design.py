@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -133,14 +132,13 @@ def _find(arguments: argparse.Namespace) -> int:
     found = propose(arguments.levels)
     how = f'mlmem design --levels {arguments.levels}'
     if arguments.search > 0:
-        how = f'{how} --search {arguments.search}'
+        how += f' --search {arguments.search}'
         try:
             settings = searched(found.design, found.settings, arguments.search)
         except ImportError as error:
             raise DesignNotFound(f'--search needs the extra `search`: {error}') from error
         found = dataclasses.replace(found, settings=settings)
-    made_by = f'# {arguments.levels} levels, by `{how}`.\n'
-    text = made_by + text_of(found.design, found.settings)
+    text = f'# {arguments.levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
     if arguments.json and not arguments.prove:
         print_json(
             {
@@ -151,13 +149,12 @@ def _find(arguments: argparse.Namespace) -> int:
             }
         )
     if arguments.output is None:
-        # nothing else, so that it can be piped
-        print(text, end='', file=sys.stderr if arguments.json else sys.stdout)
+        print(text, end='', file=console.file)  # and nothing else, so that it can be piped
     else:
         arguments.output.write_text(text, encoding='utf-8')
-        console.print(f'written: {arguments.output}', highlight=False)
+        console.print(f'written: {arguments.output}')
         for cells, reason in found.reasons.items():
-            console.print(f'not {cells} cells per level: {reason}', highlight=False)
+            console.print(f'not {cells} cells per level: {reason}')
         _print_report(console, f'{arguments.levels} levels', found.report, brief=True)
     if not arguments.prove:
         return 0
@@ -224,6 +221,5 @@ def _print_report(console: Console, source: str, report: Report, brief: bool) ->
     counts = {verdict: len(report.of(verdict)) for verdict in Verdict}
     console.print(
         f'{len(report.findings)} quantities: {counts[Verdict.FAIL]} failed, '
-        f'{counts[Verdict.WARN]} with a warning',
-        highlight=False,
+        f'{counts[Verdict.WARN]} with a warning'
     )

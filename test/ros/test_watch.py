@@ -101,6 +101,7 @@ def test_how_the_last_procedure_ended():
 
 def test_rates_and_health():
     values = {'rate': '500', 'overruns': '3', 'lateness_mean': '0.0001', 'busy': '0.0002'}
+    values['lateness_deviation'] = '0.0001'
     health = {'loop': Status(1, '3 ticks were skipped', values), 'memory': Status(0, 'blank', {})}
     assert row('rates', health=health).startswith('500.0 ticks/s, 3 overruns, late 0.10')
     assert row('loop', health=health) == '● 3 ticks were skipped'
