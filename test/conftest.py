@@ -33,6 +33,7 @@ HAVE_ROS = importlib.util.find_spec('rclpy') is not None
 NEED_ROS = {'ros', 'view', 'docs', 'test_reference.py'}
 
 if HAVE_ROS:
+    from mlmem_ros.ros.node_process import child
     from mlmem_ros.testing import isolate, memory_node
 
     isolate()
@@ -75,12 +76,9 @@ def quick_disk():
 @contextlib.contextmanager
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'rig', *options]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            yield process.stdout.readline().strip()
-        finally:
-            process.terminate()
+    command = ['rig', *options]
+    with child('mlmem_ros.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
+        yield process.stdout.readline().strip()
 
 
 LINE = ('--latency', '0.002', '--jitter', '0.003', '--loss', '0.002', '--drift', '1e-4')

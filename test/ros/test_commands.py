@@ -19,11 +19,10 @@ from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
 from mlmem_ros.ros.announcing import announce_often, profile_variable
 from mlmem_ros.ros.client.play import play
+from mlmem_ros.ros.node_process import child
 from mlmem_ros.session.data import load
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
-
-MLMEM = [sys.executable, '-m', 'mlmem_ros.cli.main']
 
 
 def complaint(status, told, said):
@@ -198,11 +197,12 @@ def test_a_level_that_is_not_a_number(level, capsys):
 def test_ctrl_c_while_it_waits(start):
     """The command ends; the node goes on and finishes the write."""
     node = start({'scale.time': 1e-4})
-    with Robot(node.element) as robot:
+    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+    with (
+        Robot(node.element) as robot,
+        child('mlmem_ros.cli.main', ['write', '1'], **streams) as command,
+    ):
         states = robot.received('joint_states')
-        command = subprocess.Popen(
-            [*MLMEM, 'write', '1'], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
         robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write')
         command.send_signal(signal.SIGINT)
         output, errors = command.communicate(timeout=20)

@@ -5,8 +5,9 @@
 import contextlib
 import shutil
 import subprocess
-import sys
 import time
+
+from mlmem_ros.ros.node_process import child
 
 BROWSERS = ('chromium', 'chromium-browser', 'google-chrome')
 OPTIONS = (
@@ -24,15 +25,11 @@ OPTIONS = (
 
 
 @contextlib.contextmanager
-def viewing(*arguments, cwd=None):
-    """Run `mlmem view` in a folder and yield its address."""
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=cwd)
-    try:
-        yield process.stdout.readline().removeprefix('mlmem view: ').strip()
-    finally:
-        process.terminate()
-        process.wait(10)
+def viewing(*arguments, **streams):
+    """Run `mlmem view` and yield its address; `streams` are for `subprocess.Popen`."""
+    command = ['view', '--port', '0', *arguments]
+    with child('mlmem_ros.cli.main', command, stdout=subprocess.PIPE, text=True, **streams) as it:
+        yield it.stdout.readline().removeprefix('mlmem view: ').strip()
 
 
 def found():

@@ -4,11 +4,11 @@
 
 import json
 import subprocess
-import sys
 import time
 import urllib.request
 
 from mlmem_ros.cli.main import main
+from mlmem_ros.ros.node_process import child
 
 
 def fetched(address):
@@ -55,11 +55,10 @@ def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys)
     assert 'does not exist' in said[0]
 
 
-def test_the_page_starts_an_element_where_it_is_asked_to():
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--start', '--node', '/own/one']
-    with subprocess.Popen(
-        [*command, '--port', '0'], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    ) as process:
+def test_the_page_starts_an_element_on_request():
+    command = ['view', '--start', '--node', '/own/one', '--port', '0']
+    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.DEVNULL, 'text': True}
+    with child('mlmem_ros.cli.main', command, **streams) as process:
         assert fetched(address_in(process.stdout.readline()))['live']
         process.terminate()
         assert process.wait(20.0) == 0
