@@ -64,7 +64,7 @@ class WriteTask:
 
 
 def search(
-    task: WriteTask, write: WriteSettings, time: float, *, tick: float, trials: int, seed: int = 0
+    task: WriteTask, write: WriteSettings, time: float, *, tick: float, trials: int
 ) -> WriteSettings:
     """Return the best write found for a given time per level.
 
@@ -75,14 +75,13 @@ def search(
         time: Time units of a cycle.
         tick: Every part is a whole number of ticks.
         trials: Number of schedules to try.
-        seed: Of the search.
     """
 
     def point(x: Array) -> WriteSettings:
         return schedule(replace(write, settle=0.0), x, time, tick)
 
     cut = point(np.zeros(cma_es.DIMENSIONS))
-    return cma_es.search(cut, point, task.cost, sigma=STEP_SIZE, trials=trials, seed=seed)
+    return cma_es.search(cut, point, task.cost, sigma=STEP_SIZE, trials=trials)
 
 
 def schedule(begin: WriteSettings, x: Array, time: float, tick: float) -> WriteSettings:

@@ -37,6 +37,9 @@ PRICE = 0.01
 STEP_SIZE = 0.2
 """Standard deviation of the first trials, in logarithms of times and peaks."""
 
+SCATTER = 1e-3
+"""Standard deviation of alpha in the trial elements."""
+
 LARGEST = actuator(0.0).max_strain
 """Greatest peak to try."""
 
@@ -49,13 +52,11 @@ class MoveTask:
         design: The element.
         starts: Levels from which it must work.
         upward: Whether a stroke goes up.
-        scatter: Standard deviation of alpha in the trial elements.
     """
 
     design: Design
     starts: Sequence[int]
     upward: bool = False
-    scatter: float = 1e-3
 
     def cost(self, move: StrokeSettings | ThrowSettings) -> float:
         """Return the fraction that fails with peak and times off, plus a little for its time."""
@@ -71,7 +72,7 @@ class MoveTask:
             seed: Of the trial element.
         """
         changed = stretched(move, 1.0 + off[0], 1.0 + off[1])
-        specimen = scattered(self.design, Scatter(alpha=self.scatter), seed)
+        specimen = scattered(self.design, Scatter(alpha=SCATTER), seed)
         total = 0.0
         for start in self.starts:
             if isinstance(changed, ThrowSettings):
@@ -109,7 +110,7 @@ def duration(move: StrokeSettings | ThrowSettings) -> float:
     return Cycle.planned(move, move.peak).duration
 
 
-def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0, seed: int = 0) -> Move:
+def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0) -> Move:
     """Return the best stroke or throw found.
 
     Args:
@@ -117,10 +118,9 @@ def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0, seed
         begin: Where to begin; its sign, its levels and its rest are kept.
         trials: Number of trials.
         tick: Every part except `ease` is a whole number of ticks.
-        seed: Of the search.
     """
     at = partial(point, begin, tick=tick)
-    return cma_es.search(begin, at, task.cost, sigma=STEP_SIZE, trials=trials, seed=seed)
+    return cma_es.search(begin, at, task.cost, sigma=STEP_SIZE, trials=trials)
 
 
 def point(begin: Move, x: Array, tick: float) -> Move:
