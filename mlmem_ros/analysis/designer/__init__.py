@@ -7,6 +7,6 @@
 """
 
 from .going_back import searched
-from .search import DesignNotFound, Proposal, propose
+from .proposal import DesignNotFound, Proposal, propose
 
 __all__ = ['DesignNotFound', 'Proposal', 'propose', 'searched']
