@@ -179,7 +179,7 @@ def _show(
         ledger = arguments.folder / f'{name}.jsonl'
         tally = Tally.of(evaluated(console, study, ledger, arguments.jobs, what=f'{name}: runs'))
         proofs.append(cells(name, design, settings, tally))
-        passed = passed and tally.passed
+        passed = passed and not tally.errors
         for error in tally.errors:
             console.print(f'{name}: {error}', style='red')
     columns = [list(proofs[0]), *(list(proof.values()) for proof in proofs)]

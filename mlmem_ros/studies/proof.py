@@ -26,6 +26,8 @@ from .campaign import Campaign, Row
 from .campaign.campaign import Values
 from .climb import least_margins, write_upward
 
+KINDS = ('upward', 'down', 'erase')
+
 EVERY = 16
 """Number of levels up to which every downward write is made; above that a sample."""
 
@@ -121,59 +123,37 @@ class Tally:
     """The totals of a proof's runs.
 
     Attributes:
-        levels: Levels written and read back upward.
-        of_levels: Of how many.
-        downs: Downward writes that succeeded.
-        of_downs: Of how many.
-        erases: Erases that succeeded.
-        of_erases: Of how many.
+        upward: Levels written and read back upward, and of how many.
+        down: Downward writes that succeeded, and of how many.
+        erase: Erases that succeeded, and of how many.
         level_margin: Least level margin of all readings, NaN without one.
-        threshold_margin: Least threshold margin.
         erase_time: Longest erase in time units.
-        errors: What failed and why, a line each.
+        errors: What failed and why, a line each; empty if everything succeeded.
     """
 
-    levels: int
-    of_levels: int
-    downs: int
-    of_downs: int
-    erases: int
-    of_erases: int
+    upward: tuple[int, int]
+    down: tuple[int, int]
+    erase: tuple[int, int]
     level_margin: float
-    threshold_margin: float
     erase_time: float
     errors: tuple[str, ...]
-
-    @property
-    def passed(self) -> bool:
-        """Whether everything that was tried succeeded."""
-        return not self.errors
 
     @classmethod
     def of(cls, rows: Iterable[Row]) -> Tally:
         """Add up the rows of a campaign; one of them is the upward run."""
         rows = list(rows)
-        upward = next(row for row in rows if row['kind'] == 'upward')
-        erases = [row for row in rows if row['kind'] == 'erase']
-        downs = [row for row in rows if row['kind'] == 'down']
+        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in KINDS}
+        done = {kind: sum(row['done'] for row in some) for kind, some in of_kind.items()}
+        margins = [row['level_margin'] for row in rows if row['level_margin'] is not None]
         return cls(
-            upward['done'],
-            upward['goal'] + 1,
-            sum(row['done'] for row in downs),
-            len(downs),
-            sum(row['done'] for row in erases),
-            len(erases),
-            _least(rows, 'level_margin'),
-            _least(rows, 'threshold_margin'),
-            max((row['time'] for row in erases), default=0.0),
+            (done['upward'], of_kind['upward'][0]['goal'] + 1),
+            (done['down'], len(of_kind['down'])),
+            (done['erase'], len(of_kind['erase'])),
+            min(margins, default=math.nan),
+            max((row['time'] for row in of_kind['erase']), default=0.0),
             tuple(
                 f'{row["kind"]} from {row["start"]} to {row["goal"]}: {row["error"]}'
                 for row in rows
                 if not row['passed']
             ),
         )
-
-
-def _least(rows: Sequence[Row], name: str) -> float:
-    values = [row[name] for row in rows if row[name] is not None]
-    return min(values, default=math.nan)

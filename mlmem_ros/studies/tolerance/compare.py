@@ -142,34 +142,23 @@ def _forecast(
     """Return the amounts around which failures begin, and the forecast rates."""
     design = one.study.design
     forecast = StepForecast(design, one.study.settings)
-    some = [
-        amount for amount, rate in zip(amounts, rates, strict=True) if RANGE[0] < rate.value < 0.3
-    ]
+    some = [a for a, rate in zip(amounts, rates, strict=True) if RANGE[0] < rate.value < 0.3]
     found = [forecast_rate(forecast, design, chance(kind, a).scatter, FORECAST) for a in some]
-    return some, [rate if rate > 0.0 else math.nan for rate in found]
+    return some, [rate or math.nan for rate in found]
 
 
 def _fails(one: Counted, kind: str, tried: str) -> bool:
-    return one.has(kind, tried) and any(
-        rate.failures for rate in one.study.rates(one.rows, kind, tried)[1]
-    )
+    return any(rate.failures for rate in one.study.rates(one.rows, kind, tried)[1])
 
 
 def table(all_counted: Sequence[Counted]) -> list[list[str]]:
     """Return a table of text, headings first: a line for every kind and thing tried."""
-    lines = [['chance', 'what fails', *(one.name for one in all_counted)]]
-    for tried, words in WORDS.items():
-        for kind in KINDS:
-            if any(one.has(kind, tried) for one in all_counted):
-                cells = [
-                    one.study.rare(one.rows, kind, tried)[1] if one.has(kind, tried) else ''
-                    for one in all_counted
-                ]
-                lines.append([kind, words, *cells])
-    for kind in KINDS:
-        if any(_fails(one, kind, STEP) for one in all_counted):
-            cells = [
-                one.in_an_element(kind) if _fails(one, kind, STEP) else '' for one in all_counted
-            ]
-            lines.append([kind, f'a step of {ELEMENT:.0%} of the elements', *cells])
-    return lines
+    lines = [
+        [kind, words, *(one.study.rare(one.rows, kind, tried)[1] for one in all_counted)]
+        for tried, words in WORDS.items()
+        for kind in KINDS
+    ]
+    words = f'a step of {ELEMENT:.0%} of the elements'
+    lines += [[kind, words, *(one.in_an_element(kind) for one in all_counted)] for kind in KINDS]
+    heading = ['chance', 'what fails', *(one.name for one in all_counted)]
+    return [heading, *(line for line in lines if any(line[2:]))]
