@@ -15,7 +15,6 @@ from typing import Any
 
 from aiohttp import WSMsgType, web
 
-from .. import __version__
 from ..bag.errors import BagError
 from .differences import differences
 from .frames import finite, packed
@@ -86,13 +85,8 @@ class Server:
         return web.FileResponse(STATIC / 'index.html')
 
     async def _about(self, _: web.Request) -> web.StreamResponse:
-        return web.json_response(
-            {
-                'version': __version__,
-                'live': self._live is not None,
-                'sessions': [Path(path).name for path in self._sessions],
-            }
-        )
+        about = {'live': self._live is not None, 'sessions': len(self._sessions)}
+        return web.json_response(about)
 
     # --- a running element ---------------------------------------------------------------
 

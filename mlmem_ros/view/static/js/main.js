@@ -9,7 +9,7 @@ import { Sessions } from './session.js';
 
 const about = await (await fetch('/about')).json();
 const asked = new URLSearchParams(location.search).get('session');
-const numbers = asked ? asked.split(',').slice(0, 2) : about.live ? [] : about.sessions.map((_, i) => String(i));
+const numbers = asked ? asked.split(',').slice(0, 2) : about.live ? [] : ['0', '1'].slice(0, about.sessions);
 await document.fonts.ready;
 
 document.body.classList.add(numbers.length ? 'session' : 'live');

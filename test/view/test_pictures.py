@@ -1,0 +1,56 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a running element, from its messages."""
+
+import asyncio
+import json
+from array import array
+from dataclasses import asdict
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mlmem_ros.contract import topics
+from mlmem_ros.device import Settings
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.view.about import About
+from mlmem_ros.view.frames import COUNTS
+from mlmem_ros.view.pictures import Pictures
+
+ABOUT = About.of({'design': asdict(CASE_II), **Settings().as_dict()}, '/mlmem')
+STRAINED = SimpleNamespace(name=['substrate'], position=[0.02 * ABOUT.length])
+ACTIVE = SimpleNamespace(data=array('f', [CASE_II.D_s2] * CASE_II.N))
+
+
+def unpacked(frame):
+    length = int.from_bytes(frame[:4], 'little')
+    return json.loads(frame[4 : 4 + length]), np.frombuffer(frame[4 + length :], '<i2')
+
+
+def taken(**messages):
+    """Return a picture of messages by topic, and the history after it."""
+
+    async def run():
+        pictures = Pictures(asyncio.get_running_loop(), lambda: None)
+        for name, message in messages.items():
+            pictures.take(getattr(topics, name), message)
+        return unpacked(pictures.make(ABOUT, {})), unpacked(pictures.past())
+
+    return asyncio.run(run())
+
+
+def test_configuration_and_strain():
+    (head, column), (history, columns) = taken(FIELD=ACTIVE, JOINT_STATES=STRAINED)
+    assert head['strain'] == pytest.approx(0.02)
+    assert (column == COUNTS).all()
+    assert history['t'] == history['strain'][0] == [head['t']]
+    assert columns.tolist() == column.tolist()
+
+
+def test_a_real_element_shows_its_strain_alone():
+    (head, column), (history, columns) = taken(JOINT_STATES=STRAINED)
+    assert head['strain'] == pytest.approx(0.02)
+    assert history['strain'] == [[head['t']], [head['strain']]]
+    assert history['t'] == []
+    assert len(column) == len(columns) == 0
