@@ -46,9 +46,7 @@ class Landscape:
         return np.asarray(np.gradient(self.energy, self.X))
 
 
-def held_landscape(
-    design: Design, low: float, high: float, strain: float = 0.0, *, kink: bool = False
-) -> Landscape:
+def held_landscape(design: Design, low: float, high: float, strain: float = 0.0) -> Landscape:
     """Return the landscape of a wall between two positions.
 
     Args:
@@ -56,16 +54,13 @@ def held_landscape(
         low: First position in sites.
         high: Last one.
         strain: Strain of the element, tension positive.
-        kink: Whether the wall is a kink (s1 on its left), as in an erase.
 
     Raises:
         StateError: No wall can be held there.
     """
     part = excerpt(design, low, high)
     X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
-    V = strain * part.strain_shape
-    guess = np.array([wall_profile(part.design, x - part.before, kink=kink) for x in X]) + V
-    held = hold_walls(Specimen(part.design), X - part.before, V, guess=guess)
+    held = hold_walls(Specimen(part.design), X - part.before, strain * part.strain_shape)
     return Landscape(X, held.energy - held.energy[0])
 
 

@@ -20,7 +20,6 @@ from functools import cached_property
 import numpy as np
 
 from ..physics.design import Design
-from ..physics.equilibrium import wall_profile
 from ..physics.excerpt import excerpt
 from ..physics.held_wall import hold_walls
 from ..physics.jit import kernel
@@ -101,11 +100,9 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
     """
     part = excerpt(design, low, high)
     X = np.linspace(low, high, 1 + math.ceil((high - low) * POINTS_PER_CELL))
-    profiles = np.array([wall_profile(part.design, x - part.before) for x in X])
     pull = []
     for strain in np.linspace(peak, 0.0, STRAINS):
-        V = strain * part.strain_shape
-        held = hold_walls(Specimen(part.design), X - part.before, V, guess=profiles + V)
+        held = hold_walls(Specimen(part.design), X - part.before, strain * part.strain_shape)
         pull.append(-np.gradient(held.energy, X))
     alpha, potential = part.design.alpha, part.design.potential
     moved = np.gradient(held.v, X, axis=0)

@@ -50,12 +50,7 @@ class HeldWalls:
 
 
 def hold_walls(
-    specimen: Specimen,
-    positions: Array,
-    V: Array,
-    *,
-    guess: Array | None = None,
-    iterations: int = 100,
+    specimen: Specimen, positions: Array, V: Array, *, iterations: int = 100
 ) -> HeldWalls:
     """Return anti-kinks held at positions over a fixed substrate.
 
@@ -63,7 +58,6 @@ def hold_walls(
         specimen: The element.
         positions: X in sites, shape (m,), within 1 <= X < N.
         V: Substrate displacements, shape (N,).
-        guess: Displacements to begin with, shape (m, N); by default a tanh at each position.
         iterations: Bound on the Newton steps.
 
     Raises:
@@ -73,9 +67,7 @@ def hold_walls(
     positions = np.asarray(positions, dtype=np.float64)
     if not (positions.size and positions.min() >= 1.0 and positions.max() < design.N):
         raise StateError(f'positions must be from 1 to below N = {design.N}; got {positions}')
-    if guess is None:
-        guess = np.array([wall_profile(design, X) for X in positions]) + V
-    v = guess.copy()
+    v = np.array([wall_profile(design, X) for X in positions]) + V  # a first guess
     # The constraint: normal . v = value.
     rows, left = np.arange(len(positions)), np.floor(positions).astype(np.intp) - 1
     ahead = positions - np.floor(positions)

@@ -48,14 +48,6 @@ def test_a_wall_in_an_excerpt_is_that_of_the_element():
     assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
 
 
-def test_a_kink_is_the_mirror_image_of_a_wall():
-    """In a uniform element that is mirrored about its middle; strain changes its sign."""
-    flat = dataclasses.replace(CASE_II, N=101, gamma=0.0, beta=0.0, j_0=25.5)
-    wall = held_landscape(flat, 40.0, 60.0, strain=0.01)
-    kink = held_landscape(flat, 42.0, 62.0, strain=-0.01, kink=True)
-    assert kink.energy[::-1] - kink.energy[-1] == pytest.approx(wall.energy, abs=2e-7)
-
-
 def test_the_ripple_of_the_lattice_by_scipys_minimiser():
     """Its two ends are the wall at rest between two cells and on one (by symmetric guesses)."""
     flat = dataclasses.replace(CASE_II, N=60, gamma=0.0, beta=0.0)
