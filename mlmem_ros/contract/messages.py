@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import array
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -49,31 +50,30 @@ def status(outcome: Outcome, name: str) -> DiagnosticStatus:
 
 def test_statuses(outcome: Outcome, name: str) -> list[DiagnosticStatus]:
     """Return one status for every check of a self-test, or a single one without checks."""
-    if not outcome.checks:
-        return [refused_test(name, outcome.error)]
     return [
-        DiagnosticStatus(
-            level=DiagnosticStatus.OK if check.passed else DiagnosticStatus.ERROR,
-            name=f'{name[1:]}: {check.name}',
-            message=check.message,
-            hardware_id=name,
-            values=key_values(check.values),
-        )
+        _test_status(name, check.name, check.passed, check.message, check.values)
         for check in outcome.checks
-    ]
+    ] or [refused_test(name, outcome.error)]
 
 
 def refused_test(name: str, reason: str) -> DiagnosticStatus:
     """Return the status of a self-test that did not run."""
+    return _test_status(name, 'self_test', False, reason, {})
+
+
+def _test_status(
+    name: str, check: str, passed: bool, message: str, values: Mapping[str, Any]
+) -> DiagnosticStatus:
     return DiagnosticStatus(
-        level=DiagnosticStatus.ERROR,
-        name=f'{name[1:]}: self_test',
-        message=reason,
+        level=DiagnosticStatus.OK if passed else DiagnosticStatus.ERROR,
+        name=f'{name[1:]}: {check}',
+        message=message,
         hardware_id=name,
+        values=key_values(values),
     )
 
 
-def key_values(values: dict[str, Any]) -> list[KeyValue]:
+def key_values(values: Mapping[str, Any]) -> list[KeyValue]:
     """Return values as the strings that diagnostics carry."""
     return [
         KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))
@@ -83,26 +83,22 @@ def key_values(values: dict[str, Any]) -> list[KeyValue]:
 
 def echo(heard: Echo) -> Float32MultiArray:
     """Return an echo: channels t, v_m and v_c (time units and cells) by sample."""
-    return _matrix('channel', 'sample', np.stack((heard.t, heard.v_m, heard.v_c)))
+    rows = np.stack((heard.t, heard.v_m, heard.v_c))
+    return Float32MultiArray(
+        layout=_layout(channel=len(rows), sample=rows.shape[1]), data=_floats(rows)
+    )
 
 
 def field(element: MemoryElement) -> Float32MultiArray:
     """Return the configuration Delta_j by cell."""
-    configuration = element.chain.configuration.astype(np.float32)
-    dimension = MultiArrayDimension(
-        label='cell', size=len(configuration), stride=len(configuration)
-    )
-    return Float32MultiArray(layout=MultiArrayLayout(dim=[dimension]), data=_floats(configuration))
+    configuration = element.chain.configuration
+    return Float32MultiArray(layout=_layout(cell=len(configuration)), data=_floats(configuration))
 
 
 def wall_positions(element: MemoryElement) -> Float64MultiArray:
     """Return the true positions of all walls in sites, from left to right."""
-    found = walls(element.design, element.chain.configuration)
-    dimension = MultiArrayDimension(label='wall', size=len(found), stride=len(found))
-    return Float64MultiArray(
-        layout=MultiArrayLayout(dim=[dimension]),
-        data=array.array('d', [wall.position for wall in found]),
-    )
+    found = [wall.position for wall in walls(element.design, element.chain.configuration)]
+    return Float64MultiArray(layout=_layout(wall=len(found)), data=array.array('d', found))
 
 
 def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: str) -> Range:
@@ -139,19 +135,18 @@ def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointSta
     return message
 
 
-def _matrix(rows: str, columns: str, values: Array) -> Float32MultiArray:
-    height, width = values.shape
-    layout = MultiArrayLayout(
-        dim=[
-            MultiArrayDimension(label=rows, size=height, stride=height * width),
-            MultiArrayDimension(label=columns, size=width, stride=width),
-        ]
-    )
-    return Float32MultiArray(layout=layout, data=_floats(values.astype(np.float32)))
+def _layout(**sizes: int) -> MultiArrayLayout:
+    """Return the layout of an array with these dimensions, the last one contiguous."""
+    dimensions: list[MultiArrayDimension] = []
+    stride = 1
+    for label, size in reversed(sizes.items()):
+        stride *= size
+        dimensions.insert(0, MultiArrayDimension(label=label, size=size, stride=stride))
+    return MultiArrayLayout(dim=dimensions)
 
 
-def _floats(values: np.ndarray) -> array.array[float]:
+def _floats(values: Array) -> array.array[float]:
     """Return the values in the only type that rclpy does not check element by element."""
     result = array.array('f')
-    result.frombytes(values.tobytes())
+    result.frombytes(values.astype(np.float32).tobytes())
     return result

@@ -7,7 +7,6 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,11 +28,7 @@ FALLS_SILENT = 50_000.0
 """Time units after which an idle element has come to rest and is no longer computed."""
 
 
-class _Tick(NamedTuple):
-    """The set-points of one tick."""
-
-    V_N: Array
-    drive: Drive | None
+_Tick = tuple[Array, Drive | None]  # displacements of the substrate's end, and a held end
 
 
 class EmulatedRig:
@@ -136,7 +131,7 @@ class EmulatedRig:
             part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
             held = motion[:, part] * self._unit
             drive = Drive(site, held) if site and held.shape[1] else None
-            self._ticks.append(_Tick(V_N[part] * self._unit, drive))
+            self._ticks.append((V_N[part] * self._unit, drive))
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""
