@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device that has been written, level after level, for every test that needs its content."""
+"""A device on which level after level was written, for every test that needs its content."""
 
 import pytest
 
@@ -21,7 +21,7 @@ def climb():
 
 @pytest.fixture
 def written(climb):
-    """Return a device on which a level was written by its own means, content known."""
+    """Return a device on which a level was written by a procedure, with known content."""
 
     def written(level, **settings):
         element = rig.device(**settings)

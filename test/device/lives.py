@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Devices of legal designs and settings, and commands that are as wild as is legal."""
+"""Devices of legal designs and settings, and the wildest legal commands."""
 
 import contextlib
 
@@ -24,7 +24,7 @@ from mlmem_ros.device.faults import Faults
 
 
 def device(random):
-    """Return a device, or None where it is refused."""
+    """Return a device, or None if it is refused."""
     design = legal.design(random)
     table = DelayTable(tuple(level + 1.0 for level in range(design.levels)))
     try:

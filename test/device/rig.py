@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Devices to experiment on, and the true wall, which only the experimenter may look at."""
+"""Devices to experiment on, and the true wall, which only the experimenter may see."""
 
 import dataclasses
 
@@ -18,10 +18,10 @@ LONGEST = 40_000
 
 
 def device(level=None, *, design=CASE_II, calibration=None, **settings):
-    """Return a device with its wall resting at a level, or blank, whose content is not known.
+    """Return a device with its wall resting at a level, or blank, with unknown content.
 
     The calibration is the factory's for the default settings, so that other settings may be as
-    wrong as an experiment needs them.
+    wrong as an experiment needs.
     """
     calibration = calibration or factory_calibration(design, Settings())
     element = MemoryElement(design, Settings(**settings), calibration)
@@ -32,7 +32,7 @@ def device(level=None, *, design=CASE_II, calibration=None, **settings):
 
 
 def ticks(element, n):
-    """Advance by n ticks, in runs, and return what happened."""
+    """Advance by n ticks, in runs, and return the events."""
     seen, end = [], element.ticks + n
     while element.ticks < end:
         seen += element.advance(end - element.ticks)
@@ -40,7 +40,7 @@ def ticks(element, n):
 
 
 def events(element, command):
-    """Give a command and return what happens until its procedure has ended, in runs of ticks."""
+    """Apply a command and return the events until its procedure has ended, in runs of ticks."""
     element.apply(command)
     seen, end = [], element.ticks + LONGEST
     while element.ticks < end:
@@ -51,14 +51,14 @@ def events(element, command):
 
 
 def run(element, command):
-    """Give a command and return its outcome."""
+    """Apply a command and return its outcome."""
     *_, outcome = events(element, command)
     assert isinstance(outcome, Outcome)
     return outcome
 
 
 def succeed(element, command):
-    """Give a command, which must succeed, and return its reading."""
+    """Apply a command, which must succeed, and return its reading."""
     outcome = run(element, command)
     assert outcome.success, outcome.error
     return outcome.reading
@@ -76,7 +76,7 @@ def wall(element):
 
 
 def holds(element, level):
-    """Whether the true wall rests within a cell of a level's defect; None: whether blank."""
+    """Return whether the true wall rests within a cell of a level's defect; None means blank."""
     position = wall(element)
     if level is None or position is None:
         return level is position
@@ -84,7 +84,7 @@ def holds(element, level):
 
 
 def bits(element):
-    """Return all that a command could change, for comparison to the bit."""
+    """Return all that a command could change, for an exact comparison."""
     actuator, transducer = element.actuator, element.transducer
     return (
         snapshot.digest(element),
@@ -101,6 +101,6 @@ def bits(element):
 
 
 def with_group(group, **values):
-    """Return settings whose one group differs from the defaults."""
+    """Return settings of which one group differs from the defaults."""
     changed = dataclasses.replace(getattr(Settings(), group), **values)
     return {group: changed}

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actuator: never faster than its limit, exactly where it shall be, unmoved by nonsense."""
+"""The actuator: never faster than its limit, exactly at its target, unmoved by bad input."""
 
 import math
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A base that shakes: its course, its time-out, what it does to the chain and to the content."""
+"""A base that shakes: its motion, its time-out, and its effect on chain and content."""
 
 import contextlib
 import dataclasses

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""No procedure can reach the true wall: each works on a driver that shows its ends alone."""
+"""No procedure can reach the true wall: each works on a driver that shows only its ends."""
 
 import math
 
@@ -31,7 +31,7 @@ ASKED = {'advance', 'end', 'force', 'health', 'close'}
 
 
 class Blindfold(Driver):
-    """Passes on what the ends of a chain do, and tells nothing else."""
+    """Passes on the motion of the ends of a chain, and nothing else."""
 
     def __init__(self, chain):
         self.dt, self.nodes = chain.dt, chain.integrator.nodes
@@ -47,7 +47,7 @@ class Blindfold(Driver):
 
 
 def blindfolded(level=None, **settings):
-    """Return a device whose material shows its ends alone, and the chain for the experimenter."""
+    """Return a device whose driver shows only the ends, and the chain for the experimenter."""
     seeing = rig.device(level, **settings)
     driver = Blindfold(seeing.chain)
     return MemoryElement(CASE_II, seeing.settings, seeing.calibration, driver), seeing.chain
@@ -69,7 +69,7 @@ def test_the_interface_of_a_driver_is_small():
     ids=lambda commands: type(commands[-1]).__name__,
 )
 def test_every_procedure_works_blindfolded(commands):
-    """To the bit as it works otherwise."""
+    """With the same bits as without a blindfold."""
     blind, chain = blindfolded()
     seeing = rig.device()
     for command in commands:
@@ -92,7 +92,7 @@ def test_any_other_access_is_noticed():
 
 
 class Stub(Driver):
-    """A rig of another make: its right end follows the strain, its left end throws pulses back."""
+    """Another kind of rig: its right end follows the strain, its left end reflects pulses."""
 
     def __init__(self, design, dt, delay):
         self.dt = dt
@@ -114,7 +114,9 @@ class Stub(Driver):
 
 
 def test_another_kind_of_rig_is_strained_and_read():
-    """All of it stands in for the chain; its echo comes as late as that of a level, and is it."""
+    """It replaces the chain; its echo arrives with the delay of a level, and is read as that
+    level.
+    """
     element = rig.device()
     delays = element.calibration.left.delays
 

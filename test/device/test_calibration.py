@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The table of delays: what makes one, the nearest entry, and how clear the choice is."""
+"""The delay table: what makes a valid one, the nearest entry, and how clear the choice is."""
 
 import json
 import math

@@ -101,7 +101,7 @@ def test_the_key_depends_on_what_delays_depend_on():
 
 
 def test_a_calibration_for_other_pulses_is_not_restored(written):
-    """A state file outlives a change of the probe: the delays in it mean nothing any more."""
+    """A state file outlives a change of the probe, but then its delays are meaningless."""
     values = json.loads(json.dumps(snapshot.take(written(3))))
     changed = rig.device(**rig.with_group('probe_right', v_th=8e-4))
     own = changed.calibration

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Commands as values: to a session file and back, and nothing else in between."""
+"""Commands as values: they survive a session file unchanged."""
 
 import dataclasses
 import json

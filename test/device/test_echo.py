@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Echo detection on signals made by hand, against a plain convolution and a plain search."""
+"""Echo detection on synthetic signals, against a plain convolution and a plain search."""
 
 import dataclasses
 import math
@@ -41,7 +41,7 @@ def times(n):
 def convolved(v, omega_c=2.1):
     """Return |v| convolved with a centred box of width 16 pi / omega_c, zero before the start.
 
-    Known only as far as the box has all its samples.
+    Only where the box has all its samples.
     """
     half = round(8 * np.pi / omega_c / DT)
     box = np.ones(2 * half + 1) / (2 * half + 1)
@@ -134,7 +134,7 @@ def test_no_echo_is_no_delay():
 
 
 def test_no_echo_is_detected_while_the_window_overlaps_the_pulse():
-    """However loud the pulse; and what comes right after it is heard at once."""
+    """However loud the pulse; a signal right after it is detected at once."""
     v = np.zeros(2000)
     v[times(2000) < 96.0] = 1e6
     detector = heard(PROBE, v)
@@ -145,7 +145,7 @@ def test_no_echo_is_detected_while_the_window_overlaps_the_pulse():
 
 
 def test_the_threshold_decays_with_the_damping():
-    """Echoes that fade with exp(-eta t / 2) are heard equally well early and late."""
+    """Echoes that fade as exp(-eta t / 2) are detected equally well early and late."""
     t = times(8000)
     np.testing.assert_allclose(threshold(PROBE, t), 1.6e-4 * np.exp(-0.002 * t), rtol=1e-15)
     margins = []
@@ -181,7 +181,7 @@ def test_a_window_shorter_than_a_step_still_averages():
 
 @pytest.mark.parametrize('gain_decay', [0.02, 1.0])
 def test_the_threshold_never_falls_below_rounding(gain_decay):
-    """However fast it falls, and however long is listened: rounding is no echo."""
+    """However fast it decays and however long the detector listens, rounding is no echo."""
     probe = dataclasses.replace(PROBE, gain_decay=gain_decay)
     detector = EchoDetector(probe, 0.25)
     detector.feed(1e-15 * np.random.default_rng(1).standard_normal(40_000))

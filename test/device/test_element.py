@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The device between its ticks: what it takes, what it refuses, and the same bits again."""
+"""The device between its ticks: what it accepts, what it refuses, and that bits repeat."""
 
 import dataclasses
 import math
@@ -51,7 +51,7 @@ def test_a_tick_is_a_whole_number_of_stable_steps(tick, substrate):
 
 
 def test_a_tick_of_too_many_steps_is_refused():
-    """It would hold up everything, a command to stop as well; the message says what will do."""
+    """It would block everything, including a stop; the message says what tick is possible."""
     long = dataclasses.replace(CASE_II, substrate='elastic', s_min=1e6, s_max=1e8)
     with pytest.raises(SettingsError, match=r'time.tick must be at most (\S+), which') as refusal:
         MemoryElement(long, Settings(time=TimeSettings(tick=1e4)), rig.device().calibration)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a device tells, as plain values for a service's answer."""
+"""Outcomes as plain values for the answer of a service."""
 
 import json
 import math

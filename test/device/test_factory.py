@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The factory calibration, against what dispersion says, and designs that cannot be read."""
+"""The factory calibration, against the dispersion relation, and designs that cannot be read."""
 
 import dataclasses
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The faster schedule: it writes every level, one by one, in one go, and down again."""
+"""The fast schedule writes every level, upward, in one go, and downward."""
 
 import dataclasses
 
@@ -30,7 +30,7 @@ def test_every_level_is_written_upward_and_downward(element):
 
 
 def test_a_wall_stuck_between_two_levels_is_detected():
-    """At rest some nine cells before a defect the lattice holds it, and its echo says so."""
+    """The lattice can hold it some nine cells before a defect; its echo shows that."""
     element = new_element(CASE_II, FAST)
     v = np.roll(resting_wall(Specimen(CASE_II), 1), 16)
     v[:16] = CASE_II.D_s2
@@ -47,7 +47,7 @@ def test_a_wall_stuck_between_two_levels_is_detected():
 
 @pytest.mark.parametrize('level', [5, 7])
 def test_several_levels_are_written_in_one_go(element, level):
-    """From level 2, and on from 5: the wall is given no long rest on the way."""
+    """From level 2, and on from 5, without a long rest on the way."""
     outcome = run(element, Write(level))
     assert outcome.success
     assert outcome.attempts == 1
@@ -72,7 +72,7 @@ def test_a_cycle_pauses_on_the_way_back_and_takes_the_stated_time():
 
 
 def test_an_abort_releases_the_strain_as_slowly_as_an_erase():
-    """A write that eases off is done within a tick: from a peak that would be a jerk."""
+    """The way back of a fast write takes a tick, which would be a jerk from the peak."""
     design, settings = load('bits_2')
     assert settings.write.release == settings.time.tick
     element = new_element(design, settings)

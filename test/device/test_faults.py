@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Every fault does what it says, is found out by the device, and goes when it is taken away."""
+"""Every fault has its stated effect, is detected by the device, and ends when it is healed."""
 
 import dataclasses
 import json
@@ -112,7 +112,7 @@ def test_a_specimen_that_needs_a_shorter_step_is_refused():
 
 
 def test_noise_has_the_stated_statistics():
-    """Mean 0, deviation 1, no memory from tick to tick: within five standard errors."""
+    """Mean 0, deviation 1, no correlation from tick to tick: within five standard errors."""
     x = np.concatenate([normal((2, 500), 3, tick, Stream.NOISE).ravel() for tick in range(100)])
     n = len(x)
     assert abs(x.mean()) < 5 / math.sqrt(n)
@@ -229,7 +229,7 @@ def test_an_offset_strains_the_substrate_and_changes_smoothly():
 
 
 def test_a_lag_follows_by_its_time_constant():
-    """After a set-point that is reached at once, 1 - exp(-t / tau) of the way at time t."""
+    """After a step of the set-point, 1 - exp(-t / tau) of the way at time t."""
     tau = 400.0
     element = suffering(
         rig.device(2, **rig.with_group('actuator', max_rate=1.0)), actuator_lag=tau
@@ -241,7 +241,7 @@ def test_a_lag_follows_by_its_time_constant():
 
 
 def test_a_drive_freed_after_sticking_in_a_throw_returns_at_the_hand_rate():
-    """At the rate of a throw it would jerk cells out of their range: no tick after it is made."""
+    """At the rate of a throw it would jerk cells out of their range and lose the tick."""
     settings = preset('case_2').settings
     element = rig.device(3, **settings.groups())
     element.apply(Erase())
@@ -259,7 +259,7 @@ def test_a_drive_freed_after_sticking_in_a_throw_returns_at_the_hand_rate():
 
 
 def test_the_largest_offset_may_come_and_go_without_a_lost_tick():
-    """Compression by 0.1 at the greatest rate left no cell where a step is stable."""
+    """A compression by 0.1 at the highest rate left no cell where a step is stable."""
     settings = preset('case_2').settings
     element = suffering(rig.device(3, **settings.groups()), actuator_offset=-0.1)
     assert strains(element, 60)[-1] == pytest.approx(-0.1)
@@ -277,7 +277,7 @@ def test_a_write_waits_for_an_actuator_that_lags(written):
 
 
 def test_a_write_repeats_a_missed_cycle(written):
-    """The grip slips and no encoder sees it; the echo does, and the write tries again."""
+    """The grip slips unseen by the encoder; the echo shows it, and the write tries again."""
     element = suffering(written(1), missed_cycle=1.0)
     element.apply(Write(2))
     while element.actuator.strain == 0.0:
@@ -294,7 +294,7 @@ def test_a_write_repeats_a_missed_cycle(written):
 
 
 def test_a_self_test_finds_the_fault_of_the_actuator(written):
-    """An offset is felt at the right end; a drive that stays is seen by its encoder."""
+    """An offset is measured at the right end; a stuck drive is seen by its encoder."""
     for fault in ({'actuator_offset': 2e-3}, {'actuator_stuck': True}):
         element = suffering(written(2), **fault)
         rig.ticks(element, 10)
@@ -328,7 +328,7 @@ def test_disorder_depends_on_the_seed():
 
 
 def test_a_weak_cell_off_the_defects_traps_the_wall():
-    """Weaker than any defect (1 - 1/20), 12 cells before the one that the wall is sent to."""
+    """Weaker than any defect (1 - 1/20), 12 cells before the target of the wall."""
     element = suffering(rig.device(1), weak_cell=63, weak_factor=0.3)
     rig.run(element, Write(2))
     assert not rig.holds(element, 2)
@@ -342,7 +342,7 @@ def test_a_stuck_cell_lets_no_wall_pass(written):
 
 
 def test_stronger_damping_hides_far_echoes(written):
-    """A wave loses exp(-eta t / 2): ten times the damping leaves no echo from level 5."""
+    """A wave decays as exp(-eta t / 2): ten times the damping leaves no echo from level 5."""
     element = suffering(written(5), damping_factor=10.0)
     assert not rig.run(element, Read()).success
     element.apply(HEALTHY)
@@ -419,7 +419,7 @@ def test_a_snapshot_with_impossible_faults_is_refused(part, values):
 
 @pytest.mark.parametrize('tau', [5e-324, 1e-300, 1e-60, 1e-12])
 def test_a_tiny_lag_follows_without_delay(tau):
-    """Its exponential is of minus infinity, or near it."""
+    """Its exponent is minus infinity, or almost."""
     element = suffering(rig.device(2), actuator_lag=tau)
     twin = rig.device(2)
     for each in (element, twin):

@@ -21,7 +21,7 @@ TICKS, MOST_WORK = 40, 1_000_000
 
 
 def live(seed):
-    """Live a life; return whether it ended with a lost tick, None for a refused device."""
+    """Live a life; return whether it ended with a lost tick, or None for a refused device."""
     chance = random.Random(seed)
     element = lives.device(chance)
     if element is None:
@@ -44,7 +44,7 @@ def live(seed):
 
 
 def assert_sound(element):
-    """Its numbers are numbers, and it can be restored from a snapshot, if it may take one."""
+    """Assert that all numbers are finite, and that an idle device survives a snapshot."""
     assert np.isfinite(element.chain.state()).all()
     assert np.isfinite(element.transducer.recent).all()
     assert np.isfinite(energy(element.chain).total)
@@ -54,7 +54,7 @@ def assert_sound(element):
 
 
 def lost(seeds):
-    """Return the seeds of the lives that ended with a lost tick; no warning, no other error."""
+    """Return the seeds of lives that ended with a lost tick; warnings and other errors raise."""
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         return {seed for seed in seeds if live(seed)}

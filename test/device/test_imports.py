@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Imports run one way, and numpy and numba are all that the device needs."""
+"""Imports run one way, and the device needs only numpy and numba."""
 
 import ast
 import subprocess
@@ -26,7 +26,7 @@ EVERY = pytest.mark.parametrize('source', FILES, ids=lambda path: str(path.relat
 
 
 def imported(source):
-    """Return what a file imports from the package, relative imports written out."""
+    """Return what a file imports from the package, with relative imports resolved."""
     package = ['mlmem_ros', *source.relative_to(ROOT).parent.parts]
     found = set()
     for node in ast.walk(ast.parse(source.read_text())):
@@ -48,7 +48,7 @@ def test_a_layer_imports_those_below(source):
 
 @pytest.mark.parametrize('source', sorted((ROOT / 'device').rglob('*.py')), ids=lambda f: f.stem)
 def test_no_part_of_the_device_finds_walls(source):
-    """Neither the module that finds them nor a name from it; see also test_blindfold."""
+    """It imports neither the module that finds them nor a name of it; see also test_blindfold."""
     found = {name for name in vars(wall) if getattr(vars(wall)[name], '__module__', '') == WALL}
     assert found >= {'walls', 'level_of', 'Wall'}
     names = imported(source)
@@ -57,7 +57,7 @@ def test_no_part_of_the_device_finds_walls(source):
 
 
 def test_no_file_imports_itself_indirectly():
-    """Not even for type checkers alone."""
+    """Not even for type checkers."""
     names = {'.'.join(f.relative_to(ROOT).with_suffix('').parts): f for f in FILES}
     graph = {
         name: {n for found in imported(f) for n in (found, found.rpartition('.')[0]) if n in names}
@@ -67,7 +67,7 @@ def test_no_file_imports_itself_indirectly():
 
 
 def test_the_device_can_be_imported_with_numpy_and_numba_alone():
-    """Everything else that the package uses elsewhere cannot be found."""
+    """All other dependencies of the package are hidden."""
     code = """
 import sys
 foreign = 'rclpy std_msgs yaml mcap rosbags scipy matplotlib rich'.split()

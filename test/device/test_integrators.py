@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device with the integrator of fourth order, beside one with the paper's."""
+"""A device with the fourth-order integrator, beside one with the paper's."""
 
 import pytest
 
@@ -34,7 +34,7 @@ def test_every_level_is_written_and_read_with_half_the_steps():
 
 
 def test_the_delays_are_free_of_numerical_dispersion():
-    """The paper's method damps the carrier by a third of eta, and slows it, at its step."""
+    """At its step the paper's method slows the carrier, and damps it by a third of eta."""
     paper, fourth = new_element(CASE_II), new_element(CASE_II, FOURTH)
     wall = resting_wall(Specimen(CASE_II), 7)
     exact = forecast_echo(CASE_II, wall, FOURTH.probe, End.LEFT, dt=0.0).delay  # by linear waves

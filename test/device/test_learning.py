@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element that chance has made learns the pulses of its own steps, and keeps them."""
+"""An element with scattered cells learns the pulses of its own steps, and keeps them."""
 
 import dataclasses
 import json
@@ -38,14 +38,14 @@ BITS_2 = preset('bits_2')
 
 
 def made_by_chance(settings=BITS_2.settings, seed=4):
-    """Return an element whose cells differ by 1.5 per cent, so that the wall sticks on its way."""
+    """Return an element whose cells differ by 1.5 per cent, so that the wall stops on its way."""
     element = new_element(BITS_2.design, settings)
     element.apply(SetFaults(Faults(disorder_alpha=0.015, seed=seed)))
     return element
 
 
 def wrong_writes(element):
-    """Write all levels from the lowest, and return those that fail or are not there."""
+    """Write all levels from the lowest, and return those that fail or are wrong."""
     return [
         level
         for level in range(element.design.levels)

@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The loop: when ticks run, by a clock of our own; that they compute the same, by the real one.
+"""The loop: when ticks run, on a virtual clock; and that bits do not depend on the real one.
 
-A `Clock` is a virtual one: it moves when the loop sleeps and when a test's tick is slow, and
-stands still at its end, so that what is expected of the times is exact.
+A `Clock` advances when the loop sleeps and when a tick of a test is slow, and stops at its end, so
+that the expected times are exact.
 """
 
 import itertools
@@ -45,7 +45,7 @@ pytestmark = pytest.mark.timeout(60)
 
 
 class Clock:
-    """A clock that moves when somebody sleeps on it, up to an end where it stands still."""
+    """A clock that advances while somebody sleeps on it, up to an end where it stops."""
 
     slack = 0.0
 
@@ -64,7 +64,7 @@ class Clock:
 
 
 def until(condition):
-    """Wait for a condition that has to come true."""
+    """Wait until a condition holds."""
     deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, 'it did not come true'
@@ -73,7 +73,7 @@ def until(condition):
 
 @pytest.fixture
 def start():
-    """Start loops that are stopped when the test has ended; by default as fast as they can."""
+    """Start loops, by default as fast as possible, and stop them after the test."""
     loops = []
 
     def start(element, listener=lambda commands, events: None, *, speed=0.0, **options):
@@ -98,7 +98,7 @@ def refusal(future):
 
 
 def hold(loop):
-    """Pause a loop and wait for the tick that was under way; return the ticks done."""
+    """Pause a loop after the tick in progress; return the ticks done."""
     return result(loop.pause(True))
 
 
@@ -133,7 +133,7 @@ def test_the_scale_sets_the_pace(start):
 
 
 def test_the_ticks_of_a_resting_device_run_together(start):
-    """Four are run when the fourth is due; the fifth, which a listener waits for, in time."""
+    """Four run when the fourth is due; the fifth, which a listener waits for, runs on time."""
     clock, begun = Clock(end=0.0481), []
     loop = start(
         rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, batch=5
@@ -147,7 +147,7 @@ def test_the_ticks_of_a_resting_device_run_together(start):
 
 
 def test_a_command_ends_a_rest_and_takes_effect_in_its_own_tick(start):
-    """It comes at 0.0151: tick 5 was to wait until 0.016, and tick 7 is the one of 0.014."""
+    """At 0.0151 tick 5 would wait until 0.016; the present tick is 7, due at 0.014."""
     clock, begun, stamped = Clock(end=0.0081), [], []
 
     def listen(commands, _):
@@ -168,7 +168,7 @@ def test_a_command_ends_a_rest_and_takes_effect_in_its_own_tick(start):
 
 @pytest.mark.parametrize(('late', 'overruns', 'following'), [(0.03, 0, 0.078), (0.051, 24, 0.126)])
 def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following):
-    """The ticks that it was late for are run with the next; after more than 0.04 s, skipped."""
+    """The late ticks run with the next; beyond 0.04 s they are skipped."""
     clock, begun = Clock(end=0.15), []
 
     def listen(*_):
@@ -193,9 +193,9 @@ def test_a_rest_is_short_and_ends_with_a_published_tick(start, speed, together):
 
 
 def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
-    """Of 20 ticks 10 are run at once, then 9, then the one that was waited for.
+    """Of 20 ticks 10 run together, then 9, then the one that the listener waits for.
 
-    Under a strain that moves, too, but for the tick that it began in.
+    So too while the strain moves, except for the tick in which it began.
     """
     clock, heard = Clock(end=0.1191), []  # tick 60 is due at 0.118
     element, other = rig.device(), rig.device()
@@ -220,7 +220,7 @@ def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
 
 @pytest.mark.parametrize('faults', [Faults(), Faults(sensor_noise=1e-5, seed=3)])
 def test_ticks_of_a_rest_equal_single_ticks(faults):
-    """After a strain by hand, while the element still rings: everything that is remembered."""
+    """After a strain by hand, while the element still rings: the whole state."""
     devices = rig.device(), rig.device()
     for device in devices:
         device.suffer(faults)
@@ -237,7 +237,7 @@ def test_ticks_of_a_rest_equal_single_ticks(faults):
 
 
 def test_all_ticks_are_deferred_while_nobody_listens(start):
-    """Twenty, in runs of ten; where somebody does again, tick 30 comes in time."""
+    """Twenty, in runs of ten; when somebody listens again, tick 30 is on time."""
     clock, element, heard, told = Clock(end=0.0381), rig.device(), [], []
     start(
         element, lambda *_: told.append((element.ticks, clock.time)),
@@ -253,7 +253,7 @@ def test_all_ticks_are_deferred_while_nobody_listens(start):
 
 
 def test_lost_time_is_skipped_while_nobody_listens_too(start):
-    """A machine slept for ten seconds: they are counted, and skipped."""
+    """The machine slept for ten seconds, which are counted and skipped."""
     clock = Clock(end=0.0381)
     loop = start(rig.device(), pacer=clock, speed=1.0, batch=10, heard=lambda: False)
     until(lambda: loop.element.ticks == 20)
@@ -266,7 +266,7 @@ def test_lost_time_is_skipped_while_nobody_listens_too(start):
 
 
 def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
-    """It takes the ticks that it does tick by tick, and the loop wakes a fifth as often."""
+    """It takes as many ticks as tick by tick, and the loop wakes a fifth as often."""
 
     def write(batch):
         clock, woken = Clock(), set()
@@ -284,7 +284,9 @@ def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
 
 
 def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
-    """Told at 0.0031, 0.0051, 0.0052 and 0.0101: ticks 1, 2 and 5, the newest of each."""
+    """Messages at 0.0031, 0.0051, 0.0052 and 0.0101 belong to ticks 1, 2, 2 and 5; the newest
+    counts.
+    """
     clock, begun, stamped = Clock(end=0.001), [], []
 
     def listen(commands, _):
@@ -302,9 +304,9 @@ def test_messages_of_the_base_end_no_rest_and_take_effect_in_their_tick(start):
 
 
 def test_lost_time_is_counted_and_skipped(start):
-    """The tick at 0.020 takes 3.75 periods: those due at 0.022 and 0.024 are left out.
+    """The tick at 0.020 takes 3.75 periods: those due at 0.022 and 0.024 are skipped.
 
-    The one due at 0.026 comes at 0.0275, and then all are in time again.
+    The one due at 0.026 runs at 0.0275; all later ones are on time.
     """
     clock, begun = Clock(end=0.101), []
 
@@ -324,7 +326,7 @@ def test_lost_time_is_counted_and_skipped(start):
 
 
 def test_a_loop_that_is_always_late_does_not_sprint(start):
-    """Every tick takes 1.6 periods: it runs them one after the other, and counts the rest."""
+    """Every tick takes 1.6 periods: they run back to back, and the lost ones are counted."""
     clock, begun = Clock(), []
 
     def listen(commands, events):
@@ -341,7 +343,7 @@ def test_a_loop_that_is_always_late_does_not_sprint(start):
 
 
 def test_the_steps_of_a_coarse_clock_are_caught_up(start):
-    """One of five periods, as a simulator's: none is lost within its slack."""
+    """A simulator's clock with steps of five periods: within its slack no tick is lost."""
     period = 20 * 2.0**-13  # so that all sums are exact
     clock, begun = Clock(), []
     clock.slack = 10 * period
@@ -371,7 +373,7 @@ def test_a_clock_that_jumps_neither_stops_the_loop_nor_makes_it_sprint(start, ju
 
 
 def test_the_real_clock_paces_too(start):
-    """One tick in 20 ms for half a second; a loaded machine is late, never early."""
+    """A tick every 20 ms for half a second; a loaded machine is late, never early."""
     element = rig.device(scale=ScaleSettings(time=1e-3))
     begun = []
     loop = start(element, lambda *_: begun.append(time.monotonic()), speed=1.0)
@@ -387,7 +389,7 @@ def test_the_real_clock_paces_too(start):
 
 @pytest.mark.parametrize(('speed', 'batch'), [(0.0, 1), (40.0, 1), (40.0, 20)])
 def test_a_loop_computes_the_same_as_stamped_commands_by_hand(start, speed, batch):
-    """Commands come at ticks that the clock decides; the stamps tell which."""
+    """The clock decides in which ticks commands take effect; the stamps record them."""
     stamped, heard = [], []
 
     def listen(commands, events):
@@ -592,7 +594,7 @@ def test_the_second_of_two_simultaneous_requests_is_refused_as_busy(start):
 
 
 def test_every_request_gets_its_own_answer(start):
-    """An abort ends a write, and another abort the first: three answers in one go."""
+    """An abort ends a write, and another abort the first: three answers at once."""
     loop = start(rig.device(1))
     hold(loop)
     answers = [loop.submit(command) for command in (Write(5), Abort(), Abort())]
@@ -711,7 +713,7 @@ def test_a_listener_that_fails_stops_the_loop(start):
 
 @pytest.mark.parametrize('batch', [1, 10])
 def test_a_resting_loop_without_a_pace_takes_commands(start, batch):
-    """There nothing is ever late: a rest that a command ends has no number of ticks to make up."""
+    """Nothing is late without a pace: when a command ends a rest, no ticks are made up for."""
     loop = start(rig.device(), speed=0.0, batch=batch)
     for strain in (0.001, 0.0):
         until(lambda: loop.element.resting and loop.element.ticks > 100)
@@ -771,7 +773,7 @@ def test_pending_requests_are_refused_when_the_loop_stops(started):
 
 
 def test_every_request_is_answered_when_the_loop_stops(start):
-    """Sixteen threads ask while the loop is stopped: every one of them gets an answer."""
+    """Sixteen threads send requests while the loop stops; each gets an answer."""
     for _ in range(5):
         loop = start(rig.device())
         answers, ready = [], threading.Barrier(17)
@@ -843,7 +845,7 @@ def test_too_many_pending_commands_are_refused(start):
 
 
 def test_a_newer_acceleration_replaces_a_pending_one(start):
-    """An IMU goes on while time is held: of what it tells, the newest is left, and no heap."""
+    """An IMU goes on while time is paused: only its newest message is kept."""
     stamped = []
     loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
     loop.pause(True).result(PATIENCE)

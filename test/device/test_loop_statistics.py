@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running mean and deviation of how late ticks are."""
+"""Running mean and deviation of the lateness of ticks."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from mlmem_ros.device.loop_statistics import LoopStatistics
 
 
 def test_the_first_ticks_have_equal_weights():
-    """Up to 500 ticks, one over the weight that the newest tick has later."""
+    """Up to tick 500, the inverse of the later weight of the newest tick."""
     lateness = np.random.default_rng(1).exponential(1e-4, 400)
     statistics = LoopStatistics()
     for value in lateness:

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A strain cycle told beforehand is the one that the device makes."""
+"""A strain cycle that is computed in advance is the one that the device makes."""
 
 import dataclasses
 
@@ -38,7 +38,7 @@ def test_a_planned_cycle_equals_that_of_the_device(times, max_rate):
 
 
 def test_a_slow_actuator_prolongs_ramps_but_not_waits():
-    """Half as steep again at its steepest as on the average: 1.5 x 0.03 / 1e-5 for each ramp."""
+    """The peak rate is 1.5 times the mean: 1.5 x 0.03 / 1e-5 for each ramp."""
     told = Cycle.planned(PLAIN, PEAK, 1e-5)
     assert told.duration == pytest.approx(2 * 4500.0 + 200.0 + 100.0)
 
@@ -50,7 +50,7 @@ def test_waits_of_zero_length_are_skipped():
 
 
 def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
-    """Up, hold, quickly to a small opposite share, and to nothing: each leg a smooth ramp."""
+    """Up, hold, fast to a small opposite strain, and to zero: each leg is a smooth ramp."""
     legs = [(PEAK, 400.0), (PEAK, 60.0), (-0.1 * PEAK, 20.0), (0.0, 20.0)]
     pulse = Cycle.through(legs)
     t = np.linspace(0.0, 520.0, 5201)
@@ -68,7 +68,7 @@ def test_a_pulse_of_any_shape_is_a_cycle_and_one_profile():
 
 @pytest.mark.parametrize('delay', [6.7, 40.0, 55.0])
 def test_a_move_in_two_half_steps_is_the_mean_of_two_moves(delay):
-    """Also where the second begins when the first has ended."""
+    """Also if the second begins after the first has ended."""
     ramp, t = Ramp(0.01, PEAK, 40.0), np.linspace(0.0, 120.0, 1201)
     moved = shaped(ramp, delay)
     assert moved.duration == 40.0 + delay

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The quickest way from level to level, and that walls go it."""
+"""The fastest route from level to level, and that walls take it."""
 
 import dataclasses
 import itertools

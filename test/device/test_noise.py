@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reads through a noisy sensor: right or undecodable, never wrong, and never waited for."""
+"""Reads with a noisy sensor: right or undecodable, never wrong, and without endless waits."""
 
 import math
 
@@ -20,7 +20,7 @@ MEAN_SIZE = math.sqrt(2.0 / math.pi)
 
 
 def noisy(element, deviation, seed=1):
-    """Give the sensors of both ends white noise, and let them forget what was before."""
+    """Give the sensors of both ends white noise, and clear their past samples."""
     rng = np.random.default_rng(seed)
     advance = element.chain.advance
 
@@ -48,7 +48,7 @@ def test_white_noise_is_measured_as_noise():
 
 @pytest.mark.parametrize('omega', [0.47, 0.7, 1.5, 2.1, 2.15])
 def test_motion_of_a_cell_is_not_measured_as_noise(omega):
-    """Of a wave, |2 sin(omega dt / 2)|^6 / sqrt(924) is left: 0.0008 at the band's upper edge."""
+    """|2 sin(omega dt / 2)|^6 / sqrt(924) of a wave remains: 0.0008 at the band's upper edge."""
     transducer = rig.device().transducer
     t = np.arange(288) * 0.25
     transducer.recent = np.tile(np.exp(-t / 500.0) * np.sin(omega * t), (2, 1))
@@ -64,7 +64,7 @@ def test_noise_is_measured_beneath_motion():
 
 
 def test_a_quiet_sensor_raises_no_threshold(written):
-    """So that without noise every read has the bits it would have without all this."""
+    """Without noise every read has the same bits as without noise measurement."""
     element = written(3)
     for end in End:
         assert listening.noise_floor(element, end) == 0.0
@@ -99,7 +99,7 @@ def test_a_detector_hears_no_echo_in_pure_noise():
 )
 @pytest.mark.parametrize('level', range(8))
 def test_every_level_is_read_through_noise(level, end, deviation):
-    """The right end's echo is nine times louder; a sixteenth of v_th and a seventh are borne."""
+    """The right end's echo is nine times louder; noise of v_th / 16 and v_th / 7 is tolerated."""
     element = noisy(rig.device(level), deviation, seed=level)
     outcome = rig.run(element, Read(end))
     assert outcome.success, outcome.error
@@ -135,7 +135,7 @@ def test_noise_lowers_the_confidence():
 
 
 def test_hum_within_the_band_is_not_noise_and_is_reported():
-    """The end seems to move, as if waves ran to and fro: that cannot be told from an echo."""
+    """The end seems to move as if waves were running, which cannot be told from an echo."""
     element = rig.device(3)
     advance = element.chain.advance
 
@@ -152,7 +152,7 @@ def test_hum_within_the_band_is_not_noise_and_is_reported():
 
 
 def test_a_crossing_when_listening_begins_is_no_echo():
-    """A hum that sets in with the pulse crosses the threshold at once, where no level is."""
+    """Hum that begins with the pulse crosses the threshold at once, where no level is."""
     element = rig.device(3)
     advance = element.chain.advance
     element.chain.advance = lambda *arguments: advance(*arguments) + 1e-3
@@ -170,9 +170,9 @@ def test_a_write_succeeds_through_noise():
 
 
 def test_a_self_test_names_the_sensor_that_is_too_noisy():
-    """At 6e-5 the left end hears level 0 but no far one, the right end hears all.
+    """At 6e-5 the left end hears level 0 but no far level; the right end hears all.
 
-    Nothing is written then that could not be read.
+    Then nothing is written, since it could not be read.
     """
     element = noisy(rig.device(0), 6e-5)
     outcome = rig.run(element, SelfTest())

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write, read, erase, calibrate, abort: on the real material, judged by the true wall.
 
-The device must not look at the true wall; these tests do, after the fact. A wall rests within
-a cell of its defect, site 25, 50 ... 200; a blank element has none.
+The device must not see the true wall; these tests do, afterwards. A wall rests within a cell of
+its defect, site 25, 50 ... 200; a blank element has none.
 """
 
 import dataclasses
@@ -59,7 +59,7 @@ def strains(element, command):
 
 
 def cycles(trace):
-    """Return the peak of every strain cycle: of every stretch in which the strain is not zero."""
+    """Return the peak of every strain cycle, that is of every stretch with non-zero strain."""
     groups = itertools.groupby(trace, key=lambda strain: strain != 0.0)
     return [max(group, key=abs) for strained, group in groups if strained]
 
@@ -111,7 +111,7 @@ def test_a_level_is_written_over_another(written, before, after):
 
 @pytest.mark.parametrize('level', [0, 4, 7])
 def test_writing_the_present_level_moves_nothing(written, level):
-    """It is verified by an echo, with no strain."""
+    """An echo verifies it, without strain."""
     element = written(level)
     trace, outcome = strains(element, Write(level))
     assert outcome.success
@@ -136,7 +136,7 @@ def test_an_unknown_content_is_read_before_anything_moves(before):
 
 
 def test_an_undecodable_content_is_read_again_and_then_erased(written):
-    """The table of another element says nothing about where the wall is."""
+    """The table of another element does not give the place of the wall."""
     element = written(3)
     element.calibration = dataclasses.replace(
         element.calibration,
@@ -170,7 +170,7 @@ def test_a_failing_write_has_a_bounded_number_of_attempts(attempts):
 
 
 def test_a_second_attempt_succeeds_after_a_failed_one(written):
-    """The device is made to believe that it is at level 3, where tension frees the wall."""
+    """The device wrongly believes to be at level 3, where tension frees the wall."""
     element = written(2)
     element.reading = dataclasses.replace(element.reading, level=3)
     trace, outcome = strains(element, Write(4))
@@ -181,7 +181,9 @@ def test_a_second_attempt_succeeds_after_a_failed_one(written):
 
 
 def test_a_wall_that_went_too_far_is_brought_back(written):
-    """Believing level 1, the first try steps 4 to 5: that is above 4, so erase and start."""
+    """Believing level 0, the first attempt steps from 4 to 5, beyond the target: erase, start
+    again.
+    """
     element = written(4)
     element.reading = dataclasses.replace(element.reading, level=0)
     outcome = rig.run(element, Write(1))
@@ -210,7 +212,7 @@ def test_a_write_first_releases_a_strain_set_by_hand(written):
 
 
 def test_a_write_overrides_a_strain_set_in_the_same_tick(written):
-    """The strain is still zero, but on its way."""
+    """The strain is still zero, but about to change."""
     element = written(2)
     element.apply(SetStrain(0.02))
     trace, outcome = strains(element, Write(3))
@@ -265,7 +267,7 @@ def test_a_blank_element_is_read_from_the_right():
 
 
 def test_a_wall_between_two_levels_is_undecodable():
-    """Held by tension at the substrate's softest site, 67, it is a third of the way to 75."""
+    """Tension holds it at the substrate's softest site, 67, a third of the way to 75."""
     element = rig.device(2, read=ReadSettings(min_margin=0.5))
     element.apply(SetStrain(0.03))
     rig.ticks(element, 300)
@@ -277,7 +279,9 @@ def test_a_wall_between_two_levels_is_undecodable():
 
 
 def test_a_wall_that_stopped_short_does_not_count_as_written():
-    """Scatter of 0.1 % in alpha stops walls 8 cells short; the nearest level is as asked."""
+    """Scatter of 0.1 % in alpha stops the wall 8 cells short, where the target is the nearest
+    level.
+    """
     silent = {}
     for min_margin in (0.0, 0.5):
         element = rig.device(1, write=WriteSettings(attempts=1, min_margin=min_margin))
@@ -291,7 +295,7 @@ def test_a_wall_that_stopped_short_does_not_count_as_written():
 
 
 def test_a_wall_that_has_left_the_element_is_reported(written):
-    """All cells active: the right end is."""
+    """All cells are active, including the right end."""
     element = rig.device()
     element.chain.place(relax(Specimen(CASE_II), np.full(225, CASE_II.D_s2), np.zeros(225)))
     element.transducer.settle()
@@ -302,7 +306,7 @@ def test_a_wall_that_has_left_the_element_is_reported(written):
 
 
 def test_a_read_keeps_the_strain(written):
-    """Whether it can decode the echo or not: letting go might move the wall."""
+    """Whether the echo is decoded or not: a release might move the wall."""
     for min_margin, success in ((0.2, True), (0.5, False)):
         element = written(2, read=ReadSettings(min_margin=min_margin))
         element.apply(SetStrain(0.03))
@@ -331,7 +335,7 @@ def test_a_read_waits_until_the_strain_stands_still(written, strain, rate):
 
 @pytest.mark.parametrize(('strain', 'level'), [(-0.01, 2), (0.01, 2), (-0.03, 3)])
 def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain, level):
-    """At -0.03 the wall of level 2 waits at 92, a third of a spacing before level 3."""
+    """At -0.03 the wall of level 2 rests at 92, a third of a spacing before level 3."""
     element = written(2)
     element.apply(SetStrain(strain))
     rig.ticks(element, 300)
@@ -341,7 +345,7 @@ def test_a_read_under_strain_finds_the_present_place_of_the_wall(written, strain
 
 
 def test_the_wait_for_a_restless_element_is_bounded():
-    """Without damping: 6000 time units are 300 ticks."""
+    """Without damping; 6000 time units are 300 ticks."""
     undamped = dataclasses.replace(CASE_II, eta=0.0)
     element = rig.device(3, design=undamped, calibration=rig.device().calibration)
     element.chain.velocity[:] = np.random.default_rng(1).normal(0.0, 0.01, 225)
@@ -370,9 +374,9 @@ def test_every_level_is_erased(written, level):
 
 @LEVELS
 def test_the_kink_of_an_erase_needs_the_opposite_strain_of_a_wall(written, level):
-    """Launched under compression it rests at j = 25: tension frees it there, and so on in turn.
+    """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.
 
-    The wall flees from it a step or two, so that it may take as many cycles as levels.
+    The wall moves away from it by a step or two, so it may take as many cycles as levels.
     """
     trace, _ = strains(written(level), Erase())
     launch, *driven = cycles(trace)
@@ -390,7 +394,7 @@ def test_erasing_a_blank_element_only_reads(written):
 
 
 def echoes_of(element, command):
-    """Return how many echoes a procedure listened for, and what it read last."""
+    """Return the number of echoes that a procedure listened to, and its last reading."""
     told = list(rig.events(element, command))
     assert told[-1].success, told[-1].error
     return sum(isinstance(event, Heard) for event in told), told[-1].reading
@@ -398,7 +402,7 @@ def echoes_of(element, command):
 
 @LEVELS
 def test_an_erase_that_trusts_the_reading_listens_once_the_kink_meets_the_wall(written, level):
-    """Once or twice, where others listen after every cycle; and it needs no cycle more."""
+    """At most twice, instead of after every cycle, and without an extra cycle."""
     plain, trusting = (
         written(level, **rig.with_group('erase', trust_reading=trust)) for trust in (False, True)
     )
@@ -431,10 +435,10 @@ def test_a_failing_erase_ends():
 
 @pytest.mark.parametrize(('end', 'at'), [(End.LEFT, 67.4), (End.RIGHT, 150.4)])
 def test_an_end_in_a_third_ground_state_is_brought_back(end, at):
-    """What a wall leaves that was driven over a free end: no strain moves it.
+    """A wall driven over a free end leaves it; no strain moves it.
 
-    Here the third state reaches from the end to the site `at`, and the wall rests at 150 or
-    has left over the right end.
+    Here the third state reaches from the end to the site `at`, and the wall rests at 150 or has
+    left over the right end.
     """
     design = CASE_II
     third = design.potential.ground_state(design.phase + 2)
@@ -476,7 +480,7 @@ def test_a_calibration_is_close_to_the_factorys_and_restores_the_content(written
 
 
 def test_a_calibration_that_fails_restores_the_content(written):
-    """The table in use is one level off, so that the first delay is refused; then all is well."""
+    """The table in use is off by one level, so that the first delay is refused."""
     element = written(3, read=ReadSettings(end='right'))
     known = element.calibration.left.delays
     off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
@@ -496,7 +500,7 @@ def test_a_calibration_that_fails_restores_the_content(written):
     ('peaks', 'level'), [({'tension': 0.005}, 2), ({'compression': -0.005}, 1)]
 )
 def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
-    """The first step that needs the weak peak fails: the table would be one level off."""
+    """The first step with the weak peak fails: the table would be off by one level."""
     element = rig.device(3, **rig.with_group('write', **peaks))
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
@@ -506,7 +510,7 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
 
 
 def test_an_end_without_echoes_gives_no_calibration(written):
-    """The right end alone is listened to on the way; the left one's threshold is a cell."""
+    """Only the right end is read on the way; the left one's threshold is a cell."""
     deaf = rig.with_group('probe', v_th=1.0)
     element = written(3, read=ReadSettings(end='right'), **deaf)
     factory = element.calibration
@@ -522,7 +526,7 @@ COMMANDS = st.one_of(st.builds(Write, st.integers(0, 7)), st.just(Erase()), st.j
 
 
 def abort(element):
-    """Abort, and check what has to hold at once and when the abort has ended."""
+    """Abort, and check the conditions at once and after the abort has ended."""
     running = element.procedure
     begun = element.ticks
     element.apply(Abort())
@@ -546,7 +550,7 @@ def abort(element):
 @settings(rig.unhurried, max_examples=20)
 @given(COMMANDS, st.none() | st.integers(0, 7), st.floats(0.0, 1.0), st.integers(0, 7))
 def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
-    """400 random aborts were tried when this was written; nothing failed."""
+    """400 random aborts were tried once; none failed."""
     element = rig.device(content)
     longest = {Write: 700, Erase: 900, Calibrate: 6000}[type(command)]
     element.apply(command)
@@ -628,7 +632,7 @@ def test_an_abort_in_the_tick_of_a_strain_by_hand(written):
     ids=str,
 )
 def test_an_abort_drives_no_cell_into_a_third_ground_state(content, command, tick):
-    """It did in these cases when the strain was let go at the greatest rate."""
+    """In these cases it did, when the strain was released at the highest rate."""
     element = rig.device(content)
     element.apply(command)
     rig.ticks(element, tick)
@@ -657,7 +661,7 @@ def test_an_abort_of_nothing_keeps_the_reading(written):
 @pytest.mark.parametrize('moment', [4, 6, 12, 30])
 @pytest.mark.parametrize('level', [0, 4, 7])
 def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment, end):
-    """The pulse takes 5 ticks; its echo is on the way when both ends have become quiet."""
+    """The pulse takes 5 ticks; its echo is still on the way when both ends have become quiet."""
     element = rig.device(level)
     element.apply(Read(end))
     rig.ticks(element, moment)

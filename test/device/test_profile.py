@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Timed strain profiles: through their points, within both limits, or refused whole."""
+"""Timed strain profiles: through their points, within both limits, or refused."""
 
 import json
 import math
@@ -207,7 +207,7 @@ def test_the_largest_number_of_points_is_taken():
 
 
 def test_a_trajectory_without_end_is_refused():
-    """In time units it would end at infinity, which no snapshot takes."""
+    """In time units it would end at infinity, which no snapshot can hold."""
     with pytest.raises(Refused, match=r'must end within 1e\+08 s; got 1e\+300 s'):
         planned(FollowTrajectory((1e300,), (0.01,)), 0.0, LIMITS, 1e-4)
 

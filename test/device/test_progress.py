@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a procedure tells of itself while it runs: its phase, the share of its time, its tries."""
+"""Feedback from a running procedure: its phase, its share of the time, its attempts."""
 
 import itertools
 
@@ -20,7 +20,7 @@ from . import rig
 
 
 def watched(element, command):
-    """Do what a command says; return the feedback after every tick of it, and the outcome."""
+    """Perform a command; return the feedback after every tick, and the outcome."""
     told = []
     outcome = element.perform(command, lambda: told.append(element.feedback()))
     return told, outcome

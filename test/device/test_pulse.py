@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a boundary cell is made to do: as the paper prints it, and as the chain then does it."""
+"""Prescribed motions of a boundary cell: as printed in the paper, and as the chain moves."""
 
 import dataclasses
 import math
@@ -25,7 +25,7 @@ def printed(t, omega_c, A=0.01, sigma=8.0):
 
 
 def derivative(motion, t, h=1e-4):
-    """Return dv/dt by central differences, wrong by h^2 / 6 of the third derivative."""
+    """Return dv/dt by central differences, with an error of h^2 / 6 times the third derivative."""
     return (motion.at(t + h)[0] - motion.at(t - h)[0]) / (2 * h)
 
 
@@ -85,7 +85,7 @@ def test_the_pulse_is_enforced_at_the_end_of_the_real_chain(end, omega_c, rest):
 
 @ENDS
 def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
-    """The pulse ends within the fifth tick; what the cell then does is its own ring-down."""
+    """The pulse ends within the fifth tick; then the cell rings down freely."""
     element = rig.device(level=3, probe_right=ProbeSettings(omega_c=0.7))
     row = 0 if end == 'left' else 1
     rest_here = element.transducer.rest(end)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Decoding: a level, blank, or undecodable with its reason, never a guess."""
+"""Decoding: a level, blank, or undecodable with a reason, never a guess."""
 
 import dataclasses
 import math

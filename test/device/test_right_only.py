@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An element that is read from the right alone: what a long one has to be."""
+"""An element that is read only from the right, as a long one must be."""
 
 import dataclasses
 
@@ -62,7 +62,7 @@ def test_its_state_is_kept():
 
 
 def test_a_rest_is_waited_for_before_a_pulse():
-    """Two equal devices, one of which waits 400 time units, 20 ticks, longer."""
+    """Of two equal devices one waits 400 time units, 20 ticks, longer."""
     design, settings = load('bits_1')
     longer = dataclasses.replace(settings.read, rest=settings.read.rest + 400.0)
     ticks = []

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of ticks: however time is cut into them, a device computes the same and tells the same."""
+"""Runs of ticks: a device computes and reports the same, however time is divided."""
 
 import random
 
@@ -53,7 +53,7 @@ STORIES = {
 
 
 def live(element, story, last, length):
-    """Live through stamped commands by runs of lengths; return all that was told, and when."""
+    """Apply stamped commands in runs of some lengths; return all events with their ticks."""
     told = []
     while element.ticks < last:
         try:
@@ -75,14 +75,14 @@ def live(element, story, last, length):
 
 
 def plain(event):
-    """Return an event as it can be compared: to the bit, and NaN equals itself."""
+    """Return an event for an exact comparison in which NaN equals itself."""
     if isinstance(event, Heard):
         return repr(event.reading), event.echo.delay, event.echo.v_c.tobytes()
     return (repr(event),)
 
 
 def end(element):
-    """Finish what runs, for a snapshot is of an idle device, and return all of it."""
+    """Abort, because only an idle device has a snapshot, and return the whole state."""
     element.apply(Abort())
     while element.procedure:
         element.advance()
@@ -102,7 +102,7 @@ def test_bits_and_events_are_the_same_as_tick_by_tick(name):
 
 @pytest.mark.parametrize('seed', range(50))
 def test_any_life_is_the_same_in_runs(seed):
-    """Any legal design, settings and commands: where a tick is lost, it is the same one."""
+    """For any legal design, settings and commands, including lost ticks."""
     chance = random.Random(seed)
     alone, element = lives.device(random.Random(seed)), lives.device(chance)
     if alone is None:
@@ -119,7 +119,7 @@ def test_any_life_is_the_same_in_runs(seed):
 
 @pytest.mark.parametrize('lost', [3, 4, 40])
 def test_a_failing_tick_is_found_within_its_run(lost):
-    """A write is under way, and the material cannot go beyond a step."""
+    """A write runs, and the material cannot advance beyond some step."""
     seen = []
     for length in (1, 20, 10**6):
         element = rig.device(1)
@@ -140,7 +140,7 @@ def test_a_failing_tick_is_found_within_its_run(lost):
 
 
 def test_predictable_ticks_are_computed_in_one_call():
-    """All of a write but its reads: in a tenth of the ticks' number of calls or less."""
+    """All of a write except its reads, in less than a fifth of the number of ticks."""
     element = rig.device(1)
     asked, advance = [], element.driver.advance
 
@@ -159,7 +159,7 @@ def test_predictable_ticks_are_computed_in_one_call():
 
 @pytest.mark.parametrize('name', ['bits_2', 'bits_3'])
 def test_every_procedure_of_a_preset_is_the_same_in_runs(name):
-    """Strokes and throws, too."""
+    """Including strokes and throws."""
     devices = new_element(preset(name)), new_element(preset(name))
     last = devices[0].design.levels - 1
     for command in (Write(last), Write(0), Calibrate(), Write(last // 2), Erase(), Read()):

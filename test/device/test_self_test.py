@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The self-test: every part is tested, what fails is named, the content is as it was."""
+"""The self-test tests every part, names what fails, and keeps the content."""
 
 import dataclasses
 
@@ -38,7 +38,7 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
 
 
 def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written):
-    """Tension frees from odd levels: without it the wall stays at level 1, with it at 0."""
+    """Tension frees the wall at odd levels; without it the wall stays at level 1."""
     weak = WriteSettings(tension=0.02, attempts=1)
     element = written(1, write=weak)
     outcome = rig.run(element, SelfTest())
@@ -60,7 +60,7 @@ def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written)
     ids=['stuck', 'weak', 'offset'],
 )
 def test_an_actuator_that_does_not_follow_is_found(written, wrong, felt):
-    """And nothing is written with it. At a free end a strain is felt to a hundredth of it."""
+    """Then nothing is written. At a free end a strain is measured to a hundredth."""
     element = written(3)
     advance = element.chain.advance
     element.chain.advance = lambda V_N, *more: advance(wrong(V_N / 225) * 225, *more)
@@ -76,7 +76,7 @@ def test_an_actuator_that_does_not_follow_is_found(written, wrong, felt):
 
 @pytest.mark.parametrize('level', [None, 2])
 def test_a_stuck_actuator_is_named_and_left_with_no_set_point(written, level):
-    """Told 0.01 and stuck at 0, it would go there by itself when it comes loose."""
+    """With a set-point of 0.01 it would move there as soon as it comes loose."""
     element = rig.device() if level is None else written(level)
     element.apply(SetFaults(Faults(actuator_stuck=True)))
     assert rig.run(element, SelfTest()).error == 'failed: actuator'
@@ -105,7 +105,7 @@ def test_a_weak_actuator_is_tested_at_its_own_limit():
 
 
 def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):
-    """The table of another element says nothing about where the wall is."""
+    """The table of another element does not give the place of the wall."""
     element = written(3)
     foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(8)))
     element.calibration = dataclasses.replace(element.calibration, left=foreign)
@@ -139,7 +139,7 @@ def test_a_failed_erase_fails_the_levels_and_the_restoration():
 
 
 def test_an_element_that_begins_to_shake_is_not_written(written):
-    """Its content was read in time; then 6000 time units are waited for quiet at either end."""
+    """Its content was read before; then it waits 6000 time units for quiet at each end."""
     element = written(3)
     element.apply(SelfTest())
     while not any(isinstance(event, Heard) for event in element.advance()):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Settings: all of them checked."""
+"""Every setting is checked."""
 
 import dataclasses
 import json

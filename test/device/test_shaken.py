@@ -3,7 +3,7 @@
 """Reads of an element whose base shakes: right or undecodable, never wrong.
 
 At the default scale 1 g is 9.81e-6 lattice constants per time unit squared, and an IMU of 200 Hz
-tells of it every 2.5 ticks.
+sends a message every 2.5 ticks.
 """
 
 import numpy as np
@@ -87,7 +87,7 @@ def sine(amplitude, omega):
 
 
 def shaken(element, course, command):
-    """Shake a device while it carries out a command; return all events."""
+    """Shake a device during a command; return all events."""
     element.apply(command)
     seen = []
     while element.procedure:
@@ -98,9 +98,9 @@ def shaken(element, course, command):
 
 @pytest.mark.parametrize(('end', 'reads'), [('left', 12), ('right', 4), ('both', 2)])
 def test_every_read_is_right_at_an_amplitude_that_used_to_spoil_a_quarter(end, reads):
-    """The sway of the left end exceeds what the threshold has fallen to when level 7 answers.
+    """The sway of the left end exceeds the decayed threshold when the echo of level 7 arrives.
 
-    Two pulses from an end are enough: what is left of the one before is waited for.
+    Two pulses from an end suffice: each waits until the previous one has faded.
     """
     element, course = rig.device(7), imu(1.5 * G, 3)
     for _ in range(reads):
@@ -112,7 +112,7 @@ def test_every_read_is_right_at_an_amplitude_that_used_to_spoil_a_quarter(end, r
 
 
 def test_shaking_leaves_no_trace_in_later_reads():
-    """One pulse, all of what the end does, the ticks of before."""
+    """One pulse without a filter, in as many ticks as before."""
     calm, once = rig.device(3), rig.device(3)
     once.apply(Disturb(1e-5))
     rig.ticks(once, 60)  # held for the time-out, and then not
@@ -127,7 +127,9 @@ def test_shaking_leaves_no_trace_in_later_reads():
 
 
 def test_an_echo_hidden_by_shaking_is_reported_after_some_pulses():
-    """At 10 g and 247 Hz, of which 469 mrad per time unit are left, the right end hums."""
+    """At 10 g and 247 Hz the right end hums: sampled once a tick, it has an image at 469 mrad per
+    time unit.
+    """
     element = rig.device(0)
     events = shaken(element, sine(10.0 * G, 0.155), Read('right'))
     outcome = events[-1]

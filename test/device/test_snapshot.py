@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device from plain values, to the bit; and values that are not a device's, refused whole."""
+"""A device from plain values, bit by bit; and values of no such device, which are refused."""
 
 import base64
 import copy
@@ -31,7 +31,7 @@ from . import rig
 
 
 def midlife():
-    """Return a device that was written, calibrated in part, and is being driven by hand."""
+    """Return a device that was written, calibrated in part, and is being strained by hand."""
     element = rig.device()
     rig.succeed(element, Write(3))
     element.apply(SetStrain(0.03))
@@ -46,7 +46,7 @@ def through_json(values):
 
 @pytest.mark.parametrize('substrate', ['rigid', 'elastic'])
 def test_a_restored_device_goes_on_to_the_bit(substrate):
-    """While the actuator moves, with waves in the chain; and so do its procedures."""
+    """While the actuator moves, with waves in the chain; its procedures too."""
     design = dataclasses.replace(CASE_II, N=75, substrate=substrate)
     first, second = (
         MemoryElement(design, Settings(), factory_calibration(design, Settings()))
@@ -183,7 +183,7 @@ def damaged(values, path, value):
 
 @pytest.fixture(scope='module')
 def alive():
-    """A device in mid-life, which a refused snapshot leaves as it is: one for all of them."""
+    """Return a device in mid-life, shared because a refused snapshot leaves it unchanged."""
     return midlife()
 
 

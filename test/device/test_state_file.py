@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A state file holds one snapshot to the bit, and says what is wrong with one that does not."""
+"""A state file holds one exact snapshot; errors say what is wrong with a file."""
 
 import json
 from pathlib import Path
@@ -63,7 +63,7 @@ def test_a_path_that_cannot_be_written_is_refused(path):
 
 
 def test_a_file_that_cannot_be_read_or_written_is_reported_with_the_reason(tmp_path):
-    """A folder where the file should be, and a file where its folder should be."""
+    """A folder in place of the file, and a file in place of its folder."""
     with pytest.raises(StateError, match=r'cannot be read from .*: Is a directory'):
         state_file.load(tmp_path)
     (tmp_path / 'file').write_text('')

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The transducers: what they hold, when they let go, and what they take for rest."""
+"""The transducers: what they hold, when they release it, and what counts as rest."""
 
 import dataclasses
 
@@ -156,7 +156,7 @@ def test_noise_is_distinguished_from_motion_in_a_stiff_element(method):
 
 
 def test_noise_is_measured_from_few_samples():
-    """At the fastest legal carriers a rest is shorter than the difference that tells noise."""
+    """At the highest legal carriers the rest window is shorter than the difference for noise."""
     chain = Chain(dataclasses.replace(CASE_II, N=60), integrator=INTEGRATORS['pefrl'])
     probe = ProbeSettings(omega_c=10.0)
     transducer = Transducer(

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Read from both ends: one wall, two, three or none, on the real material and by hand."""
+"""Reads from both ends: one wall, two, three or none, on the real material and by hand."""
 
 import dataclasses
 import math
@@ -104,7 +104,7 @@ def test_a_blank_element_has_no_wall():
 
 
 def test_a_write_is_verified_from_the_ends_that_a_read_probes(written):
-    """So a wall that another one hides from the left end is not missed."""
+    """So a wall that is hidden from the left end by another one is not missed."""
     element = written(2, read=ReadSettings(end='both'))
     reading = rig.succeed(element, Write(4))
     assert (reading.level, reading.end, reading.walls) == (4, 'both', 1)
@@ -135,7 +135,7 @@ def test_the_lesser_margin_counts():
 
 @pytest.mark.parametrize('off', [-9.0, -5.0, 5.0, 9.0])
 def test_distances_that_do_not_add_up_lower_the_margin(off):
-    """Half the spacing of levels is 12.5 cells: nothing is left of the margin there."""
+    """Half the spacing of levels is 12.5 cells, where the margin is zero."""
     both = together(said(3, 'left', 99.0), said(3, 'right', 125.0 + off))
     assert both.level == 3
     assert both.level_margin == pytest.approx(1.0 - abs(off) / 12.5)
@@ -143,7 +143,7 @@ def test_distances_that_do_not_add_up_lower_the_margin(off):
 
 @pytest.mark.parametrize('off', [-11.0, 11.0])
 def test_distances_that_do_not_fit_one_wall_are_undecodable(off):
-    """At 11 cells 0.12 is left, and 0.2 is asked for."""
+    """At 11 cells the margin is 0.12, less than 0.2."""
     both = together(said(3, 'left', 99.0), said(3, 'right', 125.0 + off))
     assert both.level == UNDECODABLE
     assert 'the ends do not hear the same wall' in both.reason
@@ -195,7 +195,7 @@ def test_confidence_is_zero_if_nothing_is_decoded():
 
 @pytest.mark.parametrize('level', [0, 4, 7])
 def test_an_echo_that_fades_by_less_than_the_confidence_is_still_heard(written, level):
-    """A threshold that is higher by f is an echo that is fainter by 1 / f."""
+    """Raising the threshold by a factor f equals an echo fainter by 1 / f."""
     element = written(level)
     reading = rig.succeed(element, Read('right'))
     share = 1.0 - 1.0 / reading.threshold_margin

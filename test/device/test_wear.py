@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What reads and writes do to the element: no read moves the wall, and writes are counted."""
+"""Reads and writes as wear: no read moves the wall, and writes are counted."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ from . import rig
 
 
 def read_many(level, end, times):
-    """Read time and again; return by how much the wall and any cell have moved when at rest."""
+    """Read many times; return by how much the wall and any cell have moved when at rest."""
     element = rig.device(level)
     position, v = rig.wall(element), element.chain.v.copy()
     for _ in range(times):
@@ -29,7 +29,7 @@ def read_many(level, end, times):
 
 @pytest.mark.parametrize(('level', 'end'), [(0, 'left'), (3, 'both'), (7, 'right')])
 def test_reads_move_no_wall(level, end):
-    """The pulse is a hundredth of a cell; 1e-8 of a cell is left of it by damping alone."""
+    """The pulse is a hundredth of a cell, of which damping alone leaves 1e-8 of a cell."""
     moved, changed = read_many(level, end, 25)
     assert moved < 1e-8
     assert changed < 1e-8
@@ -64,7 +64,7 @@ def test_a_slightly_weak_peak_is_compensated_by_the_next_attempt(level, weak):
 
 
 def peaks(element, command):
-    """Return the greatest strain of every try of a one-step write."""
+    """Return the greatest strain of each attempt of a one-step write."""
     element.apply(command)
     seen = [0.0]
     while element.procedure:
@@ -99,7 +99,7 @@ def test_no_force_exceeds_the_actuators_limit():
 
 @pytest.mark.parametrize('wait', [0, 3, 11])
 def test_a_weak_strain_by_hand_does_not_move_the_wall(wait):
-    """0.01 is a third of what frees it; the slew is smooth and as fast as the limit allows."""
+    """0.01 is a third of what frees it; the slew is smooth and at the rate limit."""
     for level, strain in ((7, 0.01), (4, -0.01), (0, 0.01)):
         element = rig.device(level)
         for target in (strain, 0.0):
