@@ -15,7 +15,6 @@ from mlmem_ros.analysis.bare import moved
 from mlmem_ros.analysis.checks import Verdict
 from mlmem_ros.analysis.designer import DesignNotFound, propose, searched
 from mlmem_ros.analysis.designer.going_back import going_back
-from mlmem_ros.analysis.designer.right_pulse import CLEAR
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import How, cycle_of, moves_from
@@ -93,8 +92,6 @@ def test_the_carrier_is_clear_of_the_gratings_gaps():
     probe, J = found.settings.probe_right, found.design.J
     gaps = frequency([3.141592653589793 * n / J for n in range(1, J)], found.design.k_s1)
     assert min(abs(gaps - probe.omega_c)) > 1.5 / probe.sigma
-    assert found.pulse.signal > CLEAR * found.pulse.clutter
-    assert probe.v_th < found.pulse.signal
 
 
 @pytest.mark.parametrize('levels', [1, 0, -4, 257, 4.0, True, None])

@@ -27,7 +27,7 @@ from ...physics import CASE_II, Design
 from ..checks import Report, Verdict, check
 from ..checks.subject import Subject
 from .going_back import going_back
-from .right_pulse import RightPulse, damping_for, listen
+from .right_pulse import damping_for, listen
 from .schedules import Freeing, erase_schedule, freeing, up_to, write_schedule
 
 FEWEST, MOST = 2, 256
@@ -57,14 +57,12 @@ class Proposal:
     Attributes:
         design: The element.
         settings: The instrument's settings.
-        pulse: The pulse of its right end.
         report: What the checker says.
         reasons: Why each J below the chosen one was rejected, by J.
     """
 
     design: Design
     settings: Settings
-    pulse: RightPulse
     report: Report
     reasons: dict[int, str]
 
@@ -103,15 +101,16 @@ def _with(levels: int, J: int) -> Proposal | str:
             f'{frees.wall_tension_least:.4f}'
         )
     eta = damping_for(_element(levels, J, 1 / 250, 0))
-    pulse = listen(_element(levels, J, eta, 0))
-    if pulse is None:
+    heard = listen(_element(levels, J, eta, 0))
+    if heard is None:
         return 'no pulse separates the farthest level from the clutter of the defects'
-    design = _element(levels, J, eta, pulse.tail)
-    settings = going_back(design, _settings(design, frees, pulse.probe))
+    probe, tail = heard
+    design = _element(levels, J, eta, tail)
+    settings = going_back(design, _settings(design, frees, probe))
     report = check(design, settings)
     if report.verdict is Verdict.FAIL:
         return '; '.join(f'{finding.name}: {finding.text}' for finding in report.of(Verdict.FAIL))
-    return Proposal(design, settings, pulse, report, {})
+    return Proposal(design, settings, report, {})
 
 
 def _element(levels: int, J: int, eta: float, tail: int) -> Design:

@@ -11,7 +11,7 @@ narrow enough to fit between two gaps.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,28 +44,15 @@ HALF_WIDTH = 0.9
 """Distance of the carrier from the upper edge of the usable band, in 1 / sigma."""
 
 
-@dataclass(frozen=True)
-class RightPulse:
-    """A pulse that reads all levels from the right.
-
-    Attributes:
-        probe: Pulse and detector of the right end.
-        tail: Cells that the right end needs beyond the last level's spacing.
-        signal: The faintest echo's v_c, compensated for damping, in cells.
-        clutter: The greatest v_c before it, likewise.
-    """
-
-    probe: ProbeSettings
-    tail: int
-    signal: float
-    clutter: float
-
-
-def listen(design: Design) -> RightPulse | None:
-    """Return the shortest pulse that hears every level clearly, or None if there is none.
+def listen(design: Design) -> tuple[ProbeSettings, int] | None:
+    """Return the shortest pulse that hears every level clearly, and the tail that it needs.
 
     Args:
         design: The element; its tail may still be too short.
+
+    Returns:
+        Pulse and detector of the right end, and the cells that this end needs beyond the last
+        level's spacing; None if no pulse is clear of the clutter.
     """
     lowest = band(design.k_s1 * float(design.alpha.max()))[0]
     highest = band(design.k_s2 * float(design.alpha.min()))[0]
@@ -79,8 +66,8 @@ def listen(design: Design) -> RightPulse | None:
     return None
 
 
-def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
-    """Return what the two farthest echoes require, or None if clutter hides them."""
+def _heard(design: Design, probe: ProbeSettings) -> tuple[ProbeSettings, int] | None:
+    """Return the pulse with the threshold and the tail for the two farthest echoes."""
     speed = float(group_velocity(probe.omega_c, design.k_s1))
     # Forecast with the room that the pulse will have, so that it hides nothing.
     roomy = replace(design, N=design.N - design.tail + 400, tail=400)
@@ -100,8 +87,7 @@ def _heard(design: Design, probe: ProbeSettings) -> RightPulse | None:
     v_th = float(f'{max(math.sqrt(signal * clutter), signal / HEADROOM):.1e}')
     early = probe.sigma * math.sqrt(2.0 * math.log(signal / v_th))
     room = 0.5 * speed * (blanking(probe) - 6.0 * probe.sigma + early)
-    tail = math.ceil(room / design.J) * design.J
-    return RightPulse(replace(probe, v_th=v_th), tail, signal, clutter)
+    return replace(probe, v_th=v_th), math.ceil(room / design.J) * design.J
 
 
 def dynamic_range(subject: Subject) -> float:
