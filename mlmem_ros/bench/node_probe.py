@@ -1,9 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Memory nodes that watch themselves: run by the benchmark `node` as their own process.
+"""Memory nodes that measure themselves: the process that the benchmark `node` starts.
 
-It prints one JSON line when ready. Every number it then reads is a time in seconds for which it
-watches itself, idle; it prints the result as one more line. In between it serves, until its
+It prints one JSON line when it is ready. For every number that it reads it measures itself for so
+many seconds, and prints the result as another line. It serves requests all the time, until its
 standard input is closed.
 """
 

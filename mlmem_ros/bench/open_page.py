@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""An open page of `mlmem view`, as a node sees it: its server, and a client for the pictures.
+"""An open page of `mlmem view`, as a node sees it: its server, and a client that takes pictures.
 
-No browser draws them: on a few cores it would disturb the measurement.
+No browser draws them, because on a few cores it would disturb the measurement.
 """
 
 from __future__ import annotations

@@ -110,21 +110,16 @@ def _report(
 def _words(margins: Margins) -> list[str]:
     """Return a summary of a map, line by line."""
     lines = [f'{margins.share:.1%} of the points pass']
-    if not margins.passed:
-        return [*lines, 'the operating point itself FAILS']
     for reach in margins.reaches:
         axis, ends = reach.axis, []
         for value, is_open in ((reach.low, reach.low_open), (reach.high, reach.high_open)):
             change = f' ({value / axis.operating - 1.0:+.0%})' if axis.operating else ''
             ends.append(f'{value:.4g}{change}{", the end of the map" if is_open else ""}')
         lines.append(f'{axis.name} {axis.operating:g}: passes from {ends[0]} to {ends[1]}')
-    if margins.nearest is not None:
-        near = margins.nearest
-        lines.append(
-            f'nearest failure: {margins.nearest_failure}: {near["failure"]} at level '
-            f'{near["reached"]} (point {near["point"]})'
-        )
-    return lines
+    near, where = margins.nearest, margins.nearest_failure
+    if near is not None:
+        where = f'{where}: {near["failure"]} at level {near["reached"]} (point {near["point"]})'
+    return [*lines, where]
 
 
 def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int:
@@ -141,6 +136,8 @@ def _run_point(console: Console, shmoo: Shmoo, point: int, as_json: bool) -> int
         climb = rerun(study.common, values, seed)
     except SettingsError as error:
         console.print(f'the settings give no device: {error}', highlight=False)
+        if as_json:
+            print_json({'point': point, 'passed': False, 'error': error})
         return 0
     table = plain_table(
         '', '>asked', '>decoded', '>delay', '>level margin', '>threshold margin', '>true wall',

@@ -58,12 +58,14 @@ class Margins:
 
     @property
     def nearest_failure(self) -> str:
-        """Where the nearest failure is, and how far away, as text; empty without one."""
-        if self.nearest is None or self.distance is None or not self.passed:
-            return ''
+        """Where the nearest failure is, and how far away, as text."""
+        if not self.passed:
+            return 'the operating point itself fails'
+        if self.nearest is None:
+            return 'no failure on the map'
         near = self.nearest
         where = ', '.join(f'{r.axis.name} {near[r.axis.name]:.4g}' for r in self.reaches)
-        return f'{where}, {self.distance:.1%} away'
+        return f'nearest failure: {where}, {self.distance:.1%} away'
 
     def as_dict(self) -> dict[str, Any]:
         """Return the margins for a file."""

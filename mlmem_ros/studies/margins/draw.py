@@ -56,7 +56,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
         xlabel=_label(shmoo.x), ylabel=_label(shmoo.y),
         xlim=(x_edges[0], x_edges[-1]), ylim=(y_edges[0], y_edges[-1]),
     )  # fmt: skip
-    axes.set_title(f'{margins.share:.1%} of {len(rows)} points pass\n{_failure(margins)}')
+    axes.set_title(f'{margins.share:.1%} of {len(rows)} points pass\n{margins.nearest_failure}')
     figure.legend(loc='outside lower left', ncols=2)
     return figure
 
@@ -104,14 +104,6 @@ def _draw_distance(axes: Any, shmoo: Shmoo, margins: Margins) -> None:
         y_0 * (1.0 + margins.distance * np.sin(angle)),
         color=INK, lw=1.0, ls=':',
     )  # fmt: skip
-
-
-def _failure(margins: Margins) -> str:
-    if not margins.passed:
-        return 'the operating point itself fails'
-    if not margins.nearest_failure:
-        return 'no failure on the map'
-    return f'nearest failure: {margins.nearest_failure}'
 
 
 def _label(axis: Axis) -> str:

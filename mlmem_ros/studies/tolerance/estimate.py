@@ -15,8 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import log_ndtr, ndtr, ndtri
-from scipy.stats import beta
+from scipy.special import betaincinv, log_ndtr, ndtr, ndtri
 
 CONFIDENCE = 0.95
 """Confidence level of every interval."""
@@ -67,9 +66,9 @@ class Rate:
         """
         tail = 0.5 * (1.0 - CONFIDENCE)
         k, n = self.effective
-        low = 0.0 if self.failures == 0 else float(beta.ppf(tail, k, n - k + 1.0))
+        low = 0.0 if self.failures == 0 else float(betaincinv(k, n - k + 1.0, tail))
         all_failed = self.failures == self.trials
-        high = 1.0 if all_failed else float(beta.ppf(1.0 - tail, k + 1.0, n - k))
+        high = 1.0 if all_failed else float(betaincinv(k + 1.0, n - k, 1.0 - tail))
         return low, high
 
 
