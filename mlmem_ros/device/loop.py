@@ -213,8 +213,8 @@ class Loop:
             if turn.batch:
                 due = self._make_up(turn.due, turn.batch)
             else:
-                commands = self._take_commands()
-                due = self._after(turn.due, self._tick(turn.due, commands, turn.asked_for))
+                ended = self._tick(turn.due, self._take_commands(), turn.asked_for)
+                due = math.inf if turn.asked_for else self._after(turn.due, ended)
 
     def _let_go(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
@@ -291,7 +291,10 @@ class Loop:
         return due + (1 + skipped) * self._period
 
     def _wait(self, due: float) -> _Turn | None:
-        """Make pending calls and wait until ticks are due; None if the loop is to end."""
+        """Make pending calls and wait until ticks are due; None if the loop is to end.
+
+        While time is paused no tick is due, so there is none to make up for.
+        """
         box = self._box
         while True:
             if overdue := self._overdue(due):
@@ -303,7 +306,7 @@ class Loop:
                     return None
                 if box.held:
                     box.changed.wait_for(lambda: not box.held or bool(box.calls))
-                    due = self._pacer.now()
+                    due = math.inf if box.paused else self._pacer.now()
                     continue
                 if box.speed != self._paced:
                     self._pace(box.speed)
@@ -336,7 +339,7 @@ class Loop:
         ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
         if not ticks or not (self._box.commands or self._box.calls):
             return ticks
-        return min(ticks, max(0, int(late / self._period)))
+        return min(ticks, int(max(0.0, late) / self._period))
 
     def _overdue(self, due: float) -> int:
         """Return how many deferred ticks come before a pending call, which needs them done."""

@@ -502,6 +502,21 @@ def test_single_ticks_are_single(start):
     assert loop.element.ticks == ticks + 15
 
 
+def test_a_slow_machine_makes_up_for_no_tick_while_time_is_paused(start):
+    """Every look at the clock takes two periods, also between a call and the next."""
+
+    class Slow(Clock):
+        def now(self):
+            self.time += 2 * PERIOD
+            return self.time
+
+    loop = start(rig.device(), pacer=Slow(), speed=1.0, batch=10)
+    ticks = hold(loop)
+    for n in range(1, 100):
+        assert result(loop.single_tick()) == ticks + n
+        assert hold(loop) == ticks + n
+
+
 def test_single_ticks_do_not_wait_for_the_clock(start):
     clock = Clock(end=0.0201)
     loop = start(rig.device(), pacer=clock, speed=1.0)
