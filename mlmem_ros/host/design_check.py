@@ -40,13 +40,7 @@ DEPENDS_ON = ('physics', 'device', 'analysis')
 
 
 def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
-    """Check a design and log every finding that is not a pass.
-
-    Args:
-        design: The element.
-        settings: The instrument's settings.
-        mode: One of `CHOICES`.
-        log: Where warnings go.
+    """Check a design in a mode of `CHOICES`, and log every finding that is not a pass.
 
     Raises:
         DesignError: The design fails, and the mode is 'refuse'.

@@ -80,9 +80,9 @@ class Host:
 
         Args:
             log: Where log lines go.
-            now: Returns the time in nanoseconds for recorded messages.
+            now: Returns the time of recorded messages in nanoseconds.
             name: Of the node, which owns its state file.
-            failed: Called in the loop's thread when the device has failed, to have `fail` called.
+            failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.journal = Journal(log)
         self.element: MemoryElement | None = None

@@ -36,14 +36,7 @@ class Recording(Transcript):
         now: Callable[[], int],
         before: Sequence[Message] = (),
     ) -> None:
-        """Create the bag; waits for the disk.
-
-        Args:
-            plan: What it records.
-            path: The bag; must not exist.
-            journal: The log.
-            now: Returns the time in nanoseconds for messages.
-            before: The messages of a session kept in memory, which continues here.
+        """Create the bag, with the messages of a session that continues in it; waits for the disk.
 
         Raises:
             BagError: The path exists, or cannot be written.

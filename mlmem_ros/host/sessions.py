@@ -186,7 +186,13 @@ class Sessions:
     def _stop(self, element: MemoryElement | None, loop: Loop | None) -> Path:
         if (recording := self.current) is None:
             raise Refused('nothing is being recorded')
-        _between_ticks(loop, lambda: self._end(recording, element))
+
+        def end() -> None:
+            self.current = None
+            if element is not None:
+                recording.end(element)
+
+        _between_ticks(loop, end)
         self.state = State.STOPPING
         try:
             recording.close()
@@ -209,11 +215,6 @@ class Sessions:
         except (BagError, SettingsError) as error:
             self._journal.error(f'the last seconds are lost: {error}')
             raise BagError(str(error)) from error
-
-    def _end(self, recording: Recording, element: MemoryElement | None) -> None:
-        self.current = None
-        if element is not None:
-            recording.end(element)
 
 
 def _made(module: str) -> Any:

@@ -23,13 +23,7 @@ class Transcript(ABC):
     """Collects the topics of an element, and what a replay needs."""
 
     def __init__(self, plan: SessionPlan, journal: Journal, now: Callable[[], int]) -> None:
-        """Create it empty.
-
-        Args:
-            plan: What it records.
-            journal: The log, for what is left out.
-            now: Returns the time in nanoseconds for messages.
-        """
+        """Create it empty; `now` returns the time of messages in nanoseconds."""
         self.plan = plan
         self.names = messages.SessionTopics.of(plan.node)
         self._journal = journal

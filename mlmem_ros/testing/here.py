@@ -32,16 +32,7 @@ class NodeHere(RunningNode):
     def __init__(
         self, element: str, arguments: Sequence[str], elements: Sequence[Element] = ONE
     ) -> None:
-        """Start the nodes.
-
-        Args:
-            element: Full name of the first.
-            arguments: Command line.
-            elements: What distinguishes several.
-
-        Raises:
-            What keeps them from starting.
-        """
+        """Start the nodes, the first named `element`; raises what keeps them from starting."""
         super().__init__(element)
         self._said: list[str] = []
         self._stop: list[None] = []

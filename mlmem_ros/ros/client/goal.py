@@ -111,18 +111,7 @@ class Goal(Reply[T]):
         service: Steps[T],
         timeout: float,
     ) -> None:
-        """Send the request.
-
-        Args:
-            line: How to reach the node.
-            what: Its name, for messages.
-            action: The action, if its type is known.
-            arguments: Of the goal.
-            kind: The type of the answer.
-            there: Waits for the node.
-            service: The conversation if the node does not serve the action.
-            timeout: Longest time for all of it in seconds.
-        """
+        """Send the request: wait for the node with `there`, then use the action or the service."""
         self._action = action
         self._request: Any = action and action.request(arguments)
         self._taken = self._unwanted = False

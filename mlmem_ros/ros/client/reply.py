@@ -55,14 +55,7 @@ class Reply(Future, Generic[T]):
     """
 
     def __init__(self, line: Line, what: str, steps: Steps[T], timeout: float) -> None:
-        """Begin a conversation.
-
-        Args:
-            line: How to reach the memory node.
-            what: What is requested, for messages.
-            steps: The conversation.
-            timeout: Longest time for all of it in seconds.
-        """
+        """Begin a conversation about `what`, with a time-out in seconds for all of it."""
         super().__init__(executor=line.node.executor)
         if not timeout > 0.0:
             raise ValueError(f'timeout must be above 0 s; got {timeout!r}')

@@ -129,13 +129,9 @@ class Boundary:
 
 
 def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
-    """Return a response that reports a failure, as far as its type allows.
+    """Return a response that says why a request failed, as far as its type allows.
 
-    Args:
-        request: The request.
-        response: Its response so far.
-        why: The reason.
-        own: Whether the service is one of ours, which answer with a JSON object.
+    Services of our `own` answer with a JSON object.
     """
     told = answers.refusal(why) if own else why
     failed = SetParametersResult(successful=False, reason=told)

@@ -21,13 +21,9 @@ REMINDER = 1.0
 def telling_compilation(
     node: Node, design: Design, integrator: str, report: Callable[[str], None]
 ) -> Iterator[None]:
-    """Log and `report` it if the body must compile the kernels first.
+    """Log it if the body must compile the kernels of a design and a method first.
 
-    Args:
-        node: Whose log.
-        design: The element: its substrate determines the kernel.
-        integrator: Name of the method.
-        report: Called with the text at once, and repeatedly from another thread.
+    Then also call `report` with the text, at once and repeatedly, from another thread.
     """
     if kernel_in_cache(design, INTEGRATORS[integrator]):
         yield

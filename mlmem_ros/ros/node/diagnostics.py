@@ -275,23 +275,19 @@ class Diagnostics:
         self._publish({'loop': Health(OK, text)})
 
     def _report(self) -> None:
-        loop = self._host.loop
+        loop, guarded = self._host.loop, self._boundary.guarded
         if loop is None or loop.failure:
             self._tell(loop)
             return
-
-        guarded = self._boundary.guarded
 
         def look() -> None:
             before = self._seen.get('material', INACTIVE)
             self._seen = {name: health(loop.element) for name, health in ELEMENT.items()}
             self._seen['material'] = compared(self._seen['material'], before)
 
-        def looked(_: object) -> None:
-            self._tell(loop)
-
         where = DIAGNOSTICS.name
-        loop.call(guarded(where, look)).add_done_callback(guarded(where, looked))
+        tell = guarded(where, lambda _: self._tell(loop))
+        loop.call(guarded(where, look)).add_done_callback(tell)
 
     def _tell(self, loop: Loop | None) -> None:
         if loop is None:
@@ -306,17 +302,11 @@ class Diagnostics:
         self._publish({name: self._held[name].smooth(now) for name, now in present.items()})
 
     def _publish(self, present: dict[str, Health]) -> None:
-        message = DiagnosticArray(
-            status=[
-                DiagnosticStatus(
-                    level=health.level,
-                    name=f'{self._name[1:]}: {component}',
-                    message=health.text,
-                    hardware_id=self._name,
-                    values=key_values(health.values),
-                )
-                for component, health in present.items()
-            ]
-        )
+        message = DiagnosticArray()
+        for component, health in present.items():
+            status = DiagnosticStatus(level=health.level, message=health.text)
+            status.name, status.hardware_id = f'{self._name[1:]}: {component}', self._name
+            status.values = key_values(health.values)
+            message.status.append(status)
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters, declared from the descriptions of the settings they fill."""
+"""The node's parameters, declared from the descriptions of the settings that they fill."""
 
 from __future__ import annotations
 
@@ -51,10 +51,6 @@ class ParameterSet:
 
     def __init__(self, node: Node, host: Host) -> None:
         """Declare all parameters.
-
-        Args:
-            node: The node.
-            host: Its device and life cycle decide on what may be set.
 
         Raises:
             SettingsError: A parameter has the wrong type or is out of range, or the values do not
@@ -254,23 +250,16 @@ def descriptor(description: Description, default: Any) -> ParameterDescriptor:
     result = ParameterDescriptor(description=text)
     if description.choices:
         result.additional_constraints = f'one of {", ".join(description.choices)}'
-    low, high = description.low, description.high
+    low, high, number = description.low, description.high, type(default)
     if low is None and high is None:
         return result
-    if isinstance(default, float):
-        limit = sys.float_info.max
-        result.floating_point_range = [
-            FloatingPointRange(
-                from_value=float(-limit if low is None else low),
-                to_value=float(limit if high is None else high),
-            )
-        ]
+    most = sys.float_info.max if number is float else 2**63 - 1
+    ends = {
+        'from_value': number(-most if low is None else low),
+        'to_value': number(most if high is None else high),
+    }
+    if number is float:
+        result.floating_point_range = [FloatingPointRange(**ends)]
     else:
-        result.integer_range = [
-            IntegerRange(
-                from_value=-(2**63) if low is None else int(low),
-                to_value=2**63 - 1 if high is None else int(high),
-                step=1,
-            )
-        ]
+        result.integer_range = [IntegerRange(**ends, step=1)]
     return result
