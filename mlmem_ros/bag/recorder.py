@@ -38,7 +38,6 @@ class RecorderStatus:
         state: ``recording``, ``failed`` or ``closed``.
         messages: Messages written, including the counts of dropped ones.
         size: Bytes written.
-        files: Files begun.
         queued: Messages waiting to be written.
         dropped: Messages refused because too many were waiting.
         error: Why the recording failed.
@@ -50,7 +49,6 @@ class RecorderStatus:
     state: str
     messages: int
     size: int
-    files: int
     queued: int
     dropped: int
     error: BagError | None
@@ -111,7 +109,6 @@ class Recorder:
         self._longest_wait = 0.0
         self._messages = 0
         self._size = 0
-        self._files = 0
         self._error: BagError | None = None
         writer.add_topic(dropped_topic, _COUNT_TYPE)
         self._thread = threads.Thread(target=self._run, name='mlmem-recorder', daemon=True)
@@ -155,7 +152,6 @@ class Recorder:
             state=state,
             messages=self._messages,
             size=self._size,
-            files=self._files,
             queued=len(self._queue),
             dropped=self._dropped,
             error=self._error,
@@ -246,7 +242,6 @@ class Recorder:
     def _observe(self) -> None:
         self._messages = self._writer.message_count
         self._size = self._writer.size
-        self._files = self._writer.file_count
 
     def _fail(self, error: BagError) -> None:
         self._error = error

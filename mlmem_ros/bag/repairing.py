@@ -21,13 +21,11 @@ class Repaired:
     """Result of a repair.
 
     Attributes:
-        source: The damaged bag, unchanged.
         destination: The new bag.
         messages: Messages the new bag holds.
         losses: What could not be read of the damaged bag.
     """
 
-    source: Path
     destination: Path
     messages: int
     losses: tuple[Loss, ...]
@@ -67,4 +65,4 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
             )
         for message in reader:
             writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
-    return Repaired(reader.path, writer.path, writer.message_count, reader.losses)
+    return Repaired(writer.path, writer.message_count, reader.losses)

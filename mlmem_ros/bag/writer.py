@@ -99,11 +99,6 @@ class BagWriter:
         """Bytes written so far, without the open chunk."""
         return self._closed_bytes + self._file.size
 
-    @property
-    def file_count(self) -> int:
-        """Files begun so far."""
-        return len(self._files)
-
     def add_topic(
         self,
         name: str,

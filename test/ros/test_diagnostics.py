@@ -135,7 +135,7 @@ def test_a_fault_that_is_set_is_a_warning(element):
 def session(**changes):
     """Return a recording as far as the report looks at it."""
     values = {
-        'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'files': 1, 'queued': 0,
+        'path': '/bag', 'state': 'recording', 'messages': 7, 'size': 9, 'queued': 0,
         'dropped': 0, 'error': None,
     }  # fmt: skip
     full = changes.pop('full', False)
