@@ -6,7 +6,7 @@ import { COUNTS, tone } from './colours.js';
 import { Tip } from './page.js';
 import { axis, lines, sizeOf } from './plot.js';
 
-/** Return the end that was probed: as the outcome says, or else the one in the inactive phase. */
+/** Return the end that was probed: as the outcome says; without one, left if that end is active. */
 export const probed = (values, column) =>
   (values.end ? values.end === 'left' : column?.[0] >= COUNTS / 2) ? 'left' : 'right';
 

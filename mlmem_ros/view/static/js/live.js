@@ -105,7 +105,7 @@ export class Live {
       Object.assign(this.echo, { end: probed(values), level: this.outcome.level, delay });
       this.showEcho();
     }
-    if (this.told !== `${t} ${text}`) { // it comes again with every new connection
+    if (this.told !== `${t} ${text}`) { // every new connection repeats it
       const found = ok && values.level != null ? `: ${describe(this.outcome.level)}` : '';
       const after = ok && delay != null ? `, delay ${delay.toFixed(2)}` : '';
       this.log(`${ok ? '' : `${values.procedure} failed: `}${text}${found}${after}`, ok ? '' : 'no', t);

@@ -7,7 +7,7 @@ import { Echo } from './echo.js';
 import { find, signed } from './page.js';
 import { Picture } from './picture.js';
 
-const REWRITING = ['write', 'erase', 'calibrate', 'self_test']; // meanwhile the content is in the past
+const REWRITING = ['write', 'erase', 'calibrate', 'self_test']; // the content shown meanwhile is the last one
 
 export class Panel {
   /** @param {Controls} controls of a running element; absent for a session */

@@ -31,7 +31,7 @@ export class Track {
   get end() { return Math.max(this.t.at(-1) ?? 0, this.strain.t.at(-1) ?? 0); }
 }
 
-/** Return the index of the last entry of an ascending list that is not above a value; -1: none. */
+/** Return the index of the last entry of an ascending list up to a value; -1 if there is none. */
 export function last(list, value) {
   let low = 0, high = list.length;
   while (low < high) {
