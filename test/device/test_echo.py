@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mlmem_ros.device.echo import (
@@ -103,7 +103,7 @@ def test_the_delay_is_that_of_the_first_crossing(chunks, at, amplitude, decay):
     assert detector.delay == first_crossing(v, 1.6e-4, decay)
 
 
-@rig.unhurried
+@settings(rig.unhurried, max_examples=25)
 @given(CHUNKS, st.lists(st.floats(0.0, 600.0), max_size=6), st.integers(0, 2**32 - 1))
 def test_the_delay_is_found_among_many_echoes_and_noise(chunks, arrivals, seed):
     v = np.random.default_rng(seed).normal(0.0, 5e-5, 2600)

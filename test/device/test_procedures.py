@@ -361,28 +361,37 @@ def test_the_wait_for_a_restless_element_is_bounded():
 
 
 @LEVELS
-def test_every_level_is_erased(written, level):
+def test_every_level_is_erased_by_a_kink_that_needs_the_opposite_strain(written, level):
+    """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.
+
+    The wall moves away from it by a step or two, so it may take as many cycles as levels. With
+    `trust_reading` it listens at most twice, instead of after every cycle, and takes no more.
+    """
     element = written(level)
-    reading = rig.succeed(element, Erase())
-    assert (reading.level, reading.end) == (BLANK, 'right')
+    element.apply(Erase())
+    trace, told = [], []
+    while element.procedure:
+        told += element.advance()
+        trace.append(element.actuator.strain)
+    *heard, outcome = told
+    assert outcome.success
+    assert (outcome.reading.level, outcome.reading.end) == (BLANK, 'right')
     assert rig.wall(element) is None
-    assert element.reading == reading
+    assert element.reading == outcome.reading
     assert element.actuator.strain == 0.0
     # blank all over, and at rest: nothing is left that could become a wall
     np.testing.assert_allclose(element.chain.v, CASE_II.D_s1, atol=1e-2)
-
-
-@LEVELS
-def test_the_kink_of_an_erase_needs_the_opposite_strain_of_a_wall(written, level):
-    """Launched under compression it rests at j = 25, where tension frees it, and so on in turn.
-
-    The wall moves away from it by a step or two, so it may take as many cycles as levels.
-    """
-    trace, _ = strains(written(level), Erase())
     launch, *driven = cycles(trace)
     assert launch == -0.03
     assert driven == [(0.026, -0.042)[n % 2] for n in range(len(driven))]
+    assert level <= len(heard)
     assert len(driven) <= (0 if level < 2 else level + 1)
+    trusting = written(level, **rig.with_group('erase', trust_reading=True))
+    count, reading = echoes_of(trusting, Erase())
+    assert count <= 2
+    assert reading.level == BLANK
+    assert rig.wall(trusting) is None
+    assert trusting.statistics.cycles == element.statistics.cycles
 
 
 def test_erasing_a_blank_element_only_reads(written):
@@ -398,20 +407,6 @@ def echoes_of(element, command):
     told = list(rig.events(element, command))
     assert told[-1].success, told[-1].error
     return sum(isinstance(event, Heard) for event in told), told[-1].reading
-
-
-@LEVELS
-def test_an_erase_that_trusts_the_reading_listens_once_the_kink_meets_the_wall(written, level):
-    """At most twice, instead of after every cycle, and without an extra cycle."""
-    plain, trusting = (
-        written(level, **rig.with_group('erase', trust_reading=trust)) for trust in (False, True)
-    )
-    assert echoes_of(plain, Erase())[0] >= level
-    count, reading = echoes_of(trusting, Erase())
-    assert count <= 2
-    assert reading.level == BLANK
-    assert rig.wall(trusting) is None
-    assert trusting.statistics.cycles == plain.statistics.cycles
 
 
 @pytest.mark.parametrize(('believed', 'true'), [(1, 4), (6, 2), (3, None), (BLANK, 2)])
@@ -547,7 +542,7 @@ def abort(element):
     assert element.procedure == ''
 
 
-@settings(rig.unhurried, max_examples=20)
+@settings(rig.unhurried, max_examples=12)
 @given(COMMANDS, st.none() | st.integers(0, 7), st.floats(0.0, 1.0), st.integers(0, 7))
 def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
     """400 random aborts were tried once; none failed."""
@@ -577,8 +572,8 @@ def test_an_abort_while_a_wall_is_launched(content, command):
         rig.ticks(element, tick)
         caught.append(element.transducer.driving)
         abort(element)
-        assert rig.succeed(element, Write(5)).level == 5
-        assert rig.holds(element, 5)
+        assert rig.succeed(element, Write(1)).level == 1
+        assert rig.holds(element, 1)
     assert caught[1]
     assert not caught[0]
     assert not caught[-1]
@@ -659,7 +654,7 @@ def test_an_abort_of_nothing_keeps_the_reading(written):
 
 @pytest.mark.parametrize('end', list(End))
 @pytest.mark.parametrize('moment', [4, 6, 12, 30])
-@pytest.mark.parametrize('level', [0, 4, 7])
+@pytest.mark.parametrize('level', [0, 7])
 def test_the_echo_of_an_aborted_read_does_not_reach_the_next(level, moment, end):
     """The pulse takes 5 ticks; its echo is still on the way when both ends have become quiet."""
     element = rig.device(level)
