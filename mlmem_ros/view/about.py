@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..device import Faults
-from ..device.settings import ActuatorSettings
+from ..device.settings import ActuatorSettings, ScaleSettings
 from ..physics import Design
 
 ROWS = 512
@@ -52,11 +52,15 @@ class About:
 
     Attributes:
         design: The element.
+        actuator: Its actuator; only limits of strain and rate are set.
+        scale: Its units in SI.
         stride: Every stride-th cell is shown.
         json: What the page gets.
     """
 
     design: Design
+    actuator: ActuatorSettings
+    scale: ScaleSettings
     stride: int
     json: dict[str, Any]
 
@@ -68,7 +72,7 @@ class About:
     @property
     def length(self) -> float:
         """Its length in metres: end displacement over strain."""
-        return float(self.design.N * self.json['scale']['length'])
+        return self.design.N * self.scale.length
 
     @classmethod
     def of(cls, groups: Mapping[str, Mapping[str, Any]], node: str) -> About:
@@ -83,11 +87,8 @@ class About:
             DesignError: They do not describe an element.
         """
         design = Design(**groups['design'])
+        actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
         stride = math.ceil(design.N / ROWS)
-        actuator, scale = groups['actuator'], groups['scale']
-        by_hand = ActuatorSettings(
-            max_rate=actuator['max_rate'], hand_rate=actuator['hand_rate']
-        ).by_hand
         probes = {'left': groups['probe'], 'right': groups['probe_right']}
         json = {
             'node': node,
@@ -100,9 +101,7 @@ class About:
             'phases': [design.D_s1, design.D_s2],
             'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
             'substrate': design.substrate,
-            'max_strain': actuator['max_strain'],
-            'hand_rate': by_hand,
-            'scale': {'time': scale['time'], 'length': scale['length']},
+            'max_strain': actuator.max_strain,
             'probes': {
                 end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
                 for end, probe in probes.items()
@@ -110,4 +109,4 @@ class About:
             'faults': groups.get('faults', {}),
             'speed': groups.get('time', {}).get('speed', 1.0),
         }
-        return cls(design, stride, json)
+        return cls(design, actuator, scale, stride, json)

@@ -127,9 +127,9 @@ class Requests:
         """
         if self.about is None:
             raise ValueError('the element is not known yet')
-        about = self.about.json
-        units = HASTE * 2.0 * about['max_strain'] / about['hand_rate']
-        return self._client.follow([units * about['scale']['time']], [strain], [0.0])
+        actuator, scale = self.about.actuator, self.about.scale
+        seconds = HASTE * 2.0 * actuator.max_strain / actuator.by_hand * scale.time
+        return self._client.follow([seconds], [strain], [0.0])
 
 
 async def answered(reply: Any) -> Any:

@@ -7,10 +7,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
 from mlmem_ros.view.activity import Activity
 from mlmem_ros.view.requests import Requests
 
-ABOUT = {'max_strain': 0.08, 'hand_rate': 1e-4, 'scale': {'time': 1e-4}}
+ACTUATOR, SCALE = ActuatorSettings(max_strain=0.08, hand_rate=1e-4), ScaleSettings(time=1e-4)
 
 
 class Client:
@@ -31,7 +32,7 @@ def client():
 @pytest.fixture
 def requests(client):
     requests = Requests(client, Activity())
-    requests.about = SimpleNamespace(json=ABOUT)
+    requests.about = SimpleNamespace(actuator=ACTUATOR, scale=SCALE)
     return requests
 
 
@@ -89,8 +90,8 @@ def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, clie
     assert name == 'follow'
     assert strains == [-0.03]
     assert rates == [0.0]
-    fastest = 1.5 * 2.0 * ABOUT['max_strain'] / times[0]
-    assert fastest < ABOUT['hand_rate'] / ABOUT['scale']['time']
+    fastest = 1.5 * 2.0 * ACTUATOR.max_strain / times[0]
+    assert fastest < ACTUATOR.by_hand / SCALE.time
 
 
 def test_healing_resets_every_fault(requests, client):
