@@ -103,6 +103,7 @@ class Loop:
         self._failed = failed
         self._box = Mailbox(speed)
         self._answers: deque[Future[Outcome | None]] = deque()  # of running procedures
+        self._paused = False  # as last seen by the loop's thread
         self._pace(speed)
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
 
@@ -304,6 +305,7 @@ class Loop:
             with box.changed:
                 if box.ending is not Ending.NOT:
                     return None
+                self._paused = box.paused
                 if box.held:
                     box.changed.wait_for(lambda: not box.held or bool(box.calls))
                     due = math.inf if box.paused else self._pacer.now()
@@ -345,7 +347,8 @@ class Loop:
         """Return how many deferred ticks come before a pending call, which needs them done."""
         box = self._box
         with box.changed:
-            if not box.calls or box.ending is not Ending.NOT or box.speed != self._paced:
+            none = self._paused or not box.calls  # a paused loop defers no ticks
+            if none or box.ending is not Ending.NOT or box.speed != self._paced:
                 return 0
             return self._due(self._pacer.now() - due)
 

@@ -457,6 +457,22 @@ def test_no_tick_runs_after_a_pause_between_two_readings_of_the_clock(start):
     assert loop.element.ticks == 11
 
 
+def test_a_call_during_a_pause_lets_no_tick_run(start):
+    """A single tick may take long: the time until the call is no rest whose ticks are missing."""
+    clock, stepping, counted = Clock(end=0.021), threading.Event(), []
+
+    def listen(*_):
+        if stepping.is_set():
+            clock.time += 10 * PERIOD
+            counted.append(loop.pause(True))
+
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, heard=lambda: False)
+    ticks = hold(loop)
+    stepping.set()
+    assert result(loop.single_tick()) == ticks + 1
+    assert result(counted[0]) == ticks + 1
+
+
 def test_a_pause_counts_the_tick_in_progress(start):
     begun, end = threading.Event(), threading.Event()
 

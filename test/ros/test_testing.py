@@ -29,10 +29,10 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
         }
         with frozen_clock(node) as clock:
             before = node.memory.pause().wait().tick
-            assert clock.finish(node.memory.write(2)).level == 2
+            assert clock.finish(node.memory.write(0)).level == 0
             assert node.memory.pause().wait().tick - before == clock.ticks
             assert clock.ticks * 2e-4 == pytest.approx(clock.now - 1.0)
-        assert node.memory.read().wait().level == 2  # time runs again
+        assert node.memory.read().wait().level == 0  # time runs again
         assert 'ready: 8 levels' in node.output
         assert node.running
         node.terminate()
