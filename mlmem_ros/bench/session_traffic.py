@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a node records that streams four times as often as by default: for every writer."""
+"""What a node records at four times the default rates: the input of every writer."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Chance:
 
 
 STEP = 'step'
-"""Name of a step up as the thing tried; a read is named by its end."""
+"""What is tried: a step up. A read is named by its end."""
 
 ARRIVED = 1.0
 """Distance in cells from its rest position in this element within which a wall has arrived. One

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a step will fail, with the wall as a particle: a hundred times faster than simulated."""
+"""Whether a step will fail, with the wall as a particle: a hundredth of the time of simulation."""
 
 from __future__ import annotations
 
