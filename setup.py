@@ -13,7 +13,7 @@ EXTRAS = {
         'ros-jazzy-common-interfaces==5.3.*',
         'ros-jazzy-rmw-fastrtps-cpp==8.4.*',
     ],
-    'bag': ['mcap>=1.6', 'rosbags>=0.10', 'pyyaml>=6.0'],
+    'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0'],
     'plot': ['matplotlib>=3.6'],
     'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
     'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],

@@ -53,6 +53,7 @@ class Recording(Transcript):
             writer.add_topic(name, messages.STRING)
         for message in before:
             writer.write(*message)
+        writer.sync()
         self._recorder = Recorder(
             writer,
             dropped_topic=f'{plan.node}/{messages.DROPPED}',
