@@ -313,12 +313,12 @@ class Host:
             self.refused += 1
 
     def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:
-        told = loop.submit(command)
+        answer = loop.submit(command)
         changing = isinstance(command, Procedures) and not isinstance(command, Read)
-        return self._saved(loop, told) if changing else told
+        return self._saved(loop, answer) if changing else answer
 
-    def _saved(self, loop: Loop, told: Future[Outcome | None]) -> Future[Outcome | None]:
-        return self._store.once_saved(told, loop.element) if self._store else told
+    def _saved(self, loop: Loop, answer: Future[Outcome | None]) -> Future[Outcome | None]:
+        return self._store.once_saved(answer, loop.element) if self._store else answer
 
     # --- end of a life -------------------------------------------------------------------
 

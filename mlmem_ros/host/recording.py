@@ -58,7 +58,7 @@ class Recording(Transcript):
             writer,
             dropped_topic=f'{plan.node}/{messages.DROPPED}',
             sync_interval=settings.sync_interval,
-            on_error=self._tell,
+            on_error=self._log_error,
         )
         since = f', with the previous {len(before)} messages' if before else ''
         journal.info(f'recording a session into {writer.path}{since}')
@@ -121,5 +121,5 @@ class Recording(Transcript):
     def _keep(self, message: Message) -> None:
         self._recorder.put(*message)
 
-    def _tell(self, error: BagError) -> None:
+    def _log_error(self, error: BagError) -> None:
         self._journal.error(f'recording stopped: {error}')

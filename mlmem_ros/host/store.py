@@ -131,23 +131,23 @@ class Store:
         taken = snapshot.take(element)
         self._due = threads.monotonic() + self._interval
         saved = self._worker.do(f'saving the state in {self.path}', lambda: self._save(taken))
-        saved.add_done_callback(self._tell)
+        saved.add_done_callback(self._log_error)
         return saved
 
     def once_saved(
-        self, told: Future[Outcome | None], element: MemoryElement
+        self, ending: Future[Outcome | None], element: MemoryElement
     ) -> Future[Outcome | None]:
         """Return a procedure's outcome, once its changes are safe on the disk.
 
         Args:
-            told: The outcome, set in the loop's thread.
+            ending: The outcome, set in the loop's thread.
             element: The device.
 
         Returns:
             The outcome; a failure if the content could not be saved.
         """
         if self.path is None:
-            return told
+            return ending
         answer: Future[Outcome | None] = threads.Future()
         answer.set_running_or_notify_cancel()  # already under way, cannot be withdrawn
 
@@ -167,7 +167,7 @@ class Store:
                 saved.set_exception(error)
             saved.add_done_callback(lambda saved: answer.set_result(_judged(outcome, saved)))
 
-        told.add_done_callback(keep)
+        ending.add_done_callback(keep)
         return answer
 
     def tend(self, loop: Loop | None) -> None:
@@ -220,7 +220,7 @@ class Store:
             calibration_file.save(self._calibrations, *learnt)
             self._calibrated = learnt
 
-    def _tell(self, saved: Future[None]) -> None:
+    def _log_error(self, saved: Future[None]) -> None:
         if (error := saved.exception()) is not None:
             self._journal.error(str(error))
 

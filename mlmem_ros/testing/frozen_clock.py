@@ -53,7 +53,7 @@ class FrozenClock:
         self._publisher = memory.node.create_publisher(Clock, '/clock', 10)
         self.ticks = 0
         self.now = START
-        self._tell()
+        self._publish()
 
     def advance(self, seconds: float) -> None:
         """Let time pass, and let the element answer requests.
@@ -73,7 +73,7 @@ class FrozenClock:
             while due > 0:
                 self._node.step(min(due, MOST))
                 due -= MOST
-            self._tell()
+            self._publish()
 
     def advance_until(self, condition: Callable[[], object], within: float = 60.0) -> None:
         """Let time pass until a condition holds.
@@ -116,7 +116,7 @@ class FrozenClock:
         """Let messages to and from the element arrive: they precede the answer to a request."""
         self._node.memory.pause().wait()
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         message = self._kind()
         message.clock.sec, message.clock.nanosec = divmod(round(self.now * 1e9), 10**9)
         self._publisher.publish(message)

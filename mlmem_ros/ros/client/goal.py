@@ -65,9 +65,9 @@ class Action:
         client = self._client('cancel_goal', CancelGoal)
         client.call_async(CancelGoal.Request(goal_info=GoalInfo(goal_id=number)))
 
-    def listen(self, number: UUID, tell: Callable[[Any], None]) -> None:
+    def listen(self, number: UUID, hear: Callable[[Any], None]) -> None:
         """Listen to the feedback of a goal, until `forget`."""
-        self._listeners[bytes(number.uuid)] = tell
+        self._listeners[bytes(number.uuid)] = hear
         if self._subscription is None:
             self._subscription = self._line.node.create_subscription(
                 self._impl.FeedbackMessage,
@@ -82,8 +82,8 @@ class Action:
         self._listeners.pop(bytes(number.uuid), None)
 
     def _hear(self, message: Any) -> None:
-        if tell := self._listeners.get(bytes(message.goal_id.uuid)):
-            tell(message.feedback)
+        if hear := self._listeners.get(bytes(message.goal_id.uuid)):
+            hear(message.feedback)
 
     def _client(self, service: str, kind: Any) -> Any:
         return self._client_of(f'{self.name}/_action/{service}', kind)
@@ -162,17 +162,17 @@ class Goal(Reply[T]):
         self._taken = True
         if self._unwanted:
             self._action.cancel(number)
-        told = yield self._action.result(number)
+        response = yield self._action.result(number)
         goal = self._request.goal
-        answer: T = goals.answer_of(self._action.name, kind, told.result, goal)
+        answer: T = goals.answer_of(self._action.name, kind, response.result, goal)
         return answer
 
     def _hear(self, feedback: Any) -> None:
         self._news.append(feedback)
         self._wake()
 
-    def _tell(self, end: End | None) -> None:
-        super()._tell(end)
+    def _settle(self, end: End | None) -> None:
+        super()._settle(end)
         if end is not None:
             if self._action is not None:
                 self._action.forget(self._request.goal_id)

@@ -67,7 +67,7 @@ class Reply(Future, Generic[T]):
         self._sent: Future | None = None
         self._begun = self._asked = self._seen = self._looked = time.monotonic()
         self._over = False  # set when settled
-        self._told = threading.Event()  # wakes the waiting thread
+        self._settled = threading.Event()  # wakes the waiting thread
         self._busy = False
         self._turn = threading.RLock()  # a waiting thread and the executor's may meet here
         with self._turn:
@@ -93,7 +93,7 @@ class Reply(Future, Generic[T]):
         Raises:
             RequestError: There is no answer, or it reports an error.
         """
-        while not self._told.wait(TAKE):
+        while not self._settled.wait(TAKE):
             self._drive()
         if self.cancelled():
             raise NoAnswer(f'{self._line.peer}: {self._what} was cancelled')
@@ -102,7 +102,7 @@ class Reply(Future, Generic[T]):
 
     def cancel(self) -> None:
         """Give up the answer."""
-        self._tell(self._do(lambda: super(Reply, self).cancel))
+        self._settle(self._do(lambda: super(Reply, self).cancel))
 
     # --- going on, in whatever thread ------------------------------------------------------
 
@@ -121,11 +121,11 @@ class Reply(Future, Generic[T]):
 
     def _look(self) -> None:
         """Check clock and graph."""
-        self._tell(self._do(self._watch))
+        self._settle(self._do(self._watch))
 
     def _go_on(self, _: Future | None = None) -> None:
         """Resume the conversation if what it waits for is there."""
-        self._tell(self._do(self._next))
+        self._settle(self._do(self._next))
 
     def _do(self, work: Callable[[], End | None]) -> End | None:
         """Do one thing at a time; return how the conversation ends, if it does."""
@@ -145,11 +145,11 @@ class Reply(Future, Generic[T]):
                 self._release()
             return end
 
-    def _tell(self, end: End | None) -> None:
+    def _settle(self, end: End | None) -> None:
         """Settle, without the lock: callbacks may use this and other replies."""
         if end is not None:
             end()
-            self._told.set()
+            self._settled.set()
             if (executor := self._line.node.executor) is not None:
                 executor.wake()
 

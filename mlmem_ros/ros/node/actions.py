@@ -57,7 +57,7 @@ class Goal:
         open: Whether its procedure has not ended yet.
         result: The answer to a result request.
         ended: When it ended, on the steady clock.
-        told: Whether its result has been requested.
+        fetched: Whether its result has been requested.
         let_go: The abort caused by its client's cancel, which ends at zero strain.
     """
 
@@ -67,7 +67,7 @@ class Goal:
     open: bool = True
     result: Future[Any] = field(default_factory=lambda: threads.Future())
     ended: float = 0.0
-    told: bool = False
+    fetched: bool = False
     let_go: Future[Outcome | None] | None = None
 
 
@@ -106,7 +106,7 @@ class Action:
         with self._lock:
             self._forget()
             response.accepted = self._goals.setdefault(number, goal) is goal
-            self._tell()
+            self._publish_status()
         if response.accepted:
             response.stamp = now
             done = self._host.submit(goal.command)
@@ -122,7 +122,7 @@ class Action:
                 goal.status = GoalStatus.STATUS_CANCELING
                 goal.let_go = self._host.cancel(goal.command)
             if stopped:
-                self._tell()
+                self._publish_status()
         response.goals_canceling = [goal.info for goal in stopped]
         if stopped:
             return response
@@ -138,7 +138,7 @@ class Action:
             response.status = GoalStatus.STATUS_UNKNOWN
             return response
         response.result = await settled(goal.result)
-        goal.told = True
+        goal.fetched = True
         response.status = goal.status
         return response
 
@@ -175,7 +175,7 @@ class Action:
         """Answer a request for a goal's result."""
         with self._lock:
             goal.status, goal.ended = status, threads.monotonic()
-            self._tell()
+            self._publish_status()
         goal.result.set_result(result)
 
     def _judged(self, done: Future[Outcome | None]) -> tuple[Any, int]:
@@ -207,7 +207,7 @@ class Action:
         just_now = threads.monotonic() - JUST_NOW
         with self._lock:
             return sum(
-                not goal.told and (not goal.result.done() or goal.ended > just_now)
+                not goal.fetched and (not goal.result.done() or goal.ended > just_now)
                 for goal in self._goals.values()
             )
 
@@ -220,15 +220,15 @@ class Action:
         with self._lock:
             open_ones = [each for each in self._goals.items() if each[1].open]
         for number, goal in open_ones:
-            if (told := self._host.feedback(goal.command)) is None:
+            if (feedback := self._host.feedback(goal.command)) is None:
                 continue
             self._reported = threads.monotonic()
             message = self._kind.Impl.FeedbackMessage()
             message.goal_id.uuid = list(number)
-            message.feedback = self._kind.Feedback(**told._asdict())
+            message.feedback = self._kind.Feedback(**feedback._asdict())
             self._feedback.publish(message)
 
-    def _tell(self) -> None:
+    def _publish_status(self) -> None:
         """Publish the status of all goals; the caller holds the lock, to keep them in order."""
         goals = self._goals.values()
         known = [GoalStatus(goal_info=goal.info, status=goal.status) for goal in goals]

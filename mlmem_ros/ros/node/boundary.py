@@ -52,14 +52,14 @@ class _Answer(NamedTuple):
 
     steps: Coroutine[Future[Any], None, Any]
 
-    def tell(self, send: Callable[[Any], None]) -> None:
+    def run(self, send: Callable[[Any], None]) -> None:
         """Run until a future is awaited, resume once it is settled; finally send the response."""
         try:
             awaited = self.steps.send(None)
         except StopIteration as end:
             send(end.value)
         else:
-            awaited.add_done_callback(lambda _: self.tell(send))
+            awaited.add_done_callback(lambda _: self.run(send))
 
 
 class Boundary:
@@ -116,16 +116,16 @@ class Boundary:
         return lambda request, response: _Answer(serve(request, response))
 
     def _sending(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
-        def tell(answer: _Answer, header: Any) -> None:
+        def send_answer(answer: _Answer, header: Any) -> None:
             def answered(response: Any) -> None:
                 with self._journal.guarded(name):
                     send(response, header)
                 self.waiting.discard(id(answer))
 
             self.waiting.add(id(answer))
-            answer.tell(answered)
+            answer.run(answered)
 
-        return tell
+        return send_answer
 
 
 def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
@@ -133,8 +133,8 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
 
     Services of our `own` answer with a JSON object.
     """
-    told = answers.refusal(why) if own else why
-    failed = SetParametersResult(successful=False, reason=told)
+    reason = answers.refusal(why) if own else why
+    failed = SetParametersResult(successful=False, reason=reason)
     if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
         response.results += [failed] * (len(request.parameters) - len(response.results))
     elif isinstance(getattr(response, 'result', None), SetParametersResult):
@@ -144,7 +144,7 @@ def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
         response.result.error_code, response.result.error = response.result.FAILED, why
     elif hasattr(response, 'message'):
         response.success = False
-        response.message = told
+        response.message = reason
     elif hasattr(response, 'success'):
         response.success = False
     elif hasattr(response, 'status'):

@@ -189,12 +189,12 @@ class Pace:
     def __init__(self, host: Host) -> None:
         self._host = host
         self._last = (time.monotonic(), 0, 0)
-        self._told = 0
+        self._logged = 0
 
     def health(self, loop: Loop | None) -> Health:
         """Return how the loop has kept time since the last report; all times in seconds."""
         if loop is None:
-            self._told = 0
+            self._logged = 0
             refused = {'refused': self._host.refused}
             if self._host.stopped:
                 return Health(ERROR, self._host.stopped, refused)
@@ -220,8 +220,8 @@ class Pace:
             return Health(ERROR, str(loop.failure), values)
         if lost > 0:
             text = f'{statistics.overruns} ticks of time were skipped'
-            if statistics.overruns >= 2 * self._told:  # log it each time it has doubled
-                self._told = statistics.overruns
+            if statistics.overruns >= 2 * self._logged:  # log it each time it has doubled
+                self._logged = statistics.overruns
                 self._host.journal.warning(f'{text}: the machine is too slow for this pace')
             return Health(WARN, text, values)
         return Health(OK, 'paused' if loop.paused else 'running', values)
@@ -277,7 +277,7 @@ class Diagnostics:
     def _report(self) -> None:
         loop, guarded = self._host.loop, self._boundary.guarded
         if loop is None or loop.failure:
-            self._tell(loop)
+            self._publish_all(loop)
             return
 
         def look() -> None:
@@ -286,10 +286,10 @@ class Diagnostics:
             self._seen['material'] = compared(self._seen['material'], before)
 
         where = DIAGNOSTICS.name
-        tell = guarded(where, lambda _: self._tell(loop))
-        loop.call(guarded(where, look)).add_done_callback(tell)
+        publish = guarded(where, lambda _: self._publish_all(loop))
+        loop.call(guarded(where, look)).add_done_callback(publish)
 
-    def _tell(self, loop: Loop | None) -> None:
+    def _publish_all(self, loop: Loop | None) -> None:
         if loop is None:
             self._seen = {}
             for held in self._held.values():

@@ -47,9 +47,9 @@ class Inlets:
                 if (transcript := self._host.transcript) is not None:
                     transcript.put(full, cdr)
                 answer = self._host.submit_scaled(lambda units: make(message, units))
-                answer.add_done_callback(told)
+                answer.add_done_callback(answered)
 
-        def told(answer: Future[Any]) -> None:
+        def answered(answer: Future[Any]) -> None:
             if (refusal := answer.exception()) is not None:
                 unit = ''
                 if topic in IN_METRES and (element := self._host.element) is not None:

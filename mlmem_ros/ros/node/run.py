@@ -145,13 +145,13 @@ def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
 
 def end(nodes: Sequence[MemoryNode], executor: GuardedExecutor) -> int:
     """Save, answer pending requests, and leave the ROS graph; return the exit status."""
-    told = not any(node.waiting for node in nodes)
+    pending = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
     deadline = time.monotonic() + LAST_ANSWERS
     while any(node.waiting for node in nodes) and time.monotonic() < deadline:
         executor.turn(0.01)  # they are refused, but not answered yet
-    if not told:
+    if pending:
         time.sleep(DELIVERY)
     for node in nodes:
         node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
