@@ -261,7 +261,14 @@ class Chain:
         if steps:
             self.V_N = float(V_N[-1])
         self.steps_done += steps
-        if loss := self._loss(strayed):
+        # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
+        finite = np.isfinite(self.velocity).all()
+        if strayed or not finite:
+            loss = (
+                f'a cell left the range in which a step of {self.dt:.4g} is stable'
+                if finite
+                else 'the chain stopped being finite'
+            )
             lost, (state, self.V_N, self.steps_done) = self.steps_done, before
             self._set(state)
             raise StateError(
@@ -280,15 +287,6 @@ class Chain:
         course = Course(V_N, base, site, motion.shape[1], motion, every, *self._range)
         chains = self._metamaterial, self._substrate
         return ends.shape[1], *chains, self._cells, course, self._constants, ends
-
-    def _loss(self, strayed: bool) -> str:
-        """Return what is wrong with the state; empty if nothing."""
-        # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
-        if not np.isfinite(self.velocity).all():
-            return 'the chain stopped being finite'
-        if strayed:
-            return f'a cell left the range in which a step of {self.dt:.4g} is stable'
-        return ''
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""

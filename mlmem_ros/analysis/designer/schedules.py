@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from ...device.settings import EraseSettings, TimeSettings, WriteSettings
 from ...physics import Design
+from ..checks.schedule import CALM
 from ..checks.subject import Subject
 
 TICK = TimeSettings().tick
@@ -48,11 +49,8 @@ ORDER = 0.4
 """Place of the erase tension between kink and wall, as an exponent: nearer to the kink, because
 the ramp also shakes the far wall."""
 
-ERASE_CALM = 2e-4
-"""Greatest acceleration of the far end in an erase's ramp, before it is made slower."""
-
 ERASE_RAMP = 1.6
-"""Least ramp in damping times, before it is made slower."""
+"""Least ramp of an erase in damping times, before it is made slower."""
 
 SLOWER = 1.5
 """Ramps of an erase over those that leave the far end calm: its tension has less room."""
@@ -113,7 +111,7 @@ def write_schedule(design: Design, frees: Freeing) -> WriteSettings:
 def erase_schedule(design: Design, frees: Freeing) -> EraseSettings:
     """Return the cycles of an erase."""
     damping_time = 1.0 / design.eta
-    calm = _calm(design, ERASE_FORCE * frees.kink_compression, ERASE_CALM)
+    calm = _calm(design, ERASE_FORCE * frees.kink_compression, CALM)
     ramp = up_to(100.0, SLOWER * max(calm, ERASE_RAMP * damping_time))
     kink, wall = frees.kink_tension, frees.wall_tension_least
     return EraseSettings(
