@@ -375,11 +375,11 @@ def test_a_clock_that_jumps_neither_stops_the_loop_nor_makes_it_sprint(start, ju
 def test_the_real_clock_paces_too(start):
     """A tick every 20 ms for half a second; a loaded machine is late, never early."""
     element = rig.device(scale=ScaleSettings(time=1e-3))
-    begun = []
+    begun, started = [], time.monotonic()
     loop = start(element, lambda *_: begun.append(time.monotonic()), speed=1.0)
     time.sleep(0.5)
     loop.stop()
-    assert 5 <= len(begun) <= 27
+    assert 5 <= len(begun) <= (time.monotonic() - started) / 0.02 + 2
     assert begun[-1] - begun[0] >= (len(begun) - 1 - 1) * 0.02 - 0.005
     assert len(begun) + loop.statistics.overruns >= 22
 
