@@ -14,7 +14,7 @@ import heapq
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from operator import attrgetter
 from pathlib import Path
@@ -116,15 +116,15 @@ class McapPart:
         counts = sum((block.counts for block in self.blocks), Counter[int]())
         topics: dict[str, TopicInfo] = {}
         for channel in self.channels.values():
-            known = topics.get(channel.topic)
-            topics[channel.topic] = TopicInfo(
+            info = topics.get(channel.topic) or TopicInfo(
                 name=channel.topic,
                 type=self._type(channel),
                 serialization_format=channel.message_encoding,
                 offered_qos=channel.metadata.get('offered_qos_profiles', ''),
                 type_hash=channel.metadata.get('topic_type_hash', ''),
-                message_count=counts[channel.id] + (known.message_count if known else 0),
             )
+            count = info.message_count + counts[channel.id]
+            topics[channel.topic] = replace(info, message_count=count)
         return topics
 
     @property
