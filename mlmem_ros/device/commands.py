@@ -130,5 +130,5 @@ def from_dict(data: Mapping[str, Any]) -> Command:
             values = {name: Faults(**given) for name, given in values.items()}
         command: Command = KINDS[kind](**values)
     except (TypeError, SettingsError) as error:
-        raise Refused(f'{kind} was given the wrong values: {error}') from error
+        raise Refused(f'{kind} has wrong values: {error}') from error
     return command

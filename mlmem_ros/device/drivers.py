@@ -70,7 +70,7 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
         raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
     if not (isinstance(found, type) and issubclass(found, Driver)):
         raise SettingsError(
-            f'device.driver {name}: {kind} must be a class made of mlmem_ros.device.Driver; '
+            f'device.driver {name}: {kind} must be a subclass of mlmem_ros.device.Driver; '
             f'got {clipped(repr(found), 100)}'
         )
     return found

@@ -103,8 +103,8 @@ def worn(design: Design, faults: Faults) -> Specimen:
         raise SettingsError(f'weak_cell must be from 0 to N = {design.N}; got {faults.weak_cell}')
     if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
         raise SettingsError(
-            f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, for the transducers move '
-            f'the ends; got {faults.stuck_cell}'
+            f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, because the transducers '
+            f'hold the ends; got {faults.stuck_cell}'
         )
     specimen = Specimen(design)
     if faults.disorder_alpha or faults.disorder_s:

@@ -90,7 +90,7 @@ class Instrument:
             Refused: The element is real.
         """
         if (chain := self.driver.chain) is None:
-            raise Refused('only a simulated element shows its inside')
+            raise Refused('only a simulated element has a chain')
         return chain
 
     @property

@@ -43,7 +43,7 @@ class Reading:
             ends, from the left.
         reason: Why it could not be decoded; empty otherwise.
         walls: Number of walls, as far as the ends can tell: 0, 1, 2 or 3 (three or more); None if
-            one end alone cannot tell one wall from three.
+            one end cannot distinguish one wall from three.
         right_delay: Echo delay at the right end if both were probed.
     """
 
@@ -107,8 +107,8 @@ def decode(
     if reason := _unclear(calibration, echo, phases):
         return replace(nothing, reason=reason)
     assert echo.delay is not None
-    # The two farthest echoes may be alike; the phase of the left end tells them apart: with a kink
-    # behind it there is no wall at the first defect.
+    # The two farthest echoes may be alike; the phase of the left end distinguishes them: with a
+    # kink behind it there is no wall at the first defect.
     impossible = BLANK if phases[0] == 1 else 0
     level, margin = calibration.table(echo.end).nearest(echo.delay, impossible)
     if echo.early and margin < 1.0:  # unless the calibrated delay of a level is that short
@@ -168,7 +168,7 @@ def _unclear(calibration: Calibration, echo: Echo, phases: tuple[int | None, int
         return f'the base began to shake while the {end} end listened'
     if echo.delay is None and echo.raised > 1.0:
         return (
-            f'no echo stands out of the {what} at the {end} end, which alone may make v_c '
+            f'no echo rises above the {what} at the {end} end: that gives a v_c of up to '
             f'{echo.floor:.2g} and raises the threshold up to {echo.raised:.2g} times'
         )
     if echo.delay is None:

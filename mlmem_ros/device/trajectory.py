@@ -43,7 +43,7 @@ def planned(
         Refused: The points are not a profile, or it exceeds a limit.
     """
     if command.joint != JOINT:
-        raise Refused(f'the joint must be {JOINT!r} alone; got {clipped(command.joint)}')
+        raise Refused(f'the joint must be {JOINT!r}; got {clipped(command.joint)}')
     times, strains, rates = _checked(command)
     if times[-1] > LONGEST * time_unit:
         raise Refused(
@@ -89,7 +89,7 @@ def _checked(command: FollowTrajectory) -> tuple[tuple[float, ...], ...]:
         if bad := [value for value in column if not is_number(value, sys.float_info.max)]:
             raise Refused(f'{name} must be finite numbers; got {clipped(bad[0])}')
     if times[0] < 0.0 or any(late <= early for early, late in itertools.pairwise(times)):
-        raise Refused('the times of the points must increase from 0 s on')
+        raise Refused('the times of the points must increase from 0 s')
     if times[-1] == 0.0:
         raise Refused('the last point must be later than 0 s')
     return columns

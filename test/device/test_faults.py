@@ -90,7 +90,7 @@ def test_faults_out_of_range_are_refused(wrong, message):
     [
         ({'weak_cell': 226}, 'weak_cell must be from 0 to N = 225; got 226'),
         ({'stuck_cell': 1}, 'stuck_cell must be 0 or from 2 to N - 1 = 224'),
-        ({'stuck_cell': 225}, 'for the transducers move the ends; got 225'),
+        ({'stuck_cell': 225}, 'because the transducers hold the ends; got 225'),
     ],
 )
 def test_faults_of_another_design_are_refused_and_change_nothing(wrong, message):

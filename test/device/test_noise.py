@@ -121,7 +121,7 @@ def test_noise_never_gives_a_wrong_level(end, deviation):
 
 def test_an_echo_hidden_by_noise_is_reported():
     outcome = rig.run(noisy(rig.device(7), 1e-3), Read())
-    assert outcome.error.startswith('no echo stands out of the noise at the left end')
+    assert outcome.error.startswith('no echo rises above the noise at the left end')
     outcome = rig.run(noisy(rig.device(7), 3e-5), Read())
     assert outcome.error.startswith('the noise at the left end hides when the echo began')
 

@@ -110,7 +110,7 @@ def test_a_content_that_cannot_be_read_is_not_put_at_risk(written):
     foreign = DelayTable(tuple(100.0 + 800.0 * level for level in range(8)))
     element.calibration = dataclasses.replace(element.calibration, left=foreign)
     outcome = rig.run(element, SelfTest())
-    assert outcome.error.startswith('not tested, because the content could not be restored')
+    assert outcome.error.startswith('not tested: the content cannot be read now')
     assert outcome.checks == ()
     assert rig.holds(element, 3)
 

@@ -154,8 +154,8 @@ def test_a_driver_that_hangs_times_out(where):
         ('bench:', "device.driver must be sim, rig or package.module:Class; got 'bench:'"),
         ('no_such_package:Rig', "no_such_package cannot be imported: .*No module named 'no_such"),
         ('bench:Rig', 'device.driver bench:Rig: bench has no Rig'),
-        ('bench:LEAD', 'LEAD must be a class made of mlmem_ros.device.Driver; got .0.02'),
-        ('pathlib:Path', 'Path must be a class made of mlmem_ros.device.Driver'),
+        ('bench:LEAD', 'LEAD must be a subclass of mlmem_ros.device.Driver; got .0.02'),
+        ('pathlib:Path', 'Path must be a subclass of mlmem_ros.device.Driver'),
     ],
 )
 def test_an_invalid_driver_is_refused(bench, name, why):

@@ -180,7 +180,7 @@ def test_an_element_without_set_points_is_not_read():
 def test_what_needs_a_simulation_is_refused():
     element = driven(Line(emulated()))
     for name in ('chain',):
-        with pytest.raises(Refused, match='only a simulated element shows its inside'):
+        with pytest.raises(Refused, match='only a simulated element has a chain'):
             getattr(element, name)
     with pytest.raises(Refused, match='stuck_cell apply only to a simulated element'):
         element.apply(SetFaults(Faults(stuck_cell=7)))

@@ -441,7 +441,7 @@ def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
         ([0.1, 0.2], [0.0], [], 'one strain; got 1 for 2'),
         ([0.1, 0.2], [0.0, 0.0], [0.0], 'must have a rate; got 1 for 2'),
         ([float('nan')], [0.0], [], 'times must be finite numbers; got nan'),
-        ([-1.0], [0.0], [], 'must increase from 0 s on'),
+        ([-1.0], [0.0], [], 'must increase from 0 s'),
         ([], [], [], 'must have 1 to 10000 points; got 0'),
         ([1.0], [0.5], [], r'the strain must stay within 0.15 \(actuator.max_strain\)'),
     ],

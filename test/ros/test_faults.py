@@ -53,7 +53,7 @@ def test_a_fault_is_set_and_removed_while_running(robot):
     ('name', 'value', 'reason'),
     [
         ('weak_cell', 226, 'weak_cell must be from 0 to N = 225; got 226'),
-        ('stuck_cell', 1, 'for the transducers move the ends; got 1'),
+        ('stuck_cell', 1, 'because the transducers hold the ends; got 1'),
         ('sensor_noise', -1.0, ''),
         ('sensor_noise', math.nan, ''),
         ('actuator_stuck', 3, ''),

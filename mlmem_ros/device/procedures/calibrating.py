@@ -40,7 +40,7 @@ def calibrate(element: Memory) -> Procedure[Result]:
         try:
             yield from restore(element, content)
         except ProcedureFailed as lost:
-            raise ProcedureFailed(f'{failure}; nor is the content restored: {lost}') from failure
+            raise ProcedureFailed(f'{failure}; nor was the content restored: {lost}') from failure
         raise
     restored = yield from restore(element, content)
     learnt = element.calibration

@@ -46,8 +46,8 @@ def self_test(element: Memory) -> Procedure[Result]:
     content = yield from look(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
-            'not tested, because the content could not be restored: it cannot be read now '
-            f'({content.reason}); write a level or erase first'
+            f'not tested: the content cannot be read now ({content.reason}) and so could not be '
+            'restored; write a level or erase first'
         )
     checks = []
     for end in element.calibration.ends:
