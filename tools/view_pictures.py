@@ -27,6 +27,7 @@ from page_browser import Browser, found, viewing  # noqa: E402
 LIFE = ROOT / 'test' / 'data' / 'life'
 DESK, PHONE, LONG = (1320, 1050), (390, 800), (1320, 1240)
 RATIO = 1.5
+WRITE = 'mlmem.shown().sessions[0].runs[0]'
 
 
 def main(folder: Path) -> None:
@@ -65,7 +66,9 @@ def live(browser: Browser, folder: Path, session: Path) -> None:
             calm = "document.getElementById('health').classList.contains('good')"
             browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view.png', 'light')
+            browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view_dark.png', 'dark')
+            browser.until(calm, 'a healthy element', 120.0)
             browser.resize(*PHONE, 2.0, phone=True)
             take(browser, folder / 'view_phone.png', 'light')
     finally:
@@ -79,7 +82,7 @@ def sessions(browser: Browser, folder: Path, session: Path) -> None:
         browser.resize(*LONG, RATIO)
         browser.open(address)
         browser.until('window.mlmem && mlmem.shown().duration', 'two sessions')
-        browser.ask('mlmem.shown().seek(arguments[0])', 4.15)
+        browser.ask(f'(({{ from, to }}) => mlmem.shown().seek((from + 3 * to) / 4))({WRITE})')
         browser.until("!document.getElementById('differences').hidden", 'what differs')
         take(browser, folder / 'view_sessions.png', 'light')
 
