@@ -40,6 +40,8 @@ class Outlets:
         }
         self._contour = Contour(element, settings) if element.simulated else None
         self._periodic = self._streams()
+        streaming = [topic for topic, _, _ in self._periodic if topic not in topics.VIEWS]
+        self._punctual = [self._publishers[topic] for topic in streaming]  # views may be late
         if element.reading is not None or not element.simulated:  # a real one's is not known yet
             self.publish(topics.LEVEL, messages.level(element.reading))
 
@@ -93,12 +95,8 @@ class Outlets:
 
     @property
     def heard(self) -> bool:
-        """Whether anybody subscribes to a periodic stream, views apart: they may be late."""
-        return any(
-            self._publishers[topic].get_subscription_count()
-            for topic, _, _ in self._periodic
-            if topic not in topics.VIEWS
-        )
+        """Whether anybody subscribes to a stream that must be on time."""
+        return any(publisher.get_subscription_count() for publisher in self._punctual)
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""
