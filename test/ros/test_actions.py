@@ -45,7 +45,8 @@ class Tool:
 
     def __init__(self, robot, name):
         self.robot = robot
-        self.client = ActionClient(robot.node, KINDS[name], f'/mlmem/{name}')
+        self.kind = KINDS[name]
+        self.client = ActionClient(robot.node, self.kind, f'/mlmem/{name}')
         robot.wait(self.client.server_is_ready, f'the action {name}')
         self.feedback = []
 
@@ -53,9 +54,8 @@ class Tool:
         return self.robot.wait(lambda: future.done() and future.result(), 'an answer')
 
     def send(self, **goal):
-        kind = self.client._action_type
         sent = self.client.send_goal_async(
-            kind.Goal(**goal), lambda message: self.feedback.append(message.feedback)
+            self.kind.Goal(**goal), lambda message: self.feedback.append(message.feedback)
         )
         handle = self.done(sent)
         assert handle.accepted
