@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from .output import complain, plain_console, plain_table, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from ..bag.contents import Loss
     from ..bag.reader import BagReader
     from ..device import Command
     from ..session.data import SessionData
@@ -58,25 +60,25 @@ def inspect(arguments: argparse.Namespace) -> int:
 
 def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
     """Repair a bag; return what was saved and what was lost."""
-    from rich.text import Text
-
     from ..bag.repairing import repair
 
     report = repair(source, destination)
-    for loss in report.losses:
-        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
+    lost = _list_losses(console, report.losses)
     console.print(f'{report.messages} messages saved in {report.destination}')
-    return {
-        'saved': report.messages,
-        'bag': report.destination,
-        'lost': [str(loss) for loss in report.losses],
-    }
+    return {'saved': report.messages, 'bag': report.destination, 'lost': lost}
+
+
+def _list_losses(console: Console, losses: Sequence[Loss]) -> list[str]:
+    """Print and return what could not be read."""
+    from rich.text import Text
+
+    for loss in losses:
+        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
+    return list(map(str, losses))
 
 
 def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     """Print and return the content of any bag."""
-    from rich.text import Text
-
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
     console.print(
@@ -88,9 +90,7 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
     console.print(table)
     for key, value in reader.custom_data.items():
         console.print(printable(f'{key}: {value}'))
-    for loss in reader.losses:
-        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
-    if reader.losses:
+    if lost := _list_losses(console, reader.losses):
         console.print(
             'rosbags and other readers that need a summary refuse this bag as it is; mlmem '
             'inspect BAG --repair NEW writes one that they open'
@@ -103,7 +103,7 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
             for name, info in sorted(reader.topics.items())
         },
         'custom_data': reader.custom_data,
-        'lost': [str(loss) for loss in reader.losses],
+        'lost': lost,
     }
 
 

@@ -10,15 +10,11 @@ If the number of levels is not a power of two, the next lower one is used (4 of 
 levels cannot carry such a code.
 
 The *seal*, the last check digit, tells a complete word from a half-written one: its element is
-blanked before any digit changes, and written when all others hold theirs. Whatever a crash leaves,
-only the elements of one stroke are in doubt. While the digits change the seal is blank, which
-reads as a torn word; while the seal changes the digits are one whole word, old or new, and the
-seal is one doubtful digit like any other, which two check digits can correct. So a read gives the
-old word, the new word, or the report that there is none; chance plays no part. The code alone
-would not suffice: of eight levels, seven elements and two check digits it finds a third word in
-58 % of all mixtures of two. A write counter would need its own element, and wraps after as many
-writes as it has levels. The cost of the seal: a write takes three strokes instead of one, and a
-seal that lost its wall reads as an unfinished write, with all digits sound.
+blanked before any digit changes, and written when all others hold theirs. While the digits change
+the seal is blank, which reads as a torn word. While the seal changes the digits are one whole
+word, and the seal is one doubtful digit, which two check digits can correct. So after a crash a
+read gives the old word, the new word, or an error; docs/bank.md says why the code alone does not
+suffice.
 """
 
 from __future__ import annotations
