@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The chain cell by cell with its walls, the levels below it, and the strain of every spring.
 
-import { COUNTS, css, tone } from './colours.js';
+import { configuration, COUNTS, css, tone } from './colours.js';
 import { make, signed, Tip } from './page.js';
 
 const BUTTON = 31; // width of the button of a level in pixels
@@ -98,9 +98,8 @@ export class Chain {
 
   point(event) {
     if (!this.state?.column) return;
-    const { stride, phases, springs } = this.about;
-    const site = this.site(event);
-    const delta = phases[0] + (this.state.column[Math.floor((site - 1) / stride)] / COUNTS) * (phases[1] - phases[0]);
+    const { springs } = this.about, site = this.site(event);
+    const delta = configuration(this.about, this.state.column, site);
     const spring = this.state.strain * springs[Math.min(site, springs.length) - 1];
     this.tip.show(`cell ${site}   Δ ${delta.toFixed(4)}\nstrain of its spring ${signed(spring, 4)}`, event.offsetX);
   }

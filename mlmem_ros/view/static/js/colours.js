@@ -30,6 +30,10 @@ export function table() {
   }));
 }
 
+/** Return the configuration of a site in a column. */
+export const configuration = ({ stride, phases: [inactive, active] }, column, site) =>
+  inactive + (column[Math.floor((site - 1) / stride)] / COUNTS) * (active - inactive);
+
 /** Return the index of a configuration in the table. */
 export const place = (count) => Math.max(0, Math.min(1023, ((count / COUNTS + 0.25) * 682) | 0));
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The x-t picture of the configuration, and the strain below it on the same time axis.
 
-import { COUNTS, place, table, tone } from './colours.js';
+import { configuration, place, table, tone } from './colours.js';
 import { signed, Tip } from './page.js';
 import { axis, lines, sizeOf } from './plot.js';
 import { last } from './track.js';
@@ -195,12 +195,10 @@ export class Picture {
     const { left, top } = plot.cursor;
     const t = plot.posToVal(left, 'x'), site = Math.round(plot.posToVal(top, 'y'));
     const index = last(this.track.t, t);
-    const { cells, stride, phases } = this.about;
-    const over = left >= 0 && top >= 0 && site >= 1 && site <= cells;
+    const over = left >= 0 && top >= 0 && site >= 1 && site <= this.about.cells;
     if (!over || index < 0 || t > this.track.t.at(-1) + STALE) return this.tip.hide();
-    const count = this.track.columns[index][Math.floor((site - 1) / stride)];
     const strain = this.track.strain.y[last(this.track.strain.t, t)] ?? 0;
-    const delta = phases[0] + (count / COUNTS) * (phases[1] - phases[0]);
+    const delta = configuration(this.about, this.track.columns[index], site);
     this.tip.show(`${t.toFixed(2)} s   cell ${site}\nΔ ${delta.toFixed(4)}   strain ${signed(strain, 4)}`, left, top - 44);
   }
 }

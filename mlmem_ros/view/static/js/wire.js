@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames of the server and its socket; mlmem_ros/view/frames.py defines them.
 
+const GONE = { ok: false, kind: 'silent', text: 'the page\'s server is gone' };
 const BODIES = { i2: Int16Array, f4: Float32Array };
 
 /** Return the header of a frame, with its numbers as `data`. */
@@ -35,7 +36,7 @@ export class Wire {
     this.socket.binaryType = 'arraybuffer';
     this.socket.onmessage = (event) => this.take(unpack(event.data));
     this.socket.onclose = () => {
-      for (const done of this.waiting.values()) done({ ok: false, kind: 'silent', text: 'the page\'s server is gone' });
+      for (const done of this.waiting.values()) done(GONE);
       this.waiting.clear();
       this.told({ k: 'lost' });
       setTimeout(() => this.connect(), 700);
@@ -50,9 +51,7 @@ export class Wire {
 
   /** Ask for something; resolves to {ok, kind, text, details}, and never fails. */
   ask(what) {
-    if (this.socket.readyState !== WebSocket.OPEN) {
-      return Promise.resolve({ ok: false, kind: 'silent', text: 'the page\'s server is gone' });
-    }
+    if (this.socket.readyState !== WebSocket.OPEN) return Promise.resolve(GONE);
     const id = ++this.number;
     this.socket.send(JSON.stringify({ id, ...what }));
     return new Promise((done) => this.waiting.set(id, done));
