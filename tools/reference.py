@@ -36,7 +36,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import design_check
-from mlmem_ros.ros.node import diagnostics
+from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.declarations import declarations
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_ros.session import messages
@@ -148,7 +148,7 @@ def _diagnostics() -> str:
         host.sessions = SimpleNamespace(current=recording)
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
-            **{name: (tell, tell(element)) for name, tell in diagnostics.ELEMENT.items()},
+            **{name: (tell, tell(element)) for name, tell in components.ELEMENT.items()},
             'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
         }
     rows = [
@@ -158,7 +158,7 @@ def _diagnostics() -> str:
     return (
         '# Diagnostics\n\n'
         'The node publishes one status for each component on `/diagnostics`, once a second. '
-        f'`hardware_id` is its full name. A warning stays for {diagnostics.HOLD} reports after '
+        f'`hardware_id` is its full name. A warning stays for {components.HOLD} reports after '
         'its cause has gone.\n\n'
         f'{_table(["status", "values", "meaning"], rows)}\n\n'
         '`faults` has a value for each fault that is set.\n'

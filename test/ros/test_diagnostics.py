@@ -19,8 +19,9 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.loop_statistics import LoopStatistics
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.ros.node import diagnostics
-from mlmem_ros.ros.node.diagnostics import ERROR, OK, WARN, Health, Hysteresis, Pace
+from mlmem_ros.ros.node import components, diagnostics
+from mlmem_ros.ros.node.components import ERROR, OK, WARN, Health, Hysteresis
+from mlmem_ros.ros.node.diagnostics import Pace
 
 COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
 
@@ -79,7 +80,7 @@ def element():
 def test_the_energies_of_a_strained_chain(element):
     element.apply(SetStrain(0.02))
     element.advance()
-    health = diagnostics.material(element)
+    health = components.material(element)
     assert health.level == OK
     assert health.values['stored_energy'] > health.values['kinetic_energy'] > 0.0
     assert 0.0 < health.values['stability_margin'] < 1.0
@@ -93,7 +94,7 @@ def test_looking_changes_no_bit(element):
         device.transducer.fire(End.RIGHT)
     for _ in range(20):
         element.advance()
-        for look in diagnostics.ELEMENT.values():
+        for look in components.ELEMENT.values():
             look(element)
         other.advance()
     assert element.chain.state().tobytes() == other.chain.state().tobytes()
@@ -104,29 +105,29 @@ def test_two_walls_at_rest_are_a_warning(element):
     sites = CASE_II.sites
     between = (sites > 50) & (sites <= 125)
     element.chain.place(np.where(between, CASE_II.D_s1, CASE_II.D_s2))
-    health = diagnostics.material(element)
+    health = components.material(element)
     assert health.level == WARN
     assert health.text.startswith('2 walls')
     element.apply(SetStrain(0.02))
     element.advance()
-    assert diagnostics.material(element).level == OK  # not while it is driven
+    assert components.material(element).level == OK  # not while it is driven
 
 
 def test_missed_samples_of_a_real_element_are_a_warning():
     reports = [Health(OK, 'a real element', {'missed_samples': missed}) for missed in (0, 3, 3)]
-    compared = map(diagnostics.compared, reports, [diagnostics.INACTIVE, *reports])
+    compared = map(components.compared, reports, [components.INACTIVE, *reports])
     assert [health.level for health in compared] == [OK, WARN, OK]
-    assert diagnostics.compared(reports[1], reports[0]).text == '3 samples were missed'
+    assert components.compared(reports[1], reports[0]).text == '3 samples were missed'
 
 
 def test_a_fault_that_is_set_is_a_warning(element):
-    assert diagnostics.faults(element) == Health(OK, 'healthy')
+    assert components.faults(element) == Health(OK, 'healthy')
     element.apply(SetFaults(Faults(actuator_offset=0.01, weak_cell=50, weak_factor=0.4, seed=3)))
-    health = diagnostics.faults(element)
+    health = components.faults(element)
     assert health.level == WARN
     assert health.values == {'actuator_offset': 0.01, 'weak_cell': 50, 'weak_factor': 0.4}
     element.apply(SetFaults(Faults(seed=3)))
-    assert diagnostics.faults(element).level == OK
+    assert components.faults(element).level == OK
 
 
 # The reports on failures
@@ -194,17 +195,17 @@ def heard(element):
 
 
 def test_a_weak_echo_of_a_level_is_a_warning(heard):
-    health = diagnostics.transducer(heard(3, 1.2))
+    health = components.transducer(heard(3, 1.2))
     assert (health.level, health.text) == (WARN, 'a weak echo: 1.2 times the threshold')
-    assert diagnostics.transducer(heard(3, 1.5)).level == OK
-    assert diagnostics.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
+    assert components.transducer(heard(3, 1.5)).level == OK
+    assert components.transducer(heard(-2, 1.2)).level == OK  # reported by the memory
 
 
 def test_an_undecodable_echo_is_a_warning_with_the_reason(element, heard):
-    assert diagnostics.memory(element) == Health(OK, 'not read yet', ANY)
-    health = diagnostics.memory(heard(-2, 1.2))
+    assert components.memory(element) == Health(OK, 'not read yet', ANY)
+    health = components.memory(heard(-2, 1.2))
     assert (health.level, health.text) == (WARN, 'between two levels')
-    assert diagnostics.memory(heard(3, 1.2)).text == 'level 3'
+    assert components.memory(heard(3, 1.2)).text == 'level 3'
 
 
 # On a live node
