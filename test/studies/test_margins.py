@@ -331,7 +331,7 @@ def test_an_interrupted_map_continues(tmp_path, capsys, monkeypatch):
     assert main(command('--size', '5', '--output', 'map', '--jobs', '1')) == 0
     out = capsys.readouterr().out
     assert 'points were already done' in out
-    assert 'nearest failure: write.compression -0.034, write.tension 0.03 ' in out
+    assert 'nearest failure: write.compression -0.034, write.tension 0.03, 37.5% away' in out
     assert ledger.read_bytes().startswith(kept)
     files = sorted(file.name for file in (tmp_path / 'map').iterdir())
     assert files == ['ledger.jsonl', 'map.png', 'map.svg', 'margins.json', 'points.csv']
