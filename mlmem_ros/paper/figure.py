@@ -127,7 +127,7 @@ class Figure:
     def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""
         self._save: Save = lambda data, stem: save_figure(draw(data), stem)
-        self.ending = 'png'
+        self.draw, self.ending = draw, 'png'
         return draw
 
     def film(self, save: Save) -> Save:
@@ -146,15 +146,9 @@ class Figure:
         printed: str = '',
         also: tuple[str, ...] = (),
     ) -> Callable[[Judge], Judge]:
-        """Return a decorator that takes the judge of a claim, whose name is the key.
+        """Return a decorator that takes the judge of a `Claim`; its name is the key.
 
-        Args:
-            sentence: See `Claim`, as all but the last.
-            page: Number.
-            where: In words.
-            how: In words.
-            printed: In words.
-            also: Figures whose data the judge takes after those of this one.
+        The judge takes the data of this figure, then those of the figures in `also`.
         """
 
         def keep(judge: Judge) -> Judge:
