@@ -21,7 +21,7 @@ from .activity import Activity
 from .frames import packed, thinned
 from .pages import Page, Pages
 from .pictures import Pictures
-from .requests import Asked, Requests, answered
+from .requests import Requests, answered
 
 if TYPE_CHECKING:
     from ..ros.client import MemoryClient
@@ -50,6 +50,7 @@ class Live:
 
     Attributes:
         pages: Open pages; see `open` and `close`.
+        requests: What pages ask for.
     """
 
     def __init__(self, client: MemoryClient) -> None:
@@ -59,7 +60,7 @@ class Live:
         self.pages = Pages()
         self._about: About | None = None
         self._activity = Activity()
-        self._requests = Requests(client, self._activity)
+        self.requests = Requests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show)
         self._heard, self._present, self._ticks = -SILENCE, False, 0.0
@@ -91,15 +92,6 @@ class Live:
         """Stop listening."""
         self._keeper.cancel()
         self._watch(False)
-
-    async def ask(self, asked: Asked) -> dict[str, Any]:
-        """Do what a page asks for; return the reply, whatever the result."""
-        return await self._requests.ask(asked)
-
-    @property
-    def recordings(self) -> list[str]:
-        """Paths of the sessions that pages have recorded."""
-        return self._requests.recordings
 
     # --- what the node publishes -------------------------------------------------------------
 
@@ -208,7 +200,7 @@ class Live:
             return
         if self._about is not None and about.design != self._about.design:
             self._pictures.forget()
-        self._about = self._requests.about = about
+        self._about = self.requests.about = about
         self._announce('element', about.json)
         self._link('')
 

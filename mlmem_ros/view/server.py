@@ -156,7 +156,7 @@ class Server:
 
     def _path(self, number: str) -> Path:
         """Return the path of a session: one that was given, or `r0`, `r1` ... of pages."""
-        recordings = self._live.recordings if self._live else []
+        recordings = self._live.requests.recordings if self._live else []
         paths = recordings if number.startswith('r') else self._sessions
         try:
             index = int(number.removeprefix('r'))
@@ -180,7 +180,7 @@ async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page)
 
 
 async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
-    page.tell(_answer(asked, await live.ask(asked)))
+    page.tell(_answer(asked, await live.requests.ask(asked)))
 
 
 def _answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:

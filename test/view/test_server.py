@@ -31,6 +31,7 @@ class Element:
 
     def __init__(self):
         self.pages = Pages()
+        self.requests = self
         self.recordings = []
         self.asked = []
         self.idle = asyncio.Event()
