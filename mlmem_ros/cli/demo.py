@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .campaigns import show_progress
 from .command import JSON, command, option
 from .output import plain_console, plain_table, print_json
 
@@ -81,26 +82,21 @@ def demo(arguments: argparse.Namespace) -> int:
 
 
 def _write_and_read(console: Console, name: str) -> list[Written]:
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
     from std_msgs.msg import Float64MultiArray
 
     from ..ros.client.standalone import standalone
     from ..ros.qos import SENSOR_DATA
 
-    columns = (TextColumn('{task.description:<34}'), BarColumn(), TimeRemainingColumn())
     rows: list[Written] = []
     walls: list[Any] = []
-    with standalone(name) as client, Progress(*columns, console=console) as progress:
-        task = progress.add_task('waiting for the memory node', total=None)
-        client.ready(NODE_START).wait()
+    with standalone(name) as client:
+        with console.status('waiting for the memory node'):
+            client.ready(NODE_START).wait()
         client.node.create_subscription(
             Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA
         )
-        progress.update(task, total=sum(_expected_cycles()), completed=0.0)
-        for asked, cycles in zip(LEVELS, _expected_cycles(), strict=True):
-            progress.update(task, description=f'writing and reading level {asked}')
-            rows.append(_one_level(client, asked, walls))
-            progress.advance(task, cycles)
+        written = (_one_level(client, asked, walls) for asked in LEVELS)
+        show_progress(console, map(rows.append, written), 0, len(LEVELS), 'levels')
     return rows
 
 
@@ -115,16 +111,6 @@ def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
     wait_until(lambda: walls, f'{client.name}/wall')
     positions = list(walls[-1].data)
     return Written(asked, answer, positions[0] if len(positions) == 1 else None, duration)
-
-
-def _expected_cycles() -> list[int]:
-    """Return the strain cycles of every write, for the progress bar."""
-    cycles, level = [], -1
-    for asked in LEVELS:
-        down = level + 1 if asked < level else 0
-        cycles.append(down + (asked + 1 if down else asked - level))
-        level = asked
-    return cycles
 
 
 def _print_table(console: Console, rows: list[Written]) -> None:

@@ -8,7 +8,7 @@ Every number on it comes from the data of a run; only the sentences around them 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -65,9 +65,15 @@ def render(data: Mapping[str, Data], quality: Quality) -> str:
     parts = [
         INTRODUCTION.format(quality=quality.value, summary=_summary(found.values())),
         '## Claims\n',
-        _claims(found),
+        _table(
+            'claim | verdict | the paper says | we find | how',
+            (_claim(claim, found[claim.key]) for claim in CLAIMS),
+        ),
         '## Where print and physics disagree\n',
-        _disagreements(found),
+        _table(
+            'print | what our simulation shows',
+            ((each.printed, found[each.key].numbers) for each in CLAIMS if each.printed),
+        ),
         '## Figures\n',
         *(_figure(figure) for figure in FIGURES),
         '## Independent check\n',
@@ -88,27 +94,17 @@ def _summary(found: Iterable[Judged]) -> str:
     )
 
 
-def _claims(found: Mapping[str, Judged]) -> str:
-    rows = ['| claim | verdict | the paper says | we find | how |', '|---|---|---|---|---|']
-    rows += [_claim(claim, found[claim.key]) for claim in CLAIMS]
-    return '\n'.join(rows) + '\n'
+def _table(headings: str, rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown; a bar in a cell is escaped."""
+    lines = [f'| {headings} |', '|' + '---|' * (headings.count('|') + 1)]
+    lines += ['| ' + ' | '.join(cell.replace('|', r'\|') for cell in row) + ' |' for row in rows]
+    return '\n'.join(lines) + '\n'
 
 
-def _claim(claim: Claim, one: Judged) -> str:
+def _claim(claim: Claim, one: Judged) -> tuple[str, ...]:
     word = one.judgement.value
     strong = word if one.judgement is Judgement.HOLDS else f'**{word}**'
-    cells = (
-        f'`{claim.key}`', strong, f'{claim.sentence} ({claim.place})', one.numbers, claim.how
-    )  # fmt: skip
-    return '| ' + ' | '.join(cell.replace('|', r'\|') for cell in cells) + ' |'
-
-
-def _disagreements(found: Mapping[str, Judged]) -> str:
-    rows = ['| print | what our simulation shows |', '|---|---|']
-    rows += [
-        f'| {claim.printed} | {found[claim.key].numbers} |' for claim in CLAIMS if claim.printed
-    ]
-    return '\n'.join(rows) + '\n'
+    return f'`{claim.key}`', strong, f'{claim.sentence} ({claim.place})', one.numbers, claim.how
 
 
 def _figure(figure: Figure) -> str:
@@ -120,9 +116,11 @@ def _figure(figure: Figure) -> str:
 
 
 def _check(data: Data) -> str:
-    rows = ['| quantity | ours | second route | difference | route |', '|---|---|---|---|---|']
     columns = (data[name] for name in ('quantity', 'ours', 'theirs', 'route'))
-    for quantity, ours, theirs, route in zip(*columns, strict=True):
-        difference = np.abs(ours - theirs)
-        rows.append(f'| {quantity} | {ours:.7g} | {theirs:.7g} | {difference:.1e} | {route} |')
-    return '\n'.join(rows) + '\n'
+    return _table(
+        'quantity | ours | second route | difference | route',
+        (
+            (quantity, f'{ours:.7g}', f'{theirs:.7g}', f'{np.abs(ours - theirs):.1e}', route)
+            for quantity, ours, theirs, route in zip(*columns, strict=True)
+        ),
+    )
