@@ -24,7 +24,7 @@ LONGEST_LINE = 50
 """Characters of an axis label that fit along the map."""
 
 SIGNS = {
-    'echo': ('.', INK, 'right wall, wrong echo'),
+    'echo': ('o', INK, 'right wall, wrong echo'),
     'silent': ('x', S1, 'right echo, wrong wall'),
     UNFIT: ('', FAINT, 'invalid settings'),
 }
@@ -49,7 +49,7 @@ def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
     _draw_distance(axes, shmoo, margins)
     row, column = shmoo.operating
     axes.plot(
-        x[column], y[row], 'o', color='w', mec=INK, ms=5.0, clip_on=False, label='operating point'
+        x[column], y[row], '*', color='w', mec=INK, ms=14.0, clip_on=False, label='operating point'
     )
     x_edges, y_edges = _edges(x, shmoo.x.log), _edges(y, shmoo.y.log)
     axes.set(
@@ -86,7 +86,8 @@ def _draw_signs(axes: Any, shmoo: Shmoo, rows: Sequence[Row], x: Array, y: Array
     for kind, (sign, color, words) in SIGNS.items():
         row, column = np.nonzero(failure == kind)
         if len(row) and sign:
-            axes.plot(x[column], y[row], sign, color=color, ms=3.0, mew=0.8, label=words)
+            edge = 'w' if sign == 'o' else color  # seen on dark cells, too
+            axes.plot(x[column], y[row], sign, color=color, mec=edge, ms=4.0, mew=0.8, label=words)
         elif len(row):
             axes.fill([], [], color=color, label=words)
 
