@@ -48,12 +48,6 @@ def node():
         yield node
 
 
-def test_two_nodes_here_are_two_elements():
-    with memory_node(QUICK, name='left') as left, memory_node(QUICK, name='right') as right:
-        written = left.memory.write(1), right.memory.write(6)
-        assert [reply.wait().level for reply in written] == [1, 6]
-
-
 def test_a_failed_start_raises_and_leaves_nothing_behind():
     reason = 'target_level must be from 0 to 7; got 9'
     with (
