@@ -30,7 +30,7 @@ def compute(quality: Quality) -> Data:
     watch(element, Write(quality.pick(0, 2)), Trace())
     start = element.ticks
     success = watch(element, Erase(), trace).success
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(12, 160)).astype(int)
+    frames = np.linspace(0, len(trace.t) - 1, quality.pick(6, 160)).astype(int)
     return {
         't': np.array(trace.t)[frames] - start * element.tick,
         'strain': np.array(trace.strain)[frames],

@@ -36,7 +36,7 @@ def compute(quality: Quality) -> Data:
     for text, command in commands.items():
         watch(element, command, trace)
         captions += [text] * (len(trace.t) - len(captions))
-    frames = np.linspace(0, len(trace.t) - 1, quality.pick(24, 320)).astype(int)
+    frames = np.linspace(0, len(trace.t) - 1, quality.pick(8, 320)).astype(int)
     return {
         't': np.array(trace.t)[frames],
         'strain': np.array(trace.strain)[frames],
