@@ -7,6 +7,7 @@ import dataclasses
 import subprocess
 import sys
 import threading
+from functools import partial
 
 import pytest
 import rclpy
@@ -229,18 +230,21 @@ def test_all_threads_of_an_executor_wait(node, context):
     executor = MultiThreadedExecutor(2, context=context)
     both, told, over = threading.Barrier(2), [], Future()
 
-    def wait():
+    def wait(place):
+        timers[place].cancel()  # or a third callback would wait at the barrier, in vain
         both.wait(SOON)  # until no thread is left that could spin the node
         told.append(client.parameters('design.N', timeout=5.0).wait())
         if both.wait(SOON) == 0:
             over.set_result(None)
 
-    for _ in range(2):
-        node.create_timer(0.001, wait, MutuallyExclusiveCallbackGroup())
+    timers = [
+        node.create_timer(0.001, partial(wait, place), MutuallyExclusiveCallbackGroup())
+        for place in range(2)
+    ]
     executor.add_node(node)
     executor.spin_until_future_complete(over, SOON)
     executor.shutdown(SOON)
-    assert told[:2] == 2 * [{'design.N': 225}]
+    assert told == 2 * [{'design.N': 225}]
 
 
 def test_waiting_spins_a_node_whose_executor_does_not_spin(node, context):
