@@ -20,6 +20,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
+import zstandard
 from mcap import records
 from mcap.opcode import Opcode
 from mcap.stream_reader import StreamReader, breakup_chunk
@@ -32,6 +33,7 @@ from .mcap_file import METADATA_NAME
 
 _HEAD = struct.Struct('<BQ')  # opcode and length of a record
 _READ = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA}
+_LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
 
 
@@ -259,7 +261,18 @@ def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]
     try:
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
+            _check_size(record)
             return breakup_chunk(record, validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
+
+
+def _check_size(chunk: records.Chunk) -> None:
+    # The decompressor allocates what the chunk claims, or what its content claims.
+    claimed = chunk.uncompressed_size
+    if chunk.compression == 'zstd':
+        size = zstandard.get_frame_parameters(chunk.data).content_size
+        claimed = max(claimed, 0 if size == zstandard.CONTENTSIZE_UNKNOWN else size)
+    if claimed > _LARGEST_CHUNK:
+        raise DamageError(f'the chunk claims {claimed} bytes; at most {_LARGEST_CHUNK} are read')

@@ -35,6 +35,8 @@ CUSTOM_DATA = {
 _ROOT = 'rosbag2_bagfile_information'
 _NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message
 _NO_WIDTH = 2**31 - 1
+_LONGEST_TEXT = 2**18  # characters: metadata of 400 topics
+_DEEPEST = 50  # levels (rosbag2 has six): libyaml's composer can overflow the stack
 
 
 @dataclass
@@ -118,6 +120,7 @@ def parse_metadata(text: str) -> BagMetadata:
         BagError: The text is not rosbag2 metadata.
     """
     try:
+        _check_bounds(text)
         # Every scalar stays a string: rosbag2 leaves the custom data ``seed: 42`` unquoted.
         document: Any = yaml.load(text, BaseLoader)
         node = document.get(_ROOT, document)
@@ -139,6 +142,17 @@ def parse_metadata(text: str) -> BagMetadata:
         *(ValueError, OverflowError, RecursionError),
     ) as error:
         raise BagError(f'The text must be rosbag2 metadata; got {clipped(text)}.') from error
+
+
+def _check_bounds(text: str) -> None:
+    if len(text) > _LONGEST_TEXT:
+        raise ValueError(f'{len(text)} characters')
+    depth = 0
+    for event in yaml.parse(text, BaseLoader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > _DEEPEST:
+            raise ValueError('it is nested too deeply')
 
 
 def read_metadata(directory: Path) -> BagMetadata | None:

@@ -7,6 +7,7 @@ from io import BytesIO
 from itertools import pairwise
 
 import pytest
+import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Attachment, Channel, Chunk, Footer, Message, Schema
 from mcap.writer import MCAP0_MAGIC, CompressionType, Writer
@@ -240,3 +241,15 @@ def test_an_inconsistent_chunk_is_damaged(changes):
     (loss,) = part.losses
     assert 'damaged' in loss.reason
     assert part.blocks == []
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {'uncompressed_size': 2**27 + 1},
+        {'compression': 'zstd', 'data': zstandard.compress(bytes(2**28))},
+    ],
+)
+def test_a_chunk_that_would_fill_the_memory_is_not_decompressed(changes):
+    (loss,) = McapPart(file_of(**changes)).losses
+    assert 'at most 134217728 are read' in loss.reason

@@ -210,7 +210,8 @@ def test_a_text_is_a_text_to_every_reader(text):
 
 
 @pytest.mark.parametrize(
-    'text', ['', 'word', '- 1', '{', '{}', 'version: 9', '"\\UFFFFFFFF"', '[' * 2000, TEXT[:300]]
+    'text',
+    ['', 'word', '- 1', '{', '{}', 'version: 9', '"\\UFFFFFFFF"', '[' * 200_000, TEXT[:300]],
 )
 def test_invalid_metadata_is_refused(text):
     with pytest.raises(BagError):

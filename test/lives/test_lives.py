@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whole lives, each from one number: the first of many that `make lives` lives."""
+"""Whole lives, each determined by one number. `make lives` runs many more."""
 
 import pytest
 
