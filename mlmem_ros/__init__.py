@@ -11,6 +11,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__
+
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.errors import (
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
     from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
-
-__version__ = '1.0.0'
 
 __all__ = [
     'BankFailed',
@@ -46,6 +46,7 @@ __all__ = [
     'SelfTested',
     'TornWord',
     'Word',
+    '__version__',
     'standalone',
 ]
 

@@ -42,8 +42,8 @@ COLOURS = {'pass': 32, 'warn': 33, 'fail': 31}
 )
 def doctor(arguments: argparse.Namespace) -> int:
     """Check everything and print a table; return the exit status."""
-    from .. import __version__
     from ..verdict import Verdict
+    from ..version import __version__
     from .checkup import examine
 
     stream = sys.stderr if arguments.json else sys.stdout

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 
-from .. import __version__
 from ..packages import missing
+from ..version import __version__
 from .command import Command, add_commands
 from .output import complain
 

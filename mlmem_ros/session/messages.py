@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import Any
 
-from .. import __version__
 from ..bag import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..device import commands as device_commands
 from ..physics import ARITHMETIC
+from ..version import __version__
 
 FORMAT = 1
 """Version of this format."""

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ... import __version__
+from ...version import __version__
 from .campaign import Campaign, CampaignError, Row, evaluate_one
 from .ledger import Ledger
 
