@@ -4,7 +4,7 @@
 
 `python` is executed, in one namespace for the page; tests are given to pytest.
 `console` is run by a shell, a command after each `$`; `...` in the output stands for anything.
-`&` leaves a memory node running, ten times faster, until the page ends, or `kill %1`.
+`&` leaves a memory node running, ten times faster, until the page ends, or `kill %memory_node`.
 `ros2` is skipped where it is missing. `sh` and `text` are not run.
 """
 
@@ -84,7 +84,7 @@ class Page:
             faster = [words[0], '--speed', '10', *words[1:-1]]
             self.nodes.enter_context(NodeHere('/mlmem', faster))
             return
-        if command == 'kill %1':
+        if command == 'kill %memory_node':
             self.nodes.close()
             return
         if words[0] == 'ros2' and not shutil.which('ros2'):
