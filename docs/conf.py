@@ -23,14 +23,14 @@ html_title = f'mlmem_ros {__version__}'
 html_favicon = html_logo = None
 
 myst_heading_anchors = 4
-myst_enable_extensions = ['deflist']
+myst_enable_extensions = ['deflist', 'html_image']
 
 default_role = 'code'
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'description'
 autodoc_typehints_format = 'short'
 autodoc_class_signature = 'separated'
-autodoc_default_options = {'members': True, 'undoc-members': False}
+autodoc_default_options = {'members': True, 'undoc-members': False, 'exclude-members': '__new__'}
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_use_ivar = True
