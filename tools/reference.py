@@ -36,7 +36,7 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import design_check
-from mlmem_ros.ros.node import components, diagnostics
+from mlmem_ros.ros.node import command_line, components, diagnostics
 from mlmem_ros.ros.node.declarations import declarations
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_ros.session import messages
@@ -83,8 +83,8 @@ def _topics() -> str:
 
     return (
         '# Topics\n\n'
-        'All names but one lie below the name of the node: `~/level` is `/mlmem/level` by '
-        'default.\n\n'
+        'All topics but `/diagnostics` are below the name of the node: `~/level` is '
+        '`/mlmem/level` by default.\n\n'
         f'## The node listens to\n\n{_table(head, rows(topics.COMMANDS))}\n\n'
         '## The node publishes\n\n'
         f'{_table(head, rows((*topics.STREAMS, *topics.VIEWS, topics.DIAGNOSTICS)))}\n\n'
@@ -115,7 +115,11 @@ def _services() -> str:
         '## What `~/request` takes\n\n'
         f'The parameter `{requests.NAME}` (string) names the procedure; the others are its '
         'arguments.\n\n'
-        f'{_table(["procedure", "arguments"], asked)}\n'
+        f'{_table(["procedure", "arguments"], asked)}\n\n'
+        '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
+        'through points: `times` in s from its first tick, `strains` (tension positive), and '
+        '`rates` in 1/s, or none for straight lines. `on` starts or ends a recording; `path` is '
+        'by default `record.path`.\n'
     )
 
 
@@ -123,8 +127,8 @@ def _actions() -> str:
     """Return the definitions of the actions, without their licence."""
     told = [
         '# Actions',
-        'Of the package `mlmem_interfaces`; [how to build and use them](../actions.md). Units '
-        'are in brackets: `[1]` is a number without any.',
+        'The package `mlmem_interfaces` defines them: [how to build and use it](../actions.md). '
+        'Units are in brackets; `[1]` marks a number without unit.',
     ]
     for name, kind in ACTIONS.items():
         lines = (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()
@@ -216,38 +220,44 @@ def _range(description: Description) -> str:
 
 
 def _commands() -> str:
-    whole = parser()
-    told = ''.join(_command(name, each, summary) for name, each, summary in _sub(whole))
+    told = ''.join(_command(each, summary) for each, summary in _sub(parser()))
+    nodes = ''.join(
+        _command(each) for each in (command_line.node_parser(), command_line.bank_parser())
+    )
     return (
         '# Commands\n\n'
-        'Where ROS is installed by apt, `ros2 run mlmem_ros mlmem ...` runs the same command. '
-        'Exit status: 0 success, 1 failure, 2 a wrong command line, 130 interrupted.\n\n' + told
+        'Where ROS is installed by apt, put `ros2 run mlmem_ros` before each of them. '
+        'Exit status: 0 success, 1 failure, 2 a wrong command line, '
+        '130 interrupted; of a node: 0 everything saved, 1 it could not start, 2 a wrong command '
+        f'line, 3 it could not save.\n\n{nodes}{told}'
     )
 
 
-def _sub(
-    parser: argparse.ArgumentParser,
-) -> Iterator[tuple[str, argparse.ArgumentParser, str]]:
-    """Yield the sub-commands of a command: name, parser, summary."""
+def _sub(parser: argparse.ArgumentParser) -> Iterator[tuple[argparse.ArgumentParser, str]]:
+    """Yield the sub-commands of a command: parser, summary."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             summaries = {choice.dest: choice.help or '' for choice in action._choices_actions}
             for name, each in action.choices.items():
-                yield name, each, summaries.get(name, '')
+                yield each, summaries.get(name, '')
 
 
-def _command(name: str, command: argparse.ArgumentParser, summary: str, depth: int = 2) -> str:
+def _command(command: argparse.ArgumentParser, summary: str = '', depth: int = 2) -> str:
     rows = [
         [f'`{_spelt(action)}`', _help(command, action)]
         for action in command._actions
-        if not isinstance(action, argparse._HelpAction | argparse._SubParsersAction)
+        if not isinstance(
+            action, argparse._HelpAction | argparse._VersionAction | argparse._SubParsersAction
+        )
     ]
+    about = (command.description or f'{summary}.').strip().removeprefix(f'`{command.prog}`: ')
     parts = [
         f'{"#" * depth} `{command.prog}`',
-        (command.description or f'{summary}.').strip(),
+        about[:1].upper() + about[1:],
         _table(['option', 'meaning'], rows) if rows else '',
+        command.epilog or '',
     ]
-    below = ''.join(_command(n, c, s, depth + 1) for n, c, s in _sub(command))
+    below = ''.join(_command(each, text, depth + 1) for each, text in _sub(command))
     return '\n\n'.join(part for part in parts if part) + '\n\n' + below
 
 
@@ -263,8 +273,7 @@ def _spelt(action: argparse.Action) -> str:
 
 def _help(command: argparse.ArgumentParser, action: argparse.Action) -> str:
     formatter = command._get_formatter()
-    told = re.sub(r'\s+', ' ', formatter._expand_help(action)) if action.help else ''
-    return re.sub(r' \(default: (False|None)\)$', '', told)
+    return re.sub(r'\s+', ' ', formatter._expand_help(action)) if action.help else ''
 
 
 # --- files ---------------------------------------------------------------------------------
@@ -285,9 +294,9 @@ def _files() -> str:
     fields = [[str(base), f'`{number:#x}`'] for base, number in word_code.POLYNOMIALS.items()]
     parts = [
         '# Files',
-        'Files of the node lie where its parameters say, and below `files.root` if that is set. '
-        'JSON files are replaced atomically: after a power cut there is the old content or the '
-        'new one. Numbers keep every bit.',
+        'The parameters of the node name its files, which are below `files.root` if that is set. '
+        'JSON files are replaced atomically: after a power cut a file has its old content or the '
+        'new one. Numbers are stored exactly.',
         '## Session',
         'The directory of `record.path` or `mlmem record`: a rosbag2 bag of `metadata.yaml` '
         '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
@@ -313,8 +322,8 @@ def _files() -> str:
         _keys(state_file.KEYS, state_file.KEYS),
         'The snapshot:',
         _keys(snapshot.KEYS, taken),
-        'Beside it lies `.NAME.lock`, which names the node that uses the file, and means nothing '
-        'once that node has ended.',
+        'Beside the state file `NAME.json`, `.NAME.json.lock` names the node that uses it. It '
+        'means nothing once that node has ended.',
         '## Calibration',
         f'`{calibration_file.beside(Path("NAME.json"))}` beside the state file `NAME.json`. '
         f'{_about(calibration_file)}',
@@ -330,12 +339,12 @@ def _files() -> str:
         f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
         'list of findings (name, verdict, text).',
         '## Parameter files',
-        'YAML as of any ROS node: `/**`, `ros__parameters`, and below it the '
+        'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
         '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
         'file takes one as `config:=FILE`; `mlmem design --output FILE` writes one.',
         '## Words of a bank',
-        'They are in no file: the elements hold the digits. A digit of base 2^m is an element of '
-        'GF(2^m) with this primitive polynomial:',
+        'They are not in a file: the elements hold the digits. A digit of base 2^m is an element '
+        'of the field GF(2^m) with this primitive polynomial:',
         _table(['base', 'polynomial'], fields),
     ]
     return '\n\n'.join(parts) + '\n'

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem bench`: our speed compared with others, measured here and now.
+"""`mlmem bench`: measure our speed and that of others on this machine.
 
 All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
 numbers do not. Peers that are not installed are named and skipped.

@@ -88,4 +88,9 @@ def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
-    """Keeps the line breaks of a description and shows the defaults."""
+    """Keeps the line breaks of a description and shows defaults that say something."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        default = action.default
+        silent = default is None or default is False or default in ('', ())
+        return action.help if silent else super()._get_help_string(action)

@@ -54,7 +54,7 @@ PROOF = (
     option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
     JSON,
     option('--brief', action='store_true', help='leave out passes and quotations of the paper'),
-    text=__doc__,
+    text='Judge every quantity that the memory depends on, and say what goes wrong if one fails.',
 )
 def check(arguments: argparse.Namespace) -> int:
     """Judge a design."""
@@ -76,7 +76,8 @@ def check(arguments: argparse.Namespace) -> int:
     option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
     *PROOF,
     JSON,
-    text=__doc__,
+    text='Write and read back every level, write lower ones, and erase every level.\n'
+    'Results are kept, so the same command continues after a kill.',
 )
 def prove(arguments: argparse.Namespace) -> int:
     """Simulate designs."""

@@ -1,8 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem inspect`: what a bag holds, what was lost, and its echoes decoded again. Needs no ROS.
+"""`mlmem inspect`: list what a bag holds and what was lost, and decode its echoes again.
 
-Lists topics, commands, procedures and levels, and decodes every recorded echo again from its
+Needs no ROS. Lists topics, commands, procedures and levels; decodes every recorded echo from its
 waveform. Exit status 0: whole and in agreement; 1: something is lost or differs; 2: unreadable.
 """
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem margins`: for which settings a memory works, and how far its own are from failure.
+"""`mlmem margins`: find for which settings a memory works, and how far its own are from failure.
 
 Every point of the map is a separate device that writes all levels, from 0 up, one attempt each,
 every one verified by its echo and compared with the true wall. The map is drawn as PNG and SVG,

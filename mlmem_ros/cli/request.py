@@ -134,14 +134,14 @@ calibrate = _request(
     'make the element behind a running node learn its echo delays, and restore its content',
     lambda client, _: client.calibrate(),
     _calibrated,
-    more='It writes every level: some twenty times as long as a write.',
+    more='It writes every level, which takes about twenty times as long as a write.',
 )
 self_test = _request(
     'make the element behind a running node test every level, and restore its content',
     lambda client, _: client.self_test(),
     _tested,
     more="""\
-It writes and reads every level and tests actuator and transducers: some twenty times as long as a
+It writes and reads every level and tests actuator and transducers, about twenty times as long as a
 write. Exit status 0 means that every check passed.""",
 )
 record = _request(

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem rig`: an emulated element behind a TCP port, for a node with `device.driver:=rig`.
+"""`mlmem rig`: emulate an element behind a TCP port, for a node with `device.driver:=rig`.
 
 It has its own clock, and its line may delay, jitter and lose frames, all at random from a seed.
 The element keeps its state when a client disconnects and another connects. The first line printed
@@ -20,7 +20,7 @@ from .output import complain, print_json
 @command(
     'run an emulated rig, for a node to drive over TCP',
     option('--preset', default='case_2', help='shipped element'),
-    option('--host', default='127.0.0.1', help='address to listen at'),
+    option('--host', default='127.0.0.1', help='address to listen on'),
     option('--port', type=int, default=0, help='port to listen at; 0: any free one'),
     option(
         '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"

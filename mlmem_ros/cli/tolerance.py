@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem tolerance`: how often writes and reads fail in imperfect elements.
+"""`mlmem tolerance`: count how often writes and reads fail in imperfect elements.
 
 Elements are made at random, varying one thing at a time: the on-site amplification alpha, the
 substrate stiffness s, the masses or the ground states (offset) scatter, the transducers are noisy,

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem view`: the element behind a running node in a browser, or recorded sessions.
+"""`mlmem view`: show the element behind a running node, or recorded sessions, in a browser.
 
 Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
 the given session; two sessions stand side by side, with their differences. With --start it starts
@@ -35,7 +35,7 @@ SMOOTH = 15
     NODE,
     option('--start', action='store_true', help='also start a memory node of that name'),
     option(
-        '--host', default='127.0.0.1', help='address to listen at; other machines need the token'
+        '--host', default='127.0.0.1', help='address to listen on; other machines need the token'
     ),
     option('--port', type=int, help='port (default: 8742, or a free one)'),
     option('--browser', action='store_true', help='also open the page in the browser'),

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The design check of a node that is being configured: warnings in its log, or a refusal.
 
-Findings are cached beside the compiled kernels, for a faster next start. Like a compiler's cache
-this one may be deleted; a change to any file that a check depends on makes it start anew.
+Findings are cached beside the compiled kernels, for a faster next start. The cache may be deleted;
+a change to any file that a check depends on makes it start anew.
 """
 
 from __future__ import annotations

@@ -25,24 +25,12 @@ def ros_arguments(arguments: Sequence[str]) -> list[str]:
     Raises:
         SystemExit: An option is unknown or has a bad value, or help was requested.
     """
-    parser = _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
-    return _read(parser, arguments)[1]
+    return _read(node_parser(), arguments)[1]
 
 
 def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, str]]]:
     """Return the ROS arguments of a bank, and those of each of its nodes; see `ros_arguments`."""
-    parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
-    parser.add_argument(
-        '--elements',
-        type=_number,
-        default=4,
-        metavar='NUMBER',
-        help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
-        f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
-    )
-    parser.add_argument('--record', default='', metavar='FOLDER', help='of the sessions')
-    parser.add_argument('--state', default='', metavar='FOLDER', help='of the state files')
-    given, of_ros = _read(parser, arguments)
+    given, of_ros = _read(bank_parser(), arguments)
     namespace, rest = NAMESPACE, of_ros[:1]
     for word in of_ros[1:]:
         if word.startswith('__ns:='):
@@ -61,12 +49,33 @@ def bank_arguments(arguments: Sequence[str]) -> tuple[list[str], list[dict[str, 
     return rest, elements
 
 
+def node_parser() -> argparse.ArgumentParser:
+    """Return the parser of the plain options of `memory_node`."""
+    return _parser('memory_node', 'One mechanical memory element as a ROS 2 node.')
+
+
+def bank_parser() -> argparse.ArgumentParser:
+    """Return the parser of the plain options of `memory_bank`."""
+    parser = _parser('memory_bank', 'Several mechanical memory elements in one process.')
+    parser.add_argument(
+        '--elements',
+        type=_number,
+        default=4,
+        metavar='NUMBER',
+        help='how many (default: %(default)s); element i is NAMESPACE/element_i/mlmem, in '
+        f'{NAMESPACE} unless "-r __ns:=NAMESPACE" names another',
+    )
+    parser.add_argument('--record', default='', metavar='FOLDER', help='folder of the sessions')
+    parser.add_argument('--state', default='', metavar='FOLDER', help='folder of the state files')
+    return parser
+
+
 def _parser(program: str, description: str) -> argparse.ArgumentParser:
     """Return a parser of the common options."""
     parser = argparse.ArgumentParser(
         program,
         description=description,
-        epilog='Everything else is a parameter (-p NAME:=VALUE), see docs/reference/parameters.md',
+        epilog='All parameters can be set behind --ros-args, each by -p NAME:=VALUE.',
         allow_abbrev=False,
     )
     parser.add_argument(

@@ -74,7 +74,7 @@ class Hysteresis:
 
 
 def material(element: MemoryElement) -> Health:
-    """Report energies, in k_r (lattice constant)^2; warn of more than one wall at rest.
+    """Report energies in k_r cells^2, `dt` in time units; warn of more than one wall at rest.
 
     For a real element, report the state of its driver; warn of missed samples.
     """
@@ -94,7 +94,7 @@ def material(element: MemoryElement) -> Health:
 
 
 def actuator(element: MemoryElement) -> Health:
-    """Report strain, target and force, the force in k_r cells."""
+    """Report the strain, where it is going, its limit, and the force in k_r cells."""
     part = element.actuator
     values = {
         'strain': part.strain,
@@ -108,7 +108,7 @@ def actuator(element: MemoryElement) -> Health:
 
 
 def transducer(element: MemoryElement) -> Health:
-    """Report the motion of the ends, in cells, and the delays of levels; warn of a weak echo."""
+    """Report the motion of the ends in cells and delays in time units; warn of a weak echo."""
     part, reading = element.transducer, element.reading
     text = 'driving' if part.driving else 'listening'
     values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
@@ -125,7 +125,7 @@ def transducer(element: MemoryElement) -> Health:
 
 
 def memory(element: MemoryElement) -> Health:
-    """Report the last decode with its margins, and the counts; warn if it was undecodable."""
+    """Report the last decode, its delay in time units, and counts; warn if it was undecodable."""
     reading, wear = element.reading, element.statistics.as_dict()
     if reading is None:
         return Health(OK, 'not read yet', wear)

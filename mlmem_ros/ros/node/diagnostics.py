@@ -31,7 +31,7 @@ class Pace:
         self._logged = 0
 
     def health(self, loop: Loop | None) -> Health:
-        """Return how the loop has kept time since the last report; all times in seconds."""
+        """Report how the loop keeps time: in s, and its rate since the last report in ticks/s."""
         if loop is None:
             self._logged = 0
             refused = {'refused': self._host.refused}
@@ -67,7 +67,7 @@ class Pace:
 
 
 def recorder(host: Host) -> Health:
-    """Warn of dropped messages and of a session at its maximum size; report a failed one."""
+    """Report a session, its wait in s; warn of dropped messages and of one at its maximum size."""
     recording = host.sessions.current
     if recording is None:
         last = host.sessions.last
