@@ -42,7 +42,11 @@ class KinkFit:
     """The wall's profile v(x; X) = A arctan[B_1 exp(C_1 (x - X)) + B_2 exp(C_2 (x - X))].
 
     Attributes:
-        A, B_1, C_1, B_2, C_2: The constants; C_1 and C_2 are negative for an anti-kink.
+        A: Step of the displacement across the wall, divided by pi / 2.
+        B_1: Constant.
+        C_1: Constant, negative for an anti-kink.
+        B_2: Constant.
+        C_2: Constant, negative for an anti-kink.
         e_rms: Root-mean-square error over the element that was fitted.
     """
 
@@ -73,8 +77,10 @@ class DisplacementFit:
     """A strain-induced displacement: a linear function and a Fourier expansion (page 3).
 
     Attributes:
-        a_0, c_0: Constants of the linear function a_0 + c_0 x.
-        a, b: Fourier coefficients a_1 ... a_q of the cosines and b_1 ... b_q of the sines.
+        a_0: Constant of the linear function a_0 + c_0 x.
+        c_0: Its slope.
+        a: Fourier coefficients a_1 ... a_q of the cosines.
+        b: Fourier coefficients b_1 ... b_q of the sines.
         length: Wavelength of the first term, in cells.
         e_rms: Root-mean-square error over the sites.
     """

@@ -25,7 +25,7 @@ ITERATIONS = 25
 """Newton steps within which a pinned wall is found; one that left takes more."""
 
 POINTS_PER_CELL = 8
-"""Positions per cell of a landscape: enough for the ripple of the lattice."""
+"""Positions per cell of a landscape, enough for the ripple of the lattice."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Landscape:
 
     @property
     def slope(self) -> Array:
-        """dU/dX at `X`, shape (m,): negative where the wall is pulled to the right."""
+        """dU/dX at `X`, shape (m,); negative where the wall is pulled to the right."""
         return np.asarray(np.gradient(self.energy, self.X))
 
 

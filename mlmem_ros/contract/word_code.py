@@ -51,7 +51,7 @@ class WordError(RequestError):
 
 
 class TornWord(WordError):
-    """A write or an erasure has begun and not ended: the seal is blank."""
+    """A write or an erase was interrupted: the seal is blank."""
 
 
 class LostWord(WordError):

@@ -48,14 +48,14 @@ class MemoryElement(Memory):
 
     @property
     def resting(self) -> bool:
-        """Whether the device is at rest: no procedure runs, strain and base stand still."""
+        """Whether no procedure runs, and strain and base stand still."""
         return not self._running and super().resting
 
     @property
     def foreseen(self) -> int:
-        """Ticks until the next decision, if no command comes: they can be run later together.
+        """Ticks until the next decision if no command comes, which can be run later together.
 
-        0 for a real element that moves: it cannot be delayed.
+        It is 0 for a real element that moves, because that cannot be delayed.
         """
         if self._running:
             return self._running.due - self.ticks if self.simulated else 0

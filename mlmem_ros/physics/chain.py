@@ -94,12 +94,12 @@ class Chain:
 
     @property
     def v(self) -> Array:
-        """Displacements v_j of the metamaterial, shape (N,): a view."""
+        """Displacements v_j of the metamaterial, shape (N,); a view."""
         return self._metamaterial[0][1:-1]
 
     @property
     def velocity(self) -> Array:
-        """Velocities of the metamaterial, shape (N,): a view."""
+        """Velocities of the metamaterial, shape (N,); a view."""
         return self._metamaterial[1]
 
     @property

@@ -12,11 +12,11 @@ from .running import RunningNode
 
 @contextmanager
 def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Give an element faults, and take them away at the end, whatever has happened.
+    """Set faults of an element, and restore them at the end, even after an exception.
 
     ::
 
-        with faults(node, actuator_stuck=True), pytest.raises(RequestRefused):
+        with faults(node, actuator_stuck=True), pytest.raises(RequestFailed):
             node.memory.write(3).wait()
 
     Commands sent in the block meet the faults; those sent afterwards do not.

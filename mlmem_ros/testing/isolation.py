@@ -47,10 +47,10 @@ FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 
 @functools.cache
 def isolate() -> int:
-    """Keep this process and all that it starts out of every other ROS graph.
+    """Keep this process and all that it starts out of other ROS graphs.
 
-    Call it in a `conftest.py`, before anything initialises rclpy. Parallel runs on one machine get
-    a domain each.
+    Call it in a `conftest.py`, before anything initialises rclpy. Each parallel run on a machine
+    gets a domain of its own.
 
     Returns:
         The ROS domain.

@@ -45,7 +45,8 @@ def memory_node(
         A `RunningNode`; one apart also has `signal(number)`.
 
     Raises:
-        What keeps `memory_node` from starting; for one apart see its output and exit status.
+        Exception: Whatever keeps the node from starting. One apart raises nothing: see its output
+            and exit status.
     """
     element = f'{namespace.rstrip("/")}/{name}'
     command = node_arguments(element, parameters, file)

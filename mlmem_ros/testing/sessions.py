@@ -68,7 +68,7 @@ def replayed(bag: str | PathLike[str]) -> ReplayedSession:
 
 @pytest.fixture
 def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
-    """Return `replayed`, for a test that asks for it by name."""
+    """Return `replayed`; a fixture, which a test takes as an argument."""
     return replayed
 
 

@@ -35,7 +35,7 @@ class MemoryBank:
     It corrects wrong or unreadable digits as far as it can, and reports them in `Word.corrected`;
     a read raises `TornWord` if a write was interrupted, and `LostWord` if the code cannot correct
     the word. `contract.word_code` describes the code and its probability of error. A write then
-    takes three strokes: erase the last element, write the others, write the last one. Only one
+    takes three phases: erase the last element, write the others, write the last one. Only one
     client at a time may write.
 
     Attributes:
@@ -94,7 +94,7 @@ class MemoryBank:
 
     @property
     def size(self) -> int:
-        """How many words there are: 0 ... size - 1."""
+        """Number of words, which go from 0 to size - 1."""
         return self.code.size
 
     @property
