@@ -35,6 +35,7 @@ _HEAD = struct.Struct('<BQ')  # opcode and length of a record
 _READ = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA}
 _LARGEST_CHUNK = 2**27  # bytes, uncompressed; a file of a megabyte must not fill the memory
 _RUN_SIZE = 1 << 20  # bytes of messages outside chunks that make up one block
+_COMPRESSIONS = {'', 'lz4', 'zstd'}
 
 
 class DamageError(Exception):
@@ -261,14 +262,16 @@ def _parsed(stream: BinaryIO, offset: int, end: int) -> list[records.McapRecord]
     try:
         record = next(StreamReader(content, skip_magic=True, emit_chunks=True).records)
         if isinstance(record, records.Chunk):
-            _check_size(record)
+            _check_claims(record)
             return breakup_chunk(record, validate_crc=True)
         return [record]
     except Exception as error:  # parsers and decompressors have no common error class
         raise DamageError(printable(str(error) or repr(error), 200)) from error
 
 
-def _check_size(chunk: records.Chunk) -> None:
+def _check_claims(chunk: records.Chunk) -> None:
+    if chunk.compression not in _COMPRESSIONS:  # `mcap` would read it as not compressed
+        raise DamageError(f'its compression must be lz4 or zstd; got {chunk.compression!r}')
     # The decompressor allocates what the chunk claims, or what its content claims.
     claimed = chunk.uncompressed_size
     if chunk.compression == 'zstd':

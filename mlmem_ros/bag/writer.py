@@ -20,6 +20,7 @@ from .metadata import FILE_NAME, FileInfo, metadata_text
 from .qos import RELIABLE
 
 _LATEST_TIME = 2**63 - 1
+_SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires
 
 CHANNEL_METADATA = {
     'offered_qos_profiles': "QoS of the topic's publishers, as YAML",
@@ -65,9 +66,12 @@ class BagWriter:
             custom_data: What ``metadata.yaml`` stores for the application.
 
         Raises:
-            BagError: The path exists or cannot be created, or `mcap` is too old.
+            BagError: `max_bytes` is too small, `custom_data` cannot be written as UTF-8, the path
+                exists or cannot be created, or `mcap` is too old.
         """
         check_library()
+        if 0 < max_bytes < _SMALLEST_SPLIT:
+            raise BagError(f'max_bytes must be 0 or at least {_SMALLEST_SPLIT}; got {max_bytes}.')
         self.path = Path(path).absolute()
         self.custom_data = dict(custom_data or {})
         """Written to ``metadata.yaml`` with the next sync, split or close; may be changed."""
@@ -80,6 +84,7 @@ class BagWriter:
         self._closed = False
         self.unsynced = False
         """Whether some messages are not safe on the disk yet."""
+        self._metadata(root=True)  # refuses bad custom data before anything is created
         self._create_directory()
         self._open_file()
 
@@ -269,7 +274,8 @@ class BagWriter:
             replace(channel.info, message_count=channel.message_count)
             for channel in self._channels.values()
         )
-        return metadata_text(topics, self._files, self.custom_data, root=root)
+        with storage_errors(f'describe {self.path}'):  # a lone surrogate has no UTF-8
+            return metadata_text(topics, self._files, self.custom_data, root=root)
 
     def _write_metadata(self) -> None:
         path = self.path / FILE_NAME

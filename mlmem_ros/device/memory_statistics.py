@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import itertools
 from collections.abc import Mapping
@@ -95,7 +94,12 @@ class MemoryStatistics:
             TypeError: A count is unknown or missing.
             ValueError: A count is not a whole number from 0, or the number of levels differs.
         """
-        found = cls(**copy.deepcopy(dict(data)))
+        found = cls(
+            **{
+                name: value[:] if isinstance(value, list) else value
+                for name, value in data.items()
+            }
+        )
         single = dict(vars(found))
         by_level = [single.pop(name) for name in ('level_writes', 'level_ticks')]
         if any(not isinstance(each, list) or len(each) != levels for each in by_level):

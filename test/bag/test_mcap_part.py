@@ -231,6 +231,7 @@ def file_of(**changes):
     [
         {'compression': 'zstd'},
         {'compression': 'lz4'},
+        {'compression': 'bz2'},
         {'uncompressed_crc': 1},
         {'data': b'\x05'},
     ],

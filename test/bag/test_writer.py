@@ -164,6 +164,19 @@ def test_an_old_library_is_refused_before_anything_is_created(tmp_path, monkeypa
     assert not (tmp_path / 'bag').exists()
 
 
+@pytest.mark.parametrize(
+    ('wrong', 'why'),
+    [
+        ({'max_bytes': 1023}, 'max_bytes must be 0 or at least 1024; got 1023'),
+        ({'custom_data': {'lost': '\udcff'}}, 'surrogates not allowed'),
+    ],
+)
+def test_a_bag_with_wrong_settings_is_not_created(tmp_path, wrong, why):
+    with pytest.raises(BagError, match=why):
+        BagWriter(tmp_path / 'bag', **wrong)
+    assert not (tmp_path / 'bag').exists()
+
+
 def test_wrong_arguments_are_refused_and_do_no_harm(writer):
     with pytest.raises(BagError, match='/level must be added only once'):
         writer.add_topic('/level', 'std_msgs/msg/Int16')

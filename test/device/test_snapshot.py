@@ -198,6 +198,16 @@ def test_a_damaged_snapshot_is_refused_and_nothing_is_changed(written, alive, pa
     assert element.actuator.moving
 
 
+def test_statistics_nested_to_exhaust_the_stack_are_refused():
+    values = snapshot.take(rig.device(2))
+    nested = []
+    for _ in range(900):
+        nested = [nested]
+    values['statistics']['level_writes'] = nested
+    with pytest.raises(StateError, match='the statistics must be for 8 levels'):
+        snapshot.restore(rig.device(1), values)
+
+
 @pytest.mark.parametrize('what', ['state', 'recent'])
 @pytest.mark.parametrize('bad', [NAN, INF])
 def test_values_that_are_not_finite_are_refused(written, alive, what, bad):

@@ -48,9 +48,10 @@ def _bite(*replaced):
 @_bite((loop.Loop, '_due'))
 def division_by_zero_at_full_speed(_):
     def due(self, late):
-        if self._at_once == 1 or not self.element.resting:
+        at_once = self._at_once if self._period else self._batch  # also without a pace
+        if at_once == 1 or not self.element.resting:
             return 0
-        ticks = -(self.element.ticks + 1) % self._at_once
+        ticks = -(self.element.ticks + 1) % at_once
         return min(ticks, max(0, int(late / self._period))) if self._box.commands else ticks
 
     return due

@@ -68,9 +68,7 @@ class MemoryNode(LifecycleNode):
             self.destroy_node()
             raise
         self._inlets = Inlets(self, self.host)
-        self._actions = served_actions(
-            self, self.host
-        )  # a client that sees ~/request sees them too
+        self._actions = served_actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host)
         self._diagnostics = Diagnostics(self, self.host, boundary)
         self._namesakes = Namesakes(self, self.host.journal, boundary)
