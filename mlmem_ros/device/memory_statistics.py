@@ -94,12 +94,10 @@ class MemoryStatistics:
             TypeError: A count is unknown or missing.
             ValueError: A count is not a whole number from 0, or the number of levels differs.
         """
-        found = cls(
-            **{
-                name: value[:] if isinstance(value, list) else value
-                for name, value in data.items()
-            }
-        )
+        copied: dict[str, Any] = {
+            name: value[:] if isinstance(value, list) else value for name, value in data.items()
+        }
+        found = cls(**copied)
         single = dict(vars(found))
         by_level = [single.pop(name) for name in ('level_writes', 'level_ticks')]
         if any(not isinstance(each, list) or len(each) != levels for each in by_level):
