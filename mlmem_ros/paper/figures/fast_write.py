@@ -26,8 +26,8 @@ FIGURE = Figure(
     'fast',
     'How fast a write can be, and how far its peaks may be off',
     caption='(a) One write of levels 0 to 7, slow and fast. (b-k) How far both peaks may be '
-    'off: in the blue area every write upward ends at its level. Cross: the operating point. '
-    'Dotted: the distance to the nearest failure. The number is that of time units per level.',
+    'off: in the blue area every write upward ends at its level. Cross: the operating '
+    'point. Dotted: the distance to the nearest failure. Number: time units per level.',
     seconds=700,
 )
 

@@ -24,11 +24,11 @@ from ..figure import Data, Figure, Judged, Quality, judged
 FIGURE = Figure(
     '2a',
     'Fig. 2a: energy landscape under strain, Eq. 3 and without ansatz',
-    caption='Energy of a wall by its place, for strains up to 15e-3 either way. Without strain '
-    'it rests in the well of the defect (solid line). Compression raises a hill where the '
-    'substrate is softest (dashed), tension digs a valley there. Lines: Eq. (3) by the ansatzes. '
-    'Circles: the wall held at X, everything else relaxed. Below: their difference, which grows '
-    'where the wall feels a free end.',
+    caption='Energy of a wall against its position, for strains up to 15e-3 of either sign. '
+    'Without strain it rests in the well of the defect (solid line). Compression raises '
+    'a hill where the substrate is softest (dashed), tension makes a valley there. '
+    'Lines: Eq. (3) with the ansatzes. Circles: the wall held at X, everything else '
+    'relaxed. Below: their difference, which grows near a free end.',
     seconds=3,
 )
 
@@ -103,7 +103,7 @@ def draw(data: Data) -> Any:
             axes.axvline(data['j_0'] - data['defect'], color=style.MARK, ls='--', zorder=0)
         style.label(upper, 'a', rf'{text}, $\varepsilon$ ($10^{{-3}}$) at the lines')
         lower.set(xlabel=r'wall $x = X - 100$ (cells)', ylim=(0.0, 1.5))
-    grid[0, 0].set_ylabel(r'energy $U(X)$ over a wall-less element')
+    grid[0, 0].set_ylabel(r'energy $U(X)$, relative to no wall')
     grid[1, 0].set_ylabel('difference\n($10^{-3}$)')
     return figure
 

@@ -22,9 +22,9 @@ from ..film import cells, growing, save_film
 FIGURE = Figure(
     'read',
     'A read: a pulse and its echo',
-    caption='Above: how far every cell is from its rest; the pulse runs through the active cells '
-    'and is thrown back by the wall at level 3. Below: what the left end hears. The level is read '
-    'where the echo crosses the threshold (dashed).',
+    caption='Above: displacement of every cell from its rest position; the pulse runs through the '
+    'active cells and is reflected by the wall at level 3. Below: the signal at the left end. The '
+    'level is read where the echo crosses the threshold (dashed).',
     seconds=1,
 )
 
@@ -65,14 +65,16 @@ def save(data: Data, stem: Path) -> list[Path]:
     upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(1.4, 1.0))[:, 0]
     moved = 1e3 * data['moved']
     dots = cells(upper, CASE_II, moved, np.broadcast_to(data['rest'], moved.shape))
-    upper.set(ylim=(-6.0, 6.0), ylabel='off rest ($10^{-3}$ cells)', xlabel='cell $j$, level')
-    style.label(upper, 'a', f'a pulse is thrown back by the wall at level {LEVEL}')
+    upper.set(ylim=(-6.0, 6.0), ylabel=r'$\Delta v_j$ ($10^{-3}$ cells)', xlabel='cell $j$, level')
+    style.label(upper, 'a', f'a pulse is reflected by the wall at level {LEVEL}')
     curve = growing(lower, data['t'], np.maximum(data['v_c'], 1e-7))
     lower.plot(data['t'], data['threshold'], color=style.MARK, ls='--')
     lower.axvline(data['delay'], color=style.S2)
     lower.set(xlabel='time since the pulse began (time units)', ylabel='$v_c$ (cells)')
     lower.set(yscale='log', ylim=(3e-6, 1e-2))
-    style.label(lower, 'b', f'what the left end hears: an echo after {data["delay"]:.0f}')
+    style.label(
+        lower, 'b', f'signal at the left end: an echo after {data["delay"]:.0f} time units'
+    )
 
     def show(frame: int) -> list[Any]:
         return [*dots(frame), *curve(frame)]

@@ -22,9 +22,9 @@ from ..film import growing, save_film
 FIGURE = Figure(
     'write',
     'A write: strain tilts the landscape of the wall',
-    caption='Above: the energy of the wall (dot) by its place. Strain takes away the well of its '
-    'defect (line) and digs a valley further on. As the strain goes, the slope of the gradient '
-    'takes the wall to the next defect. Below: the strain.',
+    caption='Above: the energy of the wall (dot) against its position. Strain removes the well '
+    'of its defect (line) and makes a valley further on. When the strain is released, '
+    'the slope of the gradient takes the wall to the next defect. Below: the strain.',
     seconds=4,
 )
 

@@ -28,10 +28,10 @@ from ..figure import Data, Figure, Quality
 FIGURE = Figure(
     'back',
     'A wall that goes back: a throw, a stroke, and their windows',
-    caption="(a) A throw takes the wall of the paper's element out from level 5. (b) A stroke "
-    'takes that of bits_4 from level 11 to 10. (c) Share of the levels of bits_4 that one throw '
-    'blanks; lines: closed forms. (d) Share of its odd levels that a stroke takes down by '
-    'exactly one. Crosses: as shipped. Dotted: 0.3 from there.',
+    caption="(a) A throw drives the wall of the paper's element out from level 5. (b) A stroke "
+    'moves the wall of bits_4 from level 11 to 10. (c) Share of the levels of bits_4 '
+    'that one throw blanks; lines: closed forms. (d) Share of its odd levels that a '
+    'stroke lowers by exactly one. Crosses: as shipped. Dotted: 0.3 away.',
     seconds=90,
 )
 
@@ -43,7 +43,7 @@ STRONG = ActuatorSettings(max_strain=0.5, max_rate=1.0)
 
 
 def timed(times: Any, peak: float, ease: float) -> Any:
-    """Return a throw with factors on its peak and on the time of letting go."""
+    """Return a throw with factors on its peak and on its release time."""
     return dataclasses.replace(times, peak=times.peak * peak, ease=times.ease * ease)
 
 
@@ -124,9 +124,9 @@ def draw(data: Data) -> Any:
     slips = [shortest_ease(design, throw.peak * p) / throw.ease for p in fine]
     slack = [reach(design, throw.peak * p, throw.ease) / FAR for p in fine]
     left.plot(fine, slips, color=style.INK, label='far end slips below')
-    left.plot(fine, slack, color=style.INK, ls='--', label=f'reach {FAR:g} below')
-    left.set(xlabel='peak, over its own', ylabel='time of letting go')
-    right.set(xlabel='peaks, over their own', ylabel='all times')
+    left.plot(fine, slack, color=style.INK, ls='--', label=f'flight = {FAR:g} X')
+    left.set(xlabel='peak (relative)', ylabel='release time (relative)')
+    right.set(xlabel='peaks (relative)', ylabel='all times (relative)')
     lower.legend(*left.get_legend_handles_labels(), loc='outside lower left', ncols=2)
     style.label(left, 'c', 'blanked by one throw')
     style.label(right, 'd', 'odd levels down by one')
