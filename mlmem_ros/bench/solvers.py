@@ -65,7 +65,7 @@ def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
         try:
             peers[name] = make(problem, DURATION)
         except ModuleNotFoundError as error:
-            skipped[name] = f'{error.name} is not installed: pip install mlmem_ros[bench]'
+            skipped[name] = f'{error.name} is not installed: pip install ".[bench]"'
     return peers, skipped
 
 
