@@ -7,7 +7,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, DelayTable, Heard, Outcome, SelfTest, Settings, Write
+from mlmem_ros.device import (
+    Abort,
+    DelayTable,
+    Heard,
+    Outcome,
+    SelfTest,
+    Settings,
+    Write,
+    new_element,
+    preset,
+)
 from mlmem_ros.device.commands import SetFaults
 from mlmem_ros.device.faults import HEALTHY, Faults
 from mlmem_ros.device.settings import WriteSettings
@@ -35,6 +45,15 @@ def test_a_sound_element_passes_and_keeps_its_content(written, level):
     assert {reading.level for reading in both if reading.end == 'both'} == set(range(8))
     assert outcome.as_dict()['checks']['level 7'] == 'read from both ends'
     assert outcome.as_dict()['checks']['erase'] == 'blank'
+
+
+def test_an_element_read_from_the_right_alone_says_so():
+    element = new_element(*preset('bits_1'))
+    tested = rig.run(element, SelfTest()).checks[-2]
+    assert (tested.name, tested.message) == ('level 1', 'read from the right end')
+    learnt = element.calibration.right.delays[1]
+    assert tested.values['right_delay'] == pytest.approx(learnt, abs=2.0)
+    assert 'left_delay' not in tested.values
 
 
 def test_a_level_that_is_not_reached_is_named_and_the_others_are_tested(written):

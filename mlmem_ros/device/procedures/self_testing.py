@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..echo import threshold
-from ..end import End
+from ..end import End, ends
 from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
@@ -86,7 +86,7 @@ def _hear(element: Memory, end: End) -> Procedure[Tested]:
     last = np.array(table.longest)
     needed = float(threshold(probe, last))
     raised = float(threshold(probe, last, floor)) / needed
-    heard = f'noise raises the threshold {raised:.3g} times; at most {MOST_RAISED:g} is tolerated'
+    heard = f'noise raises the threshold by a factor of {raised:.3g}; limit {MOST_RAISED:g}'
     values = {'floor': floor, 'threshold': needed, 'raised': raised}
     return raised <= MOST_RAISED, heard, values
 
@@ -125,22 +125,24 @@ def _felt(element: Memory) -> Procedure[float]:
 
 
 def _level(element: Memory, level: int) -> Procedure[Tested]:
-    """Write a level and read it from both ends."""
+    """Write a level and read it from every end that can hear it."""
     written = yield from write(element, level)
     reading = yield from probe_from(element, tuple(End))
+    heard = ends(reading.end)
+    delays = zip(heard, (reading.delay, reading.right_delay), strict=False)
+    where = 'both ends' if len(heard) == 2 else f'the {heard[0]} end'
     values = {
         'attempts': float(written.attempts),
-        'left_delay': reading.delay if reading.delay is not None else math.nan,
-        'right_delay': reading.right_delay if reading.right_delay is not None else math.nan,
+        **{f'{end}_delay': math.nan if each is None else each for end, each in delays},
         'level_margin': reading.level_margin,
         'threshold_margin': reading.threshold_margin,
         'confidence': reading.confidence,
     }
     if reading.level != level:
         found = reading.reason or describe_level(reading.level)
-        return False, f'read from both ends: {found}', values
+        return False, f'read from {where}: {found}', values
     tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
-    return True, f'read from both ends{tries}', values
+    return True, f'read from {where}{tries}', values
 
 
 def _restore(element: Memory, content: Reading) -> Procedure[Tested]:
