@@ -87,7 +87,7 @@ def _level(view: View) -> Text:
     if view.level is None:
         return Text('not read yet', style='dim')
     if view.level == UNDECODABLE:
-        return Text('undecodable', style='bold red')
+        return Text('unknown', style='bold red')
     if view.level == BLANK:
         return Text('blank', style='bold')
     code = view.outcome.values.get('code', '') if view.outcome is not None else ''

@@ -61,7 +61,7 @@ def test_level_and_code():
     assert row('level', level=5, outcome=written(5)).split() == ['5', '101']
     assert row('level', level=3, outcome=written(5)) == '3'  # that code was another level's
     assert row('level', level=-1) == 'blank'
-    assert row('level', level=-2) == 'undecodable'
+    assert row('level', level=-2) == 'unknown'
 
 
 def test_the_wall_is_drawn_where_it_is():
