@@ -9,10 +9,14 @@ import fcntl
 import functools
 import os
 import shutil
+import socket
 import tempfile
 from pathlib import Path
 
 from ..ros.announcing import profile_variable
+
+PARTICIPANTS = 10
+"""Discovery ports of a domain that are looked at."""
 
 # The defaults take up to 3 s to discover a peer and leave segments in /dev/shm after a SIGKILL.
 FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
@@ -77,6 +81,8 @@ def isolate() -> int:
 def _claim_domain() -> int:
     for offset in range(100):
         domain = 1 + (os.getpid() + offset) % 100
+        if in_use(domain):
+            continue
         path = Path(tempfile.gettempdir(), f'mlmem-ros-domain-{domain}.lock')
         lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)  # held until this process ends
         try:
@@ -85,4 +91,18 @@ def _claim_domain() -> int:
             os.close(lock)
         else:
             return domain
-    raise RuntimeError('all ROS domains from 1 to 100 are in use by test runs')
+    raise RuntimeError('all ROS domains from 1 to 100 are in use')
+
+
+def in_use(domain: int) -> bool:
+    """Return whether somebody on this machine, such as a robot or a daemon, is in a ROS domain.
+
+    A participant listens at the first free of the domain's discovery ports (RTPS 2.5, 9.6.2.3).
+    """
+    for participant in range(PARTICIPANTS):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(('', 7410 + 250 * domain + 2 * participant))
+            except OSError:
+                return True
+    return False

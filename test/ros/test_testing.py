@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A memory node for the length of a test: in its process and in another."""
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from sensor_msgs.msg import JointState
 from mlmem_ros import RequestError, RequestRefused
 from mlmem_ros.device import SettingsError
 from mlmem_ros.testing import assert_written, faults, frozen_clock, memory_node
+from mlmem_ros.testing.isolation import in_use
 
 DATA = Path(__file__).parents[1] / 'data'
 QUICK = {'scale.time': 1e-5}
@@ -57,6 +59,14 @@ def test_a_failed_start_raises_and_leaves_nothing_behind():
         pass
     with Robot() as robot:
         assert 'never' not in robot.node.get_node_names()
+
+
+def test_a_domain_is_in_use_while_a_participant_listens():
+    """Here a socket at the port of the third participant of domain 101, which no run claims."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(('127.0.0.1', 7410 + 250 * 101 + 4))
+        assert in_use(101)
+    assert not in_use(101)
 
 
 def test_nodes_follow_a_frozen_clock(start):
