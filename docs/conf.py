@@ -26,6 +26,7 @@ myst_heading_anchors = 4
 myst_enable_extensions = ['deflist', 'html_image']
 
 default_role = 'code'
+smartquotes = False  # or `--option` in a text becomes a dash
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'description'
 autodoc_typehints_format = 'short'
