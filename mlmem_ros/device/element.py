@@ -122,8 +122,8 @@ class MemoryElement(Memory):
         self._run(command, 'abort', procedures.abort(self))
 
     def _run(self, command: Command, name: str, steps: Procedure[Result]) -> None:
+        self.progress = Progress(name, self.ticks)  # first: other threads read `procedure`
         self._running = _Run(command, steps, self.ticks)
-        self.progress = Progress(name, self.ticks)
 
     # --- time ----------------------------------------------------------------------------
 
