@@ -3,6 +3,7 @@
 """Two nodes with one full name: each logs it, once."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 from robot import Robot
@@ -33,3 +34,21 @@ def test_a_node_without_namesakes_logs_nothing():
     with memory_node(BY_HAND, name='single', namespace='/other') as other, Robot(name='single'):
         looked()
         assert other.output == ''
+
+
+def test_calls_of_an_overdue_timer_log_once():
+    """A slow start leaves several calls due; they come even after the timer was destroyed."""
+    logged, destroyed = [], []
+    node = SimpleNamespace(
+        get_name=lambda: 'twin',
+        get_namespace=lambda: '/',
+        get_fully_qualified_name=lambda: '/twin',
+        get_node_names_and_namespaces=lambda: [('twin', '/')] * 2,
+        destroy_timer=destroyed.append,
+    )
+    boundary = SimpleNamespace(every=lambda *_: 'timer')
+    checks = namesakes.Namesakes(node, SimpleNamespace(warning=logged.append), boundary)
+    for _ in range(3):
+        checks.look()
+    assert len(logged) == 1
+    assert destroyed == ['timer']

@@ -26,7 +26,9 @@ class Namesakes:
         self._timer = boundary.every(PERIOD, 'the graph', self.look)
 
     def look(self) -> None:
-        """Check the graph."""
+        """Check the graph. An overdue timer may call again after it was destroyed."""
+        if not self._left:
+            return
         self._left -= 1
         own = self._node.get_name(), self._node.get_namespace()
         others = self._node.get_node_names_and_namespaces().count(own) - 1
@@ -36,5 +38,6 @@ class Namesakes:
                 'less than half a minute ago without notice: while it lives both answer every '
                 'request; rename one with "-r __node:=NAME" or "-r __ns:=/NAMESPACE"'
             )
-        if others > 0 or not self._left:
+            self._left = 0
+        if not self._left:
             self._node.destroy_timer(self._timer)
