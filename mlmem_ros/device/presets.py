@@ -194,7 +194,8 @@ PRESETS = {
         N=666, right=(0.705, 24.0, 7.6e-4), tail=81, patience=7400.0, rest=800.0,
         write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        down_even=stroke(980.0, 20.0, 71.0, -0.948, 960.0, -0.009, 1.0, levels=2, lowest=16),
+        down_odd=stroke(200.0, 40.0, 115.0, -0.84, 660.0, -0.0041, 0.85, lowest=3),
+        down_even=stroke(1060.0, 120.0, 61.0, -0.992, 800.0, -0.0102, 0.66, levels=2, lowest=16),
     ),
     'bits_8': _nine_cells(
         N=2475, right=(0.705, 50.0, 9.3e-4), tail=162, eta=1 / 500, patience=17000.0, rest=3000.0,
