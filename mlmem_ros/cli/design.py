@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -213,7 +214,10 @@ def _print_report(console: Console, source: str, report: Report, brief: bool) ->
             continue
         verdict = finding.verdict.value
         name = Text.assemble(finding.name, '\n', (finding.unit, 'dim'))
-        numbers = '\n'.join(f'{key} {value:.4g}' for key, value in finding.values.items())
+        numbers = '\n'.join(
+            f'{key} none' if math.isnan(value) else f'{key} {value:.4g}'
+            for key, value in finding.values.items()
+        )
         where = () if brief else ('\n', (finding.source, 'dim'))
         text = Text.assemble(finding.text, *where)
         table.add_row(Text(verdict, COLOURS[verdict]), name, numbers, text)

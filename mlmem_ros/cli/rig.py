@@ -21,7 +21,7 @@ from .output import complain, print_json
     'run an emulated rig, for a node to drive over TCP',
     option('--preset', default='case_2', help='shipped element'),
     option('--host', default='127.0.0.1', help='address to listen on'),
-    option('--port', type=int, default=0, help='port to listen at; 0: any free one'),
+    option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
     option(
         '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
     ),

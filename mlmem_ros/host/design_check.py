@@ -86,8 +86,8 @@ def _path() -> Path | None:
 def _read(path: Path | None) -> dict[str, list[Found]]:
     if path is not None:
         with contextlib.suppress(OSError, ValueError):
-            found: dict[str, list[Found]] = json.loads(read_text(path))
-            return found
+            found = json.loads(read_text(path))
+            return found if isinstance(found, dict) else {}
     return {}
 
 

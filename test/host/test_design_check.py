@@ -52,6 +52,7 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         changed.setattr(design_check, '_source', lambda: 'changed')
         assert asked_anew(CASE_II)
     assert not asked_anew(CASE_II)
-    path.write_text('{')
-    assert asked_anew(CASE_II)
+    for damaged in ('{', '[1]'):
+        path.write_text(damaged)
+        assert asked_anew(CASE_II)
     design_check.findings.cache_clear()
