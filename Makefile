@@ -6,7 +6,7 @@ VENV = .venv/bin
 PYTEST = pytest -n 3 --dist loadfile --no-loadscope-reorder
 # What "make coverage" measures, and the branch coverage in per cent below which it fails.
 # Tracing takes up to half as much processor time again, so the other tests run without.
-MEASURED = test/device test/analysis test/bag test/host test/sessions test/ros
+MEASURED = test/device test/analysis test/bag test/contract test/host test/rig test/sessions test/ros
 FLOORS = device=99 analysis=96 contract=96 bag=98 session=98 host=95 ros=96
 SAMPLE = 160
 SEED = 1
