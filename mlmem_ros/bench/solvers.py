@@ -10,12 +10,15 @@ target. There are two targets: the error of our default step, and a hundredth of
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
 
 from ..physics import NOH_BATHE, PEFRL, Chain, Integrator
 from ..physics.potential import Array
+from ..physics.specimen import Specimen
+from ..physics.stepping import stable_step
 from .comparison import Comparison
 from .measure import Contender, measure
 from .peers import PEERS, Peer
@@ -26,12 +29,6 @@ TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and Mu
 
 DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
-
-LADDER = tuple(STEP / 2 ** (0.25 * k) for k in range(21))
-"""Steps of the methods of second order, ours and Verlet's."""
-
-LONGER = tuple(1.3 / 2 ** (0.25 * k) for k in range(21))
-"""Those of our fourth-order method, from the longest that is stable."""
 
 OURS = 'ours, Noh-Bathe'
 """The reference for all others: the paper's method at its step."""
@@ -55,10 +52,11 @@ def run(repeats: int) -> list[Comparison]:
 
 def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
     """Return all solvers by name, ours first, and why others do not take part."""
+    longest = stable_step(Specimen(problem.design), PEFRL)
     peers = {
-        OURS: Peer(LADDER, _ours(problem, NOH_BATHE)),
-        'ours, PEFRL': Peer(LONGER, _ours(problem, PEFRL)),
-        'velocity Verlet': Peer(LADDER, verlet(problem, DURATION)),
+        OURS: Peer(_ladder(STEP), _ours(problem, NOH_BATHE)),
+        'ours, PEFRL': Peer(_ladder(longest), _ours(problem, PEFRL)),
+        'velocity Verlet': Peer(_ladder(STEP), verlet(problem, DURATION)),
     }
     skipped = {}
     for name, make in PEERS.items():
@@ -67,6 +65,12 @@ def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
         except ModuleNotFoundError as error:
             skipped[name] = f'{error.name} is not installed: pip install ".[bench]"'
     return peers, skipped
+
+
+def _ladder(longest: float) -> tuple[float, ...]:
+    """Return steps from the longest of which a whole number makes up the duration."""
+    first = DURATION / math.ceil(DURATION / longest)
+    return tuple(first / 2 ** (0.25 * k) for k in range(21))
 
 
 def _at(

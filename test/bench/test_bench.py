@@ -78,6 +78,13 @@ def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
     assert skipped['MuJoCo'].startswith('mujoco is not installed')
 
 
+@pytest.mark.parametrize('name', ['ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'])
+def test_a_ladder_begins_with_a_stable_step(problem, name):
+    ladder, solve = solvers.entrants(problem)[0][name]
+    exact = peers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
+    assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
+
+
 @pytest.mark.parametrize('name', recorder.WRITERS)
 def test_every_writer_records_all_messages(tmp_path, name):
     messages = traffic(1.0)
