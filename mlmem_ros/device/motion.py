@@ -194,7 +194,9 @@ class Profile:
         early, late = (widths * rates[:-1], widths * rates[1:]) if self.rates else (rise, rise)
         c3 = (early - rise) + (late - rise)
         c2 = (rise - early) - c3
-        return np.array(self.times[:-1]), widths, np.stack((self.strains[:-1], early, c2, c3))
+        cubics = np.stack((self.strains[:-1], early, c2, c3))
+        # A last segment too short to have a width is over at its start.
+        return np.array(self.times[:-1]), np.where(widths > 0.0, widths, 1.0), cubics
 
     def extremes(self) -> tuple[Array, Array]:
         """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""

@@ -51,6 +51,11 @@ def test_a_step_of_zero_is_the_differential_equation():
     assert NOH_BATHE.squared_frequency(omega, 0.1, 0.0) == pytest.approx(omega**2 - 0.1j * omega)
 
 
+def test_no_frequencies_have_no_squares():
+    """Those of a pulse whose band lies between two frequencies of the window."""
+    assert NOH_BATHE.squared_frequency(np.array([]), 0.004, 0.25).shape == (0,)
+
+
 def test_the_scheme_departs_from_it_with_the_second_order_of_its_step():
     omega = np.array([2.1])
     ideal, *seen = (NOH_BATHE.squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))

@@ -36,11 +36,12 @@ def _depth(subject: Subject) -> Finding:
     speed = min(abs(subject.drift_speed), 1.0)  # a wall is never faster than waves
     incoming = 0.5 * subject.wall_energy * speed**2
     least = float(np.min(list(depths.values())))  # NaN if a level holds no wall
+    spare = least / incoming if incoming > 0.0 else math.inf
     return graded(
         'pin_depth',
         {**depths, 'incoming wall': incoming},
         'k_r cells^2',
-        judged(least / incoming if incoming > 0.0 else math.inf, *CAPTURE),
+        judged(least if math.isnan(least) else spare, *CAPTURE),
         'the defects are deeper than the energy of a wall that the gradient drives in',
         'a wall may run over a defect: choose a softer defect (beta), a smaller gamma or '
         'more damping',
@@ -83,7 +84,7 @@ def _release(subject: Subject, kind: str, forward: float, level: int) -> Finding
         f'freed_by_{kind}',
         values,
         'strain',
-        Verdict.WARN if held and subject.design.levels > 1 else Verdict.PASS,
+        Verdict.WARN if held else Verdict.PASS,
         bad if held else good,
         'for a sufficient strain, energy extrema not aligned with the defect induce '
         'de-pinning; the critical strain depends on the deformation mode (p. 4)',

@@ -106,7 +106,7 @@ class Integrator(ABC):
             moving = np.abs(change) > 1e-300
             step = np.where(moving, miss * (w - before) / np.where(moving, change, 1.0), 0.0)
             before, w, miss_before = w, w - step, miss
-            if np.abs(step).max() < 1e-12:
+            if np.abs(step).max(initial=0.0) < 1e-12:
                 break
             miss = self._miss(w, turn, eta, dt)
         return np.asarray(w)
