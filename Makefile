@@ -6,21 +6,25 @@ VENV = .venv/bin
 PYTEST = pytest -n 3 --dist loadfile --no-loadscope-reorder
 # What "make coverage" measures, and the branch coverage in per cent below which it fails.
 # Tracing takes up to half as much processor time again, so the other tests run without.
-MEASURED = test/device test/analysis test/bag test/contract test/host test/rig test/sessions test/ros
-FLOORS = device=99 analysis=96 contract=96 bag=98 session=98 host=95 ros=96
+MEASURED = test/device test/checks test/bag test/contract test/host test/rig test/sessions test/ros
+FLOORS = device=99 checks=96 contract=96 bag=98 session=98 host=95 ros=96
 SAMPLE = 160
 SEED = 1
 
 MINUTES ?= 60
 SEEDS ?= 100000
 
-.PHONY: bench clean coverage demo docs figures interfaces lint lives mutation setup setup-test soak test test-slow uncovered
+.PHONY: bench clean coverage demo docs figures figures-check interfaces lint lives mutation setup setup-test soak test test-slow uncovered
 
 demo: setup
 	$(VENV)/mlmem demo
 
 figures: setup-test
 	$(VENV)/mlmem figures
+
+# Numbers of the pages against the result files, and these against the code.
+figures-check: setup-test
+	$(VENV)/python -m mlmem_lab.numbers --check
 
 bench: setup-test
 	$(VENV)/mlmem bench
@@ -55,7 +59,7 @@ test-slow: setup-test
 soak: setup-test
 	$(VENV)/python tools/soak.py --minutes $(MINUTES)
 
-# A sample of the mutants of device, analysis, bag and session, a quarter of an hour; make mutation SEED=2: another.
+# A sample of the mutants of device, checks, bag and session, a quarter of an hour; make mutation SEED=2: another.
 mutation: setup-test
 	$(VENV)/pip install --quiet --editable '.[mutation]'
 	$(VENV)/python tools/mutation.py --sample $(SAMPLE) --seed $(SEED)

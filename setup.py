@@ -14,16 +14,11 @@ EXTRAS = {
         'ros-jazzy-rmw-fastrtps-cpp==8.4.*',
     ],
     'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0'],
-    'plot': ['matplotlib>=3.6'],
-    'studies': ['matplotlib>=3.6', 'pillow>=9.0', 'rich>=13.0', 'scipy>=1.11'],
-    'bench': ['heyoka>=7', 'diffrax>=0.7', 'mujoco>=3', 'scipy>=1.11'],
     'cli': ['rich>=13.0'],
-    'search': ['cmaes>=0.10'],
+    'twin': ['pyyaml>=6.0', 'rich>=13.0', 'scipy>=1.11'],
     'view': ['aiohttp>=3.9'],
     # Check digits over the elements of a bank.
     'code': ['reedsolo>=1.7'],
-    # Studies on many machines.
-    'cluster': ['distributed>=2023.5'],
     'test': [
         'coverage[toml]>=7.10',
         'pytest>=7.4',
@@ -33,8 +28,6 @@ EXTRAS = {
         'greenlet>=3',
         'scipy>=1.11',
         'mpmath>=1.3',
-        'cmaes>=0.10',
-        'distributed>=2023.5',
         'aiohttp>=3.9',
         'reedsolo>=1.7',
         'selenium>=4.15',
@@ -51,9 +44,8 @@ setup(
     description='Mechanical multi-level memory for robots, as a ROS 2 device',
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
-    packages=find_packages(exclude=['test', 'test.*']),
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
-        f'{PACKAGE}.bench': ['*.c'],
         f'{PACKAGE}.ros': ['*.xml'],
         f'{PACKAGE}.view': ['static/*', 'static/*/*'],
     },

@@ -21,6 +21,8 @@ exclude_patterns = ['_build']
 html_theme = 'furo'
 html_title = f'mlmem_ros {__version__}'
 html_favicon = html_logo = None
+html_static_path = ['_static']
+html_css_files = ['site.css']
 
 myst_heading_anchors = 4
 myst_enable_extensions = ['deflist', 'html_image']

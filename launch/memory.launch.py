@@ -8,6 +8,7 @@ the launch configures and activates the node, instead of the node itself. With `
 starts a bank, as bank.launch.py does.
 """
 
+import difflib
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription, LaunchDescriptionEntity
@@ -18,6 +19,7 @@ from launch.actions import (
     RegisterEventHandler,
 )
 from launch.events import matches_action
+from launch.logging import get_logger
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode, Node
 from launch_ros.event_handlers import OnStateTransition
@@ -29,6 +31,9 @@ from mlmem_ros.device import PRESETS
 from mlmem_ros.device.presets import DEFAULT
 from mlmem_ros.parameter_file import node_parameters
 from mlmem_ros.ros.node.declarations import declarations
+
+SIGTERM_TIMEOUT = 5.0
+"""Seconds after SIGINT that launch gives a process which does not linger."""
 
 TRUTH = {'true': True, 'false': False}
 
@@ -79,6 +84,7 @@ def argument(name: str, default: Any, description: Description) -> DeclareLaunch
 
 def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     """Return the node with the given parameters, and what activates it."""
+    warn_of_strangers(context)
     given = {
         name: value(name, text, default)
         for name, default, _ in declarations()
@@ -95,12 +101,28 @@ def element(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     node = LifecycleNode(
         package='mlmem_ros',
         executable='memory_node',
+        sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
         name=LaunchConfiguration('name').perform(context),
         namespace=LaunchConfiguration('namespace').perform(context),
         parameters=[config, given],
         output='screen',
     )
     return life_cycle(node) if managed else [node]
+
+
+def warn_of_strangers(context: LaunchContext) -> None:
+    """Warn of arguments on the command line that only look like ours, such as misspelt ones.
+
+    Others may be those of a launch file that includes this one.
+    """
+    logger = get_logger('memory.launch')
+    known = [each.name for each in generate_launch_description().get_launch_arguments()]
+    groups = {name.split('.')[0] for name in known if '.' in name}
+    for name in (text.partition(':=')[0] for text in context.argv if ':=' in text):
+        alike = difflib.get_close_matches(name, known, 1, cutoff=0.8)
+        if name not in known and (alike or name.split('.')[0] in groups):
+            hint = f'; did you mean {alike[0]}?' if alike else ''
+            logger.warning(f'there is no argument {name}: it is ignored{hint}')
 
 
 def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> Node:
@@ -114,6 +136,7 @@ def bank(number: str, config: str | dict[str, str], given: dict[str, Any]) -> No
     return Node(
         package='mlmem_ros',
         executable='memory_bank',
+        sigterm_timeout=f'{SIGTERM_TIMEOUT + given.get("linger", 0.0)}',
         namespace=LaunchConfiguration('namespace'),
         arguments=['--elements', number, *folders],
         parameters=[config, given],

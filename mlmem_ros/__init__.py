@@ -3,7 +3,8 @@
 """Mechanical multi-level memory for robots: material, device, sessions and ROS 2 node.
 
 Everything a robot's code needs is here: `MemoryClient`, `MemoryBank`, `standalone`, their answers
-and errors. Names are imported on first use; `import mlmem_ros` needs no ROS.
+and errors, and `MemoryNode` for an element in a program of one's own. Names are imported on first
+use; `import mlmem_ros` needs no ROS.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
+    from .ros.node.node import MemoryNode
 
 __all__ = [
     'BankFailed',
@@ -38,6 +40,7 @@ __all__ = [
     'LostWord',
     'MemoryBank',
     'MemoryClient',
+    'MemoryNode',
     'NoAnswer',
     'Reply',
     'RequestError',
@@ -65,6 +68,7 @@ _HOMES = {
     ),
     'ros.client.reply': ('Reply',),
     'ros.client.standalone': ('standalone',),
+    'ros.node.node': ('MemoryNode',),
 }
 """Modules, and the names they define."""
 

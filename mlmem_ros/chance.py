@@ -36,6 +36,7 @@ class Stream(IntEnum):
     OFFSET = 19
     SCREEN = 20
     LEVELS = 21
+    GAIN = 22
 
 
 _SPAWNED = Stream.ALPHA

@@ -53,8 +53,10 @@ def descriptions(owner: Any) -> Iterator[tuple[dataclasses.Field[Any], Descripti
             yield field, field.metadata['description']
 
 
-def problems(instance: Any) -> list[str]:
+def problems(instance: Any, **most: float) -> list[str]:
     """Return what is wrong with the described fields of a dataclass instance.
+
+    `most` are largest legal values that only the caller knows, by field.
 
     Every message reads "X must be ...; got ...". The annotation gives the type: `int` accepts
     whole numbers only, `float` accepts both, and neither accepts a bool.
@@ -62,6 +64,8 @@ def problems(instance: Any) -> list[str]:
     found = []
     for field, description in descriptions(instance):
         value = getattr(instance, field.name)
+        if field.name in most:
+            description = dataclasses.replace(description, high=most[field.name])
         kind = field.type if isinstance(field.type, str) else field.type.__name__
         if not _matches(value, kind, description):
             wanted = _wanted(kind, description)
@@ -87,7 +91,8 @@ def _wanted(kind: str, description: Description) -> str:
     if kind == 'bool':
         return 'true or false'
     if kind == 'str':
-        return f'one of {", ".join(description.choices)}' if description.choices else 'a text'
+        words = ', '.join(filter(None, description.choices))
+        return f'one of {words}' if words else 'a text'
     noun = 'a whole number' if kind == 'int' else 'a finite number'
     low, high = description.low, description.high
     if low is not None and high is not None:

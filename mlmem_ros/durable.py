@@ -15,6 +15,9 @@ from pathlib import Path
 
 _AT_ONCE = 2**20  # bytes per read
 
+MOST = 2**25
+"""Most bytes of a file that is read; the state of 100 000 cells takes a fifth of it."""
+
 
 class DurableFile:
     """A file that is written from its beginning to its end, and synced on the way.
@@ -190,12 +193,16 @@ def read_text(path: Path) -> str:
     Raises:
         FileNotFoundError: There is none.
         OSError: It cannot be read.
-        ValueError: It is not UTF-8, or the path has a NUL character.
+        ValueError: It is not UTF-8, or larger than `MOST`; or the path has a NUL character.
     """
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    content = bytearray()
     try:
-        pieces = iter(lambda: os.read(descriptor, _AT_ONCE), b'')
-        return b''.join(pieces).decode()
+        while piece := os.read(descriptor, _AT_ONCE):
+            content += piece
+            if len(content) > MOST:
+                raise ValueError(f'it is larger than {MOST} bytes')
+        return content.decode()
     finally:
         os.close(descriptor)
 

@@ -19,6 +19,9 @@ DEBIAN = {
 PYPI = {'yaml': 'pyyaml', 'PIL': 'pillow'}
 """PyPI names that differ from the import name."""
 
+RECORDING = ('mcap', 'rosbags')
+"""What recording and replay need beside PyYAML: on PyPI alone, the extra `bag`."""
+
 ROS = (
     'rclpy', 'std_srvs', 'std_msgs', 'rcl_interfaces', 'sensor_msgs', 'diagnostic_msgs',
     'lifecycle_msgs', 'trajectory_msgs', 'visualization_msgs', 'geometry_msgs',
@@ -34,7 +37,7 @@ def advice(name: str) -> str:
             'source /opt/ros/jazzy/setup.bash, or install the wheels ros-jazzy-rclpy, '
             'ros-jazzy-common-interfaces and ros-jazzy-rmw-fastrtps-cpp'
         )
-    pypi = PYPI.get(name, name)
+    pypi = ' '.join(RECORDING) if name in RECORDING else PYPI.get(name, name)
     if name in DEBIAN:
         return f'sudo apt install {DEBIAN[name]}, or in a virtual environment pip install {pypi}'
     return (
@@ -48,4 +51,6 @@ def missing(error: ModuleNotFoundError) -> str:
     name = (error.name or '').partition('.')[0]
     if name in ROS:
         return f'this needs ROS 2: {advice(name)}'
+    if name == 'mlmem_lab':
+        return 'the laboratory is missing; in a checkout: pip install ./lab'
     return f'the Python package {name} is missing: {advice(name)}'

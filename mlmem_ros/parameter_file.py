@@ -27,7 +27,7 @@ OF_THE_NODE = (
 )  # fmt: skip
 """Groups and names that concern only the node."""
 
-OF_THE_NODE_TOO = ('time.speed', 'design.check')
+OF_THE_NODE_TOO = ('time.speed', 'design.check', 'design.digest')
 """Names that concern only the node, in groups of the device."""
 
 
@@ -46,16 +46,27 @@ def load(source: str) -> Preset:
         DesignError: The design is not a memory.
         SettingsError: Settings are out of range or contradict each other.
     """
-    if source in PRESETS:
-        return preset(source)
+    return preset(source) if source in PRESETS else parse(_text(source), source)
+
+
+def preset_of(source: str) -> str:
+    """Return the name of the preset over which a parameter file puts its values.
+
+    Raises:
+        ParameterFileError: As `load`.
+    """
+    name: str = _parameters(_text(source), source).get('design.preset', DEFAULT)
+    return name
+
+
+def _text(source: str) -> str:
     try:
-        text = Path(source).read_text(encoding='utf-8')
+        return Path(source).read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise ParameterFileError(
             'FILE|PRESET must be a readable parameter file, or one of '
             f'{", ".join(PRESETS)}; got {source!r}: {error}'
         ) from error
-    return parse(text, source)
 
 
 def node_parameters(config: str) -> str | dict[str, str]:
@@ -78,19 +89,24 @@ def node_parameters(config: str) -> str | dict[str, str]:
     return str(path)
 
 
-def parse(text: str, name: str = 'the file') -> Preset:
+def parse(text: str, name: str = 'the file', *, further: bool = True) -> Preset:
     """Return the preset that a parameter file's text names, with the changes in it.
 
     Args:
-        text: YAML, as `/**: {ros__parameters: {design: {preset: case_2}, write: ...}}`.
+        text: YAML, as `/**: {ros__parameters: {design: {preset: case_2}, write: ...}}`. Instead of
+            a preset it may name a `design.file`, as what `ros2 param dump` writes.
         name: Its name in messages.
+        further: Whether it may name a file.
 
     Raises:
         ParameterFileError, DesignError, SettingsError: As `load`.
     """
     given = dict(_flat(_parameters(text, name), name))
+    basis, file = given.pop('design.preset', DEFAULT), given.pop('design.file', '')
+    if file and not further:
+        raise ParameterFileError(f'{name}: it must not name another design.file; got {file!r}')
     try:
-        chosen = preset(given.pop('design.preset', DEFAULT))
+        chosen = parse(_text(file), file, further=False) if file else preset(basis)
     except DesignError as error:
         raise ParameterFileError(f'{name}: design.{error}') from error
     owners: dict[str, Any] = {'design': chosen.design, **chosen.settings.groups()}
@@ -150,7 +166,7 @@ def _differences(given: Any, default: Any) -> dict[str, Any]:
     }
 
 
-def _parameters(text: str, name: str) -> Mapping[str, Any]:
+def _parameters(text: str, name: str) -> dict[str, Any]:
     """Return what is below `ros__parameters`, of `/**` and one node merged."""
     try:
         content = yaml.load(text, yaml.BaseLoader)  # every scalar stays text

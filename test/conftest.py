@@ -66,8 +66,19 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture(scope='module')
+def one_owner():
+    """Fail if anything but its loop's thread touches a device that runs."""
+    from owner import owned
+
+    found = []
+    with owned(found.append):
+        yield
+    assert not found, '\n'.join(sorted(set(found)))
+
+
+@pytest.fixture(scope='session', autouse=True)
 def quick_disk():
-    """Skip every fsync: what a sync is worth is tested in `lives`."""
+    """Skip every fsync of this process: what a sync is worth is tested in `lives`."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
         yield

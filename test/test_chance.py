@@ -8,7 +8,8 @@ import numpy as np
 
 from mlmem_ros.chance import Stream, generator, normal
 
-SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN, Stream.LEVELS]
+SPAWNED = [Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET, Stream.SCREEN]
+SPAWNED += [Stream.LEVELS, Stream.GAIN]
 
 
 def test_streams_of_an_element_are_spawned_from_its_seed_in_order():

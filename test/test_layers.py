@@ -2,49 +2,53 @@
 # SPDX-License-Identifier: Apache-2.0
 """Imports run one way: from the bottom of this list to its top, as docs/architecture.md says."""
 
-import ast
+import re
+import runpy
 from pathlib import Path
+from types import SimpleNamespace
 
-ROOT = Path(__file__).parent.parent / 'mlmem_ros'
+import pytest
+
+ROOT = Path(__file__).parent.parent
+TOOL = SimpleNamespace(**runpy.run_path(str(ROOT / 'tools' / 'architecture.py')))
 
 LAYERS = (
-    'physics', 'device', 'analysis', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'view',
-    'testing', 'studies', 'paper', 'bench', 'cli',
+    'physics', 'device', 'twin', 'checks', 'rig', 'bag', 'contract', 'session', 'host', 'ros',
+    'view', 'testing', 'cli',
 )  # fmt: skip
-"""A package imports from itself and from those before it; all may import the files beside them."""
-
-
-def imported(path):
-    """Yield every module of the package that a file imports, as its parts below mlmem_ros."""
-    here = path.relative_to(ROOT).parts[:-1]
-    for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            above = here[: len(here) - node.level + 1]
-            yield from (
-                (*above, *(node.module or '').split('.'), alias.name) for alias in node.names
-            )
-        elif isinstance(node, ast.ImportFrom) and (node.module or '').startswith('mlmem_ros'):
-            yield from ((*node.module.split('.')[1:], alias.name) for alias in node.names)
-
-
-def room(parts):
-    """Return the package of a module, None for the files beside the packages."""
-    return next((part for part in parts if part), None) if parts else None
+"""A package imports from itself and from those before it, through the files beside them, too."""
 
 
 def test_imports_run_one_way():
-    upward = []
-    for path in sorted(ROOT.rglob('*.py')):
-        own = path.relative_to(ROOT).parts[0]
-        if own not in LAYERS:
-            continue
-        for parts in imported(path):
-            other = room(parts)
-            if other in LAYERS and LAYERS.index(other) > LAYERS.index(own):
-                upward.append(f'{path.relative_to(ROOT)} imports {".".join(filter(None, parts))}')
-    assert upward == []
+    packages, files = TOOL.graph()
+    assert set(packages) == set(LAYERS)
+    found = TOOL.reached({**packages, **files})
+    upward = {
+        name: above
+        for number, name in enumerate(LAYERS)
+        if (above := found[name].intersection(LAYERS[number + 1 :]))
+    }
+    assert upward == {}
 
 
-def test_every_package_is_in_the_list():
-    rooms = {path.parent.name for path in ROOT.glob('*/__init__.py')}
-    assert rooms == set(LAYERS)
+def test_an_import_of_itself_is_found():
+    with pytest.raises(ValueError, match='cycle'):
+        TOOL.reached({'device': {'twin_file'}, 'twin_file': {'twin'}, 'twin': {'device'}})
+
+
+def test_the_picture_is_drawn_from_the_imports():
+    drawn = TOOL.FILE.read_text(encoding='utf-8')
+    assert drawn == TOOL.picture(), 'run .venv/bin/python tools/architecture.py'
+
+
+def test_the_words_of_the_picture_fit_into_their_boxes():
+    """In DejaVu Sans, the widest font that a browser falls back to."""
+    matplotlib = pytest.importorskip('matplotlib')
+    fonts = pytest.importorskip('PIL.ImageFont')
+    folder = Path(matplotlib.get_data_path()) / 'fonts' / 'ttf'
+    kinds = {'name': ('DejaVuSans-Bold.ttf', 14), 'note': ('DejaVuSans.ttf', 11)}
+    font = {kind: fonts.truetype(folder / file, size) for kind, (file, size) in kinds.items()}
+    words = re.findall(r'<text class="(name|note)"[^>]*>([^<]*)<', TOOL.picture())
+    assert len(words) > 3 * len(LAYERS)
+    room = TOOL.WIDTH - 2 * TOOL.PADDING
+    assert [line for kind, line in words if font[kind].getlength(line) > room] == []

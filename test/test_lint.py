@@ -19,7 +19,7 @@ HEADER = [
     '# Copyright 2026 The mlmem_ros authors',
     '# SPDX-License-Identifier: Apache-2.0',
 ]
-CODE = ('mlmem_ros', 'test', 'tools', 'launch', 'examples')
+CODE = ('mlmem_ros', 'lab', 'test', 'tools', 'launch', 'examples')
 SOURCES = sorted(path for folder in CODE for path in (ROOT / folder).rglob('*.py'))
 
 ONCE = ['name', 'version', 'description', 'license']

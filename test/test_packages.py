@@ -32,17 +32,25 @@ from mlmem_ros.host import Host, SessionPlan
 from mlmem_ros.host.settings import RecordSettings
 sessions = Host(SimpleNamespace(), lambda: 0).sessions
 with pytest.raises(BagError, match='Cannot record: the Python package (mcap|rosbags) is missing: '
-                   'python3 -m pip install (mcap|rosbags) ') as refused:
+                   'python3 -m pip install mcap rosbags ') as refused:
     sessions.begin(SessionPlan('/mlmem', RecordSettings('nowhere')), SimpleNamespace(procedure=''))
 assert '\\n' not in str(refused.value)
 """)
     assert done.returncode == 0, done.stderr
 
 
-def test_the_node_is_imported_without_the_bag_libraries():
+def test_a_node_that_is_to_record_says_what_that_needs():
+    """As a robot has it from apt."""
     pytest.importorskip('rclpy')
-    done = python('import mlmem_ros.ros.node.run, mlmem_ros.ros.main')
-    assert done.returncode == 0, done.stderr
+    done = python(
+        'from mlmem_ros.ros.main import main; sys.exit(main())',
+        *('--ros-args', '-p', 'design.check:=skip', '-p', 'record.path:=nowhere'),
+    )
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith('[FATAL]')
+    assert 'is missing: python3 -m pip install mcap rosbags ' in last
+    assert 'Traceback' not in done.stderr
 
 
 def test_a_command_names_the_missing_package():
@@ -59,7 +67,7 @@ def test_a_command_names_the_missing_package():
     ('name', 'words'),
     [
         ('std_msgs.msg', ['ROS 2', '/opt/ros/jazzy/setup.bash', 'ros-jazzy-rclpy']),
-        ('mcap.writer', ['package mcap', 'pip install mcap', '--break-system-packages']),
+        ('mcap.writer', ['package mcap', 'pip install mcap rosbags', '--break-system-packages']),
         ('yaml', ['apt install python3-yaml', 'pip install pyyaml']),
         ('distributed', ['pip install distributed']),
     ],

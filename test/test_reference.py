@@ -13,19 +13,25 @@ from mlmem_ros.testing import memory_node
 ROOT = Path(__file__).parent.parent
 
 
-def made():
+@pytest.fixture(scope='module')
+def tool():
     spec = importlib.util.spec_from_file_location('reference', ROOT / 'tools' / 'reference.py')
     assert spec is not None
     assert spec.loader is not None
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
-    return tool.pages()
+    return tool
 
 
-@pytest.mark.parametrize(('name', 'text'), made().items())
-def test_a_reference_page_is_up_to_date(name, text):
-    path = ROOT / 'docs' / 'reference' / name
-    assert path.read_text(encoding='utf-8') == text, 'run .venv/bin/python tools/reference.py'
+def test_the_reference_pages_are_up_to_date(tool):
+    folder, pages = ROOT / 'docs' / 'reference', tool.pages()
+    found = {name: (folder / name).read_text(encoding='utf-8') for name in pages}
+    assert found == pages, 'run .venv/bin/python tools/reference.py'
+
+
+def test_the_policy_allows_the_services_and_actions_that_there_are(tool):
+    path = ROOT / 'config' / 'sros2_policy.xml'
+    assert path.read_text(encoding='utf-8') == tool.policy(), 'run tools/reference.py'
 
 
 def test_every_service_of_a_live_node_is_declared():

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Make `.venv` in the checkout, with ROS 2 Jazzy from wheels and this package.
+"""Make `.venv` in the checkout, with ROS 2 Jazzy from wheels, this package and its laboratory.
 
 python3 tools/bootstrap.py demo|test
 
@@ -18,10 +18,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / '.venv'
 STAGES = {
-    'demo': ('ros,bag,plot,cli,view', '650 MB in all'),
-    'test': ('ros,bag,plot,cli,view,studies,test,lint,docs', '950 MB in all'),
+    'demo': ('[ros,bag,cli,view]', '', '800 MB in all'),
+    'test': ('[ros,bag,cli,view,twin,test,lint,docs]', '[search,cluster]', '1 GB in all'),
 }
-"""Extras that a command needs, and the size of `.venv`; each includes those before it."""
+"""Extras that a command needs, of the package and of its laboratory, and the size of `.venv`; each
+includes those before it."""
 ROBOT_ROAD = (
     'On a robot or another platform use ROS 2 Jazzy from apt (Ubuntu 24.04) instead: install\n'
     'ros-jazzy-ros-base, clone this repository into a workspace, then run "rosdep install\n'
@@ -36,7 +37,8 @@ def main(stage: str = 'demo') -> int:
         stage: What it is for, one of `STAGES`.
     """
     stamp = VENV / 'mlmem_ros.stamp'
-    wanted = hashlib.sha256((ROOT / 'setup.py').read_bytes() + sys.version.encode()).hexdigest()
+    told = b''.join((ROOT / each).read_bytes() for each in ('setup.py', 'lab/pyproject.toml'))
+    wanted = hashlib.sha256(told + sys.version.encode()).hexdigest()
     found, _, reached = stamp.read_text().partition(' ') if stamp.exists() else ('', '', '')
     current = found == wanted
     if current and list(STAGES).index(stage) <= list(STAGES).index(reached):
@@ -46,9 +48,10 @@ def main(stage: str = 'demo') -> int:
         return 1
     python = str(VENV / 'bin' / 'python')
     install = [python, '-m', 'pip', 'install', '--disable-pip-version-check']
-    extras, size = STAGES[stage]
+    extras, of_lab, size = STAGES[stage]
     text = f'installing what "make {stage}" needs: {size}, a minute or two'
-    steps = [(text, [*install, '--editable', f'{ROOT}[{extras}]'])]
+    packages = ['--editable', f'{ROOT}{extras}', '--editable', f'{ROOT}/lab{of_lab}']
+    steps = [(text, [*install, *packages])]
     if not current:
         steps.insert(0, ('making .venv', [sys.executable, '-m', 'venv', '--clear', str(VENV)]))
     for number, (text, command) in enumerate(steps, 1):

@@ -29,10 +29,11 @@ SPARSE = {
 
 
 def life(memory: MemoryClient) -> None:
-    """Write, read, erase, read."""
+    """Write, read, erase, come to rest, read."""
     memory.write(2).wait()
     memory.read().wait()
     memory.erase().wait()
+    time.sleep(3.0)
     memory.read().wait()
 
 

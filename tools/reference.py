@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Write the pages of docs/reference from the code.
+"""Write the pages of docs/reference and the SROS 2 policy from the code.
 
 .venv/bin/python tools/reference.py
 """
@@ -16,10 +16,14 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import numpy as np
+
+from mlmem_ros import element_file
 from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
 from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
-from mlmem_ros.cli.main import parser
+from mlmem_ros.cli import laboratory
+from mlmem_ros.cli.main import SUBCOMMANDS, parser
 from mlmem_ros.contract import requests, services, topics, word_code
 from mlmem_ros.contract.goals import ACTIONS
 from mlmem_ros.contract.topics import Topic
@@ -27,22 +31,24 @@ from mlmem_ros.described import Description
 from mlmem_ros.device import (
     Read,
     calibration,
-    calibration_file,
     new_element,
     preset,
     snapshot,
-    state_file,
     trims,
 )
 from mlmem_ros.device.loop import Loop
-from mlmem_ros.host import design_check
+from mlmem_ros.host import ThrottledLog, calibration_file, design_check, state_file
+from mlmem_ros.host.watcher import Watcher
+from mlmem_ros.physics import Specimen
 from mlmem_ros.ros.node import command_line, components, diagnostics
-from mlmem_ros.ros.node.declarations import declarations
+from mlmem_ros.ros.node.declarations import declarations, is_listed
 from mlmem_ros.ros.node.diagnostics import Pace
 from mlmem_ros.session import messages
+from mlmem_ros.twin.watching import Change, Comparison
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / 'docs' / 'reference'
+POLICY = ROOT / 'config' / 'sros2_policy.xml'
 INTERFACES = ROOT / 'mlmem_interfaces' / 'action'
 
 GENERATED = '<!-- Made by tools/reference.py from the code; edit that. -->\n\n'
@@ -60,6 +66,28 @@ def pages() -> dict[str, str]:
         'files.md': _files(),
     }
     return {name: GENERATED + text for name, text in made.items()}
+
+
+def policy() -> str:
+    """Return the SROS 2 policy, with the present services and actions of node and client."""
+    text = POLICY.read_text(encoding='utf-8')
+    own = ''.join(f'            <service>~/{name}</service>\n' for name, *_ in services.SERVICES)
+    text = re.sub(
+        r'(<services reply="ALLOW">\n).*?( *<service>~/change_state)',
+        lambda found: found[1] + own + found[2],
+        text,
+        count=1,
+        flags=re.DOTALL,
+    )
+    for rule, above in (('execute', '~'), ('call', '/mlmem')):
+        listed = ''.join(f'            <action>{above}/{name}</action>\n' for name in ACTIONS)
+        text = re.sub(
+            rf'(<actions {rule}="ALLOW">[^\n]*\n).*?( *</actions>)',
+            lambda found, listed=listed: found[1] + listed + found[2],
+            text,
+            flags=re.DOTALL,
+        )
+    return text
 
 
 def _table(head: list[str], rows: Iterable[list[str]]) -> str:
@@ -144,7 +172,11 @@ def _diagnostics() -> str:
     """Return the values of every status, taken from an element that has just been read."""
     element = new_element(preset('bits_1'))
     element.perform(Read())
-    host = SimpleNamespace(refused=0, journal=SimpleNamespace(caught=0))
+    host = SimpleNamespace(refused=0, log=SimpleNamespace(caught=0))
+    known = element_file.Element(element.made, np.zeros(element.design.N))
+    host.watcher = Watcher(known, element, ThrottledLog(SimpleNamespace()))
+    change = Change('cell', 1, 0.0, 0.0)
+    host.watcher.last = Comparison(1.0, np.zeros(2), change)
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
         recorder.close()
@@ -153,6 +185,7 @@ def _diagnostics() -> str:
         asked = {
             'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
             **{name: (tell, tell(element)) for name, tell in components.ELEMENT.items()},
+            'twin': (diagnostics.twin, diagnostics.twin(host)),
             'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
         }
     rows = [
@@ -177,23 +210,36 @@ def _first_line(function: Any) -> str:
 
 
 def _parameters() -> str:
-    groups: dict[str, list[list[str]]] = {}
+    listed: dict[str, list[list[str]]] = {}
+    others: dict[str, list[list[str]]] = {}
     for name, default, description in declarations():
         legal = '0 to p - 1' if name == 'target_level' else _range(description)
         row = [f'`{name}`', _default(default), description.unit, legal, description.text]
+        groups = listed if is_listed(name) else others
         groups.setdefault(name.partition('.')[0] if '.' in name else '', []).append(row)
     head = ['parameter', 'default', 'unit', 'range', 'meaning']
-    tables = (
-        f'## {f"`{group}.*`" if group else "The node"}\n\n{_table(head, rows)}\n'
-        for group, rows in groups.items()
-    )
+
+    def tables(groups: Mapping[str, list[list[str]]]) -> str:
+        return '\n'.join(
+            f'### {f"`{group}.*`" if group else "The node"}\n\n{_table(head, rows)}\n'
+            for group, rows in groups.items()
+        )
+
     return (
         '# Parameters\n\n'
         'Defaults are those of the preset `case_2`. `target_level`, `time.speed`, `faults.*` and '
         '`record.*`, except `record.hash_every`, may be set at any time, all others only while '
         'the node is unconfigured. '
         'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
-        '`scale.length` metres each.\n\n' + '\n'.join(tables)
+        '`scale.length` metres each.\n\n'
+        f'## Listed by every node\n\n{tables(listed)}\n'
+        '## Brought by a preset or a file\n\n'
+        'A [parameter file](files.md#parameter-files) or `-p NAME:=VALUE` sets these at the '
+        'start, and `ros2 param get` and `set` know them by name. A node lists those that it was '
+        'given. '
+        '`ros2 param dump` saves what is listed: with `design.preset`, `design.file` and '
+        '`design.digest` that is the whole element.\n\n'
+        f'{tables(others)}'
     )
 
 
@@ -220,7 +266,8 @@ def _range(description: Description) -> str:
 
 
 def _commands() -> str:
-    told = ''.join(_command(each, summary) for each, summary in _sub(parser()))
+    own = ''.join(_command(each, summary) for each, summary in _sub(parser(SUBCOMMANDS)))
+    others = ''.join(_command(each, text, 3) for each, text in _sub(parser(laboratory.NAMES)))
     nodes = ''.join(
         _command(each) for each in (command_line.node_parser(), command_line.bank_parser())
     )
@@ -229,7 +276,8 @@ def _commands() -> str:
         'Where ROS is installed by apt, put `ros2 run mlmem_ros` before each of them. '
         'Exit status: 0 success, 1 failure, 2 a wrong command line, '
         '130 interrupted; of a node: 0 everything saved, 1 it could not start, 2 a wrong command '
-        f'line, 3 it could not save.\n\n{nodes}{told}'
+        f'line, 3 it could not save.\n\n{nodes}{own}'
+        f'## The laboratory\n\nCommands of the package mlmem_lab.\n\n{others}'
     )
 
 
@@ -284,6 +332,9 @@ def _files() -> str:
     element = new_element(preset('bits_1'))
     taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '')
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
+    made = Specimen(element.design, offset=0.01)
+    known = element_file.Element(dataclasses.replace(made, mass=2.0), made.alpha, plan=learnt)
+    element.made, element.forecast = made, element.calibration
     header = _content(messages.header(element, '/mlmem', {}))
     hashed = _content(messages.state_hash(element))
     command = _content(messages.command(0, Read()))
@@ -334,6 +385,9 @@ def _files() -> str:
         _keys(calibration.TABLE_KEYS, calibrated['right']),
         'Trims:',
         _keys(trims.KEYS, calibrated['trims']),
+        '## Fitted element',
+        f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
+        _keys(element_file.KEYS, known.as_dict()),
         '## Design checks',
         f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
         f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
@@ -371,3 +425,4 @@ if __name__ == '__main__':
     for name, text in pages().items():
         (FOLDER / name).write_text(text, encoding='utf-8')
         print(f'docs/reference/{name}')
+    POLICY.write_text(policy(), encoding='utf-8')

@@ -83,7 +83,12 @@ class Loss:
     reason: str
 
     def __str__(self) -> str:
-        return f'{self.file}, byte {self.offset}: {self.size} bytes lost, {self.reason}'
+        size = f'{self.size} bytes lost, ' if self.size else ''
+        return f'{self.file}, byte {self.offset}: {size}{self.reason}'
+
+
+NOT_CLOSED = 'the file was not closed'
+"""Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
 
 
 class Part(Protocol):
@@ -109,8 +114,13 @@ class Part(Protocol):
     def definitions(self) -> Mapping[str, Definition]:
         """The message definitions by the name of the type."""
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their log times, ties as written.
+    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
+        """Yield the messages of some topics.
+
+        Args:
+            topics: Their names.
+            as_written: In the order in which they were written, if the file tells it; otherwise
+                in that of their log times, ties as written.
 
         Raises:
             BagError: The file has changed since it was opened.

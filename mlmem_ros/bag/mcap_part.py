@@ -27,7 +27,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from ..clipped import printable
-from .contents import Definition, Loss, Message, TopicInfo
+from .contents import NOT_CLOSED, Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME
 
@@ -140,8 +140,8 @@ class McapPart:
             for schema in self.schemas.values()
         }
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their log times, ties as written.
+    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
+        """Yield the messages of some topics; see `contents.Part`.
 
         Raises:
             BagError: The file has changed since it was opened.
@@ -151,16 +151,24 @@ class McapPart:
             for number, channel in self.channels.items()
             if channel.topic in topics
         }
-        blocks = [self._block(each, wanted) for each in self.blocks if wanted.keys() & each.counts]
-        for message in heapq.merge(*blocks, key=attrgetter('log_time')):
+        blocks = [block for block in self.blocks if wanted.keys() & block.counts]
+        if as_written:
+            for block in blocks:
+                yield from self._written(block, wanted)
+            return
+        merged = (self._by_time(block, wanted) for block in blocks)
+        for message in heapq.merge(*merged, key=attrgetter('log_time')):
             if isinstance(message, Message):
                 yield message
 
-    def _block(
+    def _by_time(
         self, block: Block, wanted: Mapping[int, tuple[str, str]]
     ) -> Iterator[Message | _Start]:
         # A block is read when a merge reaches its start.
         yield _Start(block.earliest)
+        yield from sorted(self._written(block, wanted), key=attrgetter('log_time'))
+
+    def _written(self, block: Block, wanted: Mapping[int, tuple[str, str]]) -> list[Message]:
         with storage_errors(f'read {self.path}'), self.path.open('rb') as stream:
             stream.seek(block.offset)
             content = BytesIO(stream.read(block.end - block.offset))
@@ -175,14 +183,11 @@ class McapPart:
                 raise DamageError(f'{len(found)} of {block.counts.total()} messages remain')
         except DamageError as damage:
             raise BagError(f'{self.path} must not change while it is read: {damage}.') from damage
-        yield from sorted(
-            (
-                Message(*wanted[each.channel_id], each.log_time, each.publish_time, each.data)
-                for each in found
-                if each.channel_id in wanted
-            ),
-            key=attrgetter('log_time'),
-        )
+        return [
+            Message(*wanted[each.channel_id], each.log_time, each.publish_time, each.data)
+            for each in found
+            if each.channel_id in wanted
+        ]
 
     def _type(self, channel: records.Channel) -> str:
         schema = self.schemas.get(channel.schema_id)
@@ -206,7 +211,8 @@ class McapPart:
         stream.seek(end)
         if opcode != Opcode.FOOTER or stream.read(len(MCAP0_MAGIC) + 1) != MCAP0_MAGIC:
             end = min(end, size)
-            reason = 'it was truncated or damaged' if end < size else 'the file was not closed'
+            cut = 'it was truncated or damaged'
+            reason = cut if end < size else f'{NOT_CLOSED}: its end is missing'
             self.losses.append(Loss(self.path, end, size - end, reason + note))
 
     def _take(self, found: list[records.McapRecord], offset: int, end: int, chunked: bool) -> None:

@@ -171,7 +171,8 @@ def read_metadata(directory: Path) -> BagMetadata | None:
     with storage_errors(f'read {path}'):
         if not path.exists():
             return None
-        text = path.read_bytes().decode('utf-8', errors='replace')
+        with path.open('rb') as file:
+            text = file.read(4 * _LONGEST_TEXT + 1).decode('utf-8', errors='replace')
     return parse_metadata(text)
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
@@ -82,11 +83,15 @@ class BagReader:
         """What the recording application stored besides the messages."""
         return self.metadata.custom_data if self.metadata else {}
 
-    def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
+    def messages(
+        self, topics: Collection[str] | None = None, as_written: bool = False
+    ) -> Iterator[Message]:
         """Read messages in the order of their log times, across all files.
 
         Args:
             topics: Names of the wanted topics; all by default. Unknown names are ignored.
+            as_written: In the order in which they were written, which differs if the clock went
+                back. SQLite files, and bags compressed as a whole, do not tell it.
 
         Yields:
             Messages; those with equal log times in the order they were written.
@@ -95,7 +100,9 @@ class BagReader:
             BagError: The bag has changed since it was opened.
         """
         wanted = self.topics.keys() if topics is None else set(topics)
-        parts = (part.messages(wanted) for part in self._parts)
+        parts = (part.messages(wanted, as_written) for part in self._parts)
+        if as_written:
+            return itertools.chain.from_iterable(parts)
         return heapq.merge(*parts, key=attrgetter('log_time'))
 
     def definition(self, topic: str) -> Definition:

@@ -63,6 +63,6 @@ def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Rep
                 definition=reader.definition(info.name),
                 serialization_format=info.serialization_format,
             )
-        for message in reader:
+        for message in reader.messages(as_written=True):
             writer.write(message.topic, message.cdr, message.log_time, message.publish_time)
     return Repaired(writer.path, writer.message_count, reader.losses)

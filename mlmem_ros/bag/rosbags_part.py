@@ -56,8 +56,8 @@ class RosbagsPart:
             size = path.stat().st_size if path.is_file() else 0
             self.losses.append(Loss(path, 0, size, str(error)))
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their log times, ties as written.
+    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
+        """Yield the messages of some topics in the order of their log times; see `contents.Part`.
 
         Raises:
             BagError: The file has changed since it was opened.

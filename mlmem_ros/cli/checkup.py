@@ -9,10 +9,11 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
+from .. import doors
 from ..packages import advice
 from ..verdict import Verdict
 
@@ -28,8 +29,7 @@ LIBRARIES = {
     'mcap': 'recording and replay',
     'rosbags': 'recording and replay',
     'rich': 'most commands',
-    'matplotlib': 'pictures',
-    'scipy': 'figures and tolerance',
+    'scipy': 'fits of an element',
 }
 """Python packages, and what needs them; without those that are empty here no node starts."""
 
@@ -110,7 +110,18 @@ def check_library(name: str) -> Diagnosis:
         use = LIBRARIES.get(name)
         seen = f'{error}: no {use}' if use else str(error)
         return Diagnosis(name, WARN if use else FAIL, seen, advice(name))
-    return Diagnosis(name, PASS, getattr(module, '__version__', '') or _version(name))
+    seen = getattr(module, '__version__', '') or _version(name)
+    return _tested(Diagnosis(name, PASS, seen), name)
+
+
+def _tested(found: Diagnosis, library: str) -> Diagnosis:
+    """Return what was found of a library, with a warning if this version is not tested."""
+    if library not in doors.LIBRARIES or doors.tested(library):
+        return found
+    known = doors.LIBRARIES[library]
+    return replace(
+        found, verdict=WARN, advice=f'tested with {library} {known.oldest} to {known.newest}'
+    )
 
 
 def check_compile_cache() -> Diagnosis:
@@ -148,7 +159,7 @@ def check_ros() -> Diagnosis:
     distribution = os.environ.get('ROS_DISTRO', 'jazzy')
     if distribution != 'jazzy':
         return Diagnosis('ROS 2', WARN, f'{distribution}, {middleware}', 'only Jazzy is tested')
-    return Diagnosis('ROS 2', PASS, f'rclpy {_version("rclpy")}, {middleware}')
+    return _tested(Diagnosis('ROS 2', PASS, f'rclpy {_version("rclpy")}, {middleware}'), 'rclpy')
 
 
 def check_domain(value: str | None) -> Diagnosis:

@@ -7,7 +7,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..device import Settings
+    from ..element_file import Element
+    from ..physics import Design
 
 Option = Callable[[argparse.ArgumentParser], object]
 """Adds itself to a parser."""
@@ -72,9 +78,32 @@ def wait(seconds: float) -> Option:
     )
 
 
+JOBS = option('--jobs', type=int, metavar='N', help='processes side by side; default: one a core')
+
 JSON = option(
     '--json', action='store_true', help='print the result as one JSON object, and nothing else'
 )
+
+
+ELEMENT = option(
+    '--element', type=Path, metavar='FILE',
+    help='judge this element, as mlmem fit wrote it, with its planned pulses; by default one '
+    'that is exactly as designed',
+)  # fmt: skip
+
+
+def element_of(
+    arguments: argparse.Namespace, design: Design, settings: Settings
+) -> Element | None:
+    """Return the element that an option names.
+
+    Raises:
+        ElementFileError: There is no such element, or not of this design and these settings.
+    """
+    from ..element_file import of_design
+
+    path = arguments.element
+    return None if path is None else of_design(path, design, settings)
 
 
 def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:

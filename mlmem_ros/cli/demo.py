@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .campaigns import show_progress
+from . import laboratory
 from .command import JSON, command, option
-from .output import plain_console, plain_table, print_json
+from .output import plain_console, plain_table, print_json, show_progress
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -54,7 +54,6 @@ def demo(arguments: argparse.Namespace) -> int:
     from ..contract.errors import RequestError
     from ..ros.node_process import node_arguments, node_process
     from ..session.data import load
-    from ..studies.session_figure import draw
 
     console = plain_console(aside=arguments.json)
     folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
@@ -74,8 +73,11 @@ def demo(arguments: argparse.Namespace) -> int:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
     _print_table(console, rows)
-    picture = draw(load(session), folder / 'session.png')
-    console.print(f'session  {session}\npicture  {picture}')
+    console.print(f'session  {session}')
+    picture = None
+    if laboratory.PICTURE in laboratory.added(laboratory.PARTS):
+        picture = laboratory.part(laboratory.PICTURE)(load(session), folder / 'session.png')
+        console.print(f'picture  {picture}')
     if arguments.json:
         print_json({'levels': rows, 'session': session, 'picture': picture})
     return 0 if all(row.answer.level == row.asked for row in rows) else 1

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..clipped import printable
+from . import laboratory
 from .command import JSON, command, option
 from .output import complain, plain_console, plain_table, print_json
 
@@ -128,9 +129,7 @@ def _inspect_session(
     echoes = _list_echoes(console, session)
     picture = None
     if arguments.plot:
-        from ..studies.session_figure import draw
-
-        picture = draw(session, arguments.plot)
+        picture = laboratory.part(laboratory.PICTURE)(session, arguments.plot)
         console.print(f'picture  {picture}')
     return {
         'node': session.node,

@@ -10,24 +10,27 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from ..packages import missing
+from ..procedures import PROCEDURES
 from ..version import __version__
+from . import laboratory
 from .command import Command, add_commands
 from .output import complain
 
-REQUESTS = ('write', 'read', 'erase', 'calibrate', 'self_test', 'abort', 'record')
+REQUESTS = (*PROCEDURES, 'record')
 SUBCOMMANDS = (
-    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'figures', 'margins', 'replay', 'inspect',
-    'bench', 'tolerance', 'doctor',
+    'demo', *REQUESTS, 'fit', 'plan', 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
+    'doctor',
 )  # fmt: skip
-"""Each is a `Command` in a module of its name, requests in `request`."""
+"""Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""
 
 
-def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
+def parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of the command line.
 
     Args:
-        names: The sub-commands to include: importing all modules takes a while.
+        names: The sub-commands to include; by default all. Importing all modules takes a while.
     """
+    names = (*SUBCOMMANDS, *sorted(_added())) if names is None else names
     parser = argparse.ArgumentParser(
         prog='mlmem', description='Write, read and study mechanical multi-level memories.'
     )
@@ -37,9 +40,17 @@ def parser(names: Iterable[str] = SUBCOMMANDS) -> argparse.ArgumentParser:
     return parser
 
 
+def _added() -> set[str]:
+    """Return the names of other packages' commands."""
+    return laboratory.added(laboratory.COMMANDS).keys() - set(SUBCOMMANDS)
+
+
 def _command(name: str) -> Command:
+    if name not in SUBCOMMANDS:
+        other: Command = laboratory.added(laboratory.COMMANDS)[name].load()
+        return other
     module = import_module(f'.{"request" if name in REQUESTS else name}', __package__)
-    found: Command = getattr(module, name)
+    found: Command = module.COMMANDS[name] if name in REQUESTS else getattr(module, name)
     return found
 
 
@@ -53,7 +64,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 on success.
     """
     given = sys.argv[1:] if arguments is None else arguments
-    names = given[:1] if given and given[0] in SUBCOMMANDS else SUBCOMMANDS
+    first = given[0] if given else ''
+    if first in laboratory.NAMES and first not in _added():
+        return complain(first, missing(laboratory.absent()), 1)
+    known = first in SUBCOMMANDS or first in _added()
+    names = (first,) if known else None
     parsed = parser(names).parse_args(given)
     try:
         return _command(parsed.command).run(parsed)

@@ -8,7 +8,7 @@ import dataclasses
 import json
 import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,10 @@ from ..clipped import printable
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
+
+
+SPEED_PERIOD = 120.0
+"""Seconds over which speed is averaged to predict the remaining time."""
 
 
 def plain_console(aside: bool = False) -> Console:
@@ -59,6 +63,22 @@ def plain_table(title: str, *headings: str) -> Table:
     return table
 
 
+def show_progress(
+    console: Console, rows: Iterator[object], done: int, total: int | None, what: str
+) -> None:
+    """Go through the rows, and show their number, the elapsed and the remaining time."""
+    from rich import progress as shown
+
+    columns = (
+        shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
+        shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
+    )  # fmt: skip
+    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD) as bar:
+        task = bar.add_task(what, total=total, completed=done)
+        for _ in rows:
+            bar.advance(task)
+
+
 def complain(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed.
 
@@ -76,7 +96,7 @@ def print_json(result: Any) -> None:
         result: Of mappings, sequences, dataclasses, arrays and plain values; anything else becomes
             text. JSON has no infinity and no NaN: these become null.
     """
-    print(json.dumps(_plain(result), indent=2), flush=True)
+    print(json.dumps(plain(result), indent=2), flush=True)
 
 
 def markdown(lines: Sequence[Sequence[str]]) -> str:
@@ -85,7 +105,8 @@ def markdown(lines: Sequence[Sequence[str]]) -> str:
     return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as JSON can hold it; see `print_json`."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     if isinstance(value, Enum):
@@ -93,9 +114,9 @@ def _plain(value: Any) -> Any:
     if hasattr(value, 'tolist'):  # of numpy
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple, set, frozenset)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, (bool, int, str)) else str(value)

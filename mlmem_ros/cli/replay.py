@@ -6,7 +6,7 @@ Without ROS and as fast as possible, through its own device; with --ros, into a 
 recorded pace. Exit status 0: nothing is missing from the recording and everything agrees (to the
 bit on the build that recorded, otherwise in every level and up to rounding; from a node, in how
 every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
-replayed.
+replayed. With --incomplete a recording that was cut off passes if what there is of it agrees.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 OTHERS = 'case_2'
 """Preset of the element for a bag that names none."""
 
+MOST_LISTED = 20
+"""Most levels or procedures listed."""
+
 
 @command(
     'run a recorded session again and compare, without ROS or into a running node',
@@ -39,6 +43,11 @@ OTHERS = 'case_2'
         '--preset', help=f'element for a bag written by another recorder; {OTHERS} unless given'
     ),
     option('--ros', metavar='NAME', help='play into the running node of this name'),
+    option(
+        '--incomplete',
+        action='store_true',
+        help='accept a recording of which part is missing, if what is there agrees',
+    ),
     JSON,
     text=__doc__,
 )
@@ -72,7 +81,7 @@ def _through_device(arguments: argparse.Namespace) -> int:
         print_json(report.as_dict())
     else:
         _print(describe(report))
-    return 0 if report.passed and report.whole else 1
+    return _status(report, arguments)
 
 
 def _into_node(arguments: argparse.Namespace) -> int:
@@ -90,7 +99,11 @@ def _into_node(arguments: argparse.Namespace) -> int:
         print_json(played.as_dict())
     else:
         _print(describe_played(played))
-    return 0 if played.passed else 1
+    return _status(played, arguments)
+
+
+def _status(found: ReplayReport | Played, arguments: argparse.Namespace) -> int:
+    return 0 if found.passed and (found.whole or arguments.incomplete) else 1
 
 
 def describe(report: ReplayReport) -> list[str]:
@@ -117,6 +130,9 @@ def describe(report: ReplayReport) -> list[str]:
         if silent := echoes - min(echoes, len(report.levels)):
             line += f', {silent} missing in the replay'
         lines.append(line)
+    if report.streams:
+        streams = [f'~/{name} {each}' for name, each in report.streams.items()]
+        lines.append(f'streams     {", ".join(streams)} equal')
     lines += _compared('levels', report.recorded_levels, report.levels)
     lines += _compared('procedures', report.recorded_endings, report.endings)
     return [*lines, report.verdict]
@@ -126,27 +142,34 @@ def describe_played(played: Played) -> list[str]:
     """Return lines on how a session went in a running node."""
     return [
         *(f'lost        {loss}' for loss in played.lost),
-        *_compared('procedures', played.recorded, played.heard),
+        *_compared('procedures', played.recorded, played.ended),
         *(f'beforehand  {hint}' for hint in played.hints),
         played.verdict,
     ]
 
 
 def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
-    """Return a line on how many agree, and a second one on the first that does not."""
-    from ..session.report import agreeing, comparable
+    """Return a line on how many agree, and a second one on the first that does not.
 
-    if not comparable(recorded):
-        return [f'{what:<12}none recorded; here {", ".join(map(str, found)) or "none"}']
-    line = f'{what:<12}{agreeing(recorded, found)} of {comparable(recorded)} agree'
+    A recorded None was never published, and there is nothing to compare.
+    """
+    both = zip_longest(recorded, found[: len(recorded)], fillvalue='nothing')
+    pairs = [(then, now) for then, now in both if then is not None]
+    if not pairs:
+        return [f'{what:<12}none recorded; here {_listed(found) or "none"}']
+    line = f'{what:<12}{sum(then == now for then, now in pairs)} of {len(pairs)} agree'
     if len(found) > len(recorded):
         line += f', {len(found) - len(recorded)} more than recorded'
-    lines = [f'{line}: {", ".join(map(str, found))}' if found else line]
-    for number, then in enumerate(recorded):
-        now = found[number] if number < len(found) else 'nothing'
-        if then not in (None, now):
-            return [*lines, f'            number {number + 1} was {then}, is {now}']
+    lines = [f'{line}: {_listed([now for _, now in pairs])}']
+    for number, (then, now) in enumerate(pairs, start=1):
+        if then != now:
+            return [*lines, f'            number {number} was {then}, is {now}']
     return lines
+
+
+def _listed(values: Sequence[object]) -> str:
+    more = ', ...' if len(values) > MOST_LISTED else ''
+    return ', '.join(map(str, values[:MOST_LISTED])) + more
 
 
 def _print(lines: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from ..procedures import PROCEDURES, Procedure
 from ..words import describe_level
 from .command import JSON, NODE, Command, Option, command, one_of, option, wait
 from .output import complain, print_json
@@ -110,41 +111,63 @@ def _recorded(answer: Recorded) -> str:
     return f'{"recording into" if answer.recording else "recorded"} {answer.path}'
 
 
-write = _request(
-    'write a level into the element behind a running node',
-    lambda client, given: client.write(given.level),
-    _decoded,
-    option('level', type=int, help='level to write, from 0'),
-)
-read = _request(
-    'read the level of the element behind a running node',
-    lambda client, _: client.read(),
-    _decoded,
-)
-erase = _request(
-    'make the element behind a running node blank', lambda client, _: client.erase(), _decoded
-)
-abort = _request(
-    'stop what the element behind a running node does, and release its strain',
-    lambda client, _: client.abort(),
-    _stopped,
-    more='The answer comes once the element is at rest. The request that is stopped fails.',
-)
-calibrate = _request(
-    'make the element behind a running node learn its echo delays, and restore its content',
-    lambda client, _: client.calibrate(),
-    _calibrated,
-    more='It writes every level, which takes about twenty times as long as a write.',
-)
-self_test = _request(
-    'make the element behind a running node test every level, and restore its content',
-    lambda client, _: client.self_test(),
-    _tested,
-    more="""\
+def _found(answer: Decoded) -> str:
+    """Return a decoded content, and whatever else was measured, one line each."""
+    usual = {field.name for field in dataclasses.fields(answer)} | USUAL
+    others = [f'{name} {value}' for name, value in answer.details.items() if name not in usual]
+    return '\n'.join([_decoded(answer), *others])
+
+
+USUAL = {'procedure', 'margin', 'reason', 'right_delay', 'asked', 'error'}
+"""Names in an answer that its line leaves out."""
+
+DESCRIBED: dict[str, Callable[[Any], str]] = {
+    **dict.fromkeys(('write', 'read', 'erase'), _decoded),
+    'abort': _stopped,
+    'calibrate': _calibrated,
+    'self_test': _tested,
+}
+"""How answers are put into words, by procedure; others by `_found`."""
+
+MORE = {
+    'abort': 'The answer comes once the element is at rest. The request that is stopped fails.',
+    'calibrate': 'It writes every level, which takes about twenty times as long as a write.',
+    'self_test': """\
 It writes and reads every level and tests actuator and transducers, about twenty times as long as a
 write. Exit status 0 means that every check passed.""",
-)
-record = _request(
+}
+"""The rest of their help, by procedure."""
+
+TYPES: dict[str, Callable[[str], Any]] = {'int': int, 'str': str}
+
+
+def _procedure(name: str, row: Procedure) -> Command:
+    """Return the command of a procedure: what it must be given is positional."""
+
+    def ask(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
+        wanted = {argument: getattr(given, argument) for argument, *_ in row.arguments}
+        own = getattr(client, name, None)  # with the time-out that suits it
+        return own(**wanted) if own is not None else client.procedure(name, **wanted)
+
+    options = [
+        option(argument, type=TYPES[kind], help=description.text)
+        if argument in row.required
+        else option(
+            f'--{argument}',
+            type=TYPES[kind],
+            default=default,
+            choices=description.choices or None,
+            metavar=argument.upper(),
+            help=description.text,
+        )
+        for argument, kind, default, description in row.arguments
+    ]
+    describe = DESCRIBED.get(name, _found)
+    return _request(row.meaning, ask, describe, *options, more=MORE.get(name, ''))
+
+
+COMMANDS = {name: _procedure(name, row) for name, row in PROCEDURES.items()}
+COMMANDS['record'] = _request(
     'make a running node start or end recording a session',
     lambda client, given: client.record(not given.stop, given.path or ''),
     _recorded,

@@ -58,6 +58,7 @@ def view(arguments: argparse.Namespace) -> int:
 
 
 async def _serve(arguments: argparse.Namespace) -> None:
+    from ..contract import topics
     from ..ros.node_process import node_arguments, node_process
     from ..view.guard import LOOPBACK, Guard
     from ..view.server import Server, serve
@@ -79,8 +80,7 @@ async def _serve(arguments: argparse.Namespace) -> None:
 
     with ExitStack() as stack:
         if arguments.start:
-            streams = (f'publish.{name}_every' for name in ('field', 'wall', 'joint_states'))
-            smooth = dict.fromkeys(streams, SMOOTH)
+            smooth = {topic.interval: SMOOTH for topic in topics.PERIODIC}
             stack.enter_context(node_process(node_arguments(arguments.node, smooth)))
         live = None if arguments.session else _live(arguments.node, stack)
         server = Server(Guard(token), live, arguments.session)

@@ -136,6 +136,14 @@ class Stepped(Answer):
     tick: int
 
 
+ANSWERS: dict[str, type[Answer]] = {
+    'calibrate': Calibrated,
+    'self_test': SelfTested,
+    'abort': Done,
+}
+"""Types of successful answers by procedure; those of all others are `Decoded`."""
+
+
 def ended(outcome: Outcome) -> dict[str, Any]:
     """Return the published values of a finished procedure, by name.
 

@@ -10,21 +10,10 @@ from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
 from ..clipped import clipped
-from ..device import (
-    Abort,
-    Calibrate,
-    Command,
-    Disturb,
-    Erase,
-    FollowTrajectory,
-    Read,
-    Refused,
-    SelfTest,
-    SetStrain,
-    Write,
-)
+from ..device import Command, Disturb, FollowTrajectory, Read, Refused, SetStrain, Write
 from ..device.trajectory import MOST_POINTS
 from ..device.units import Units
+from ..procedures import PROCEDURES
 from ..words import JOINT
 from . import topics
 from .requests import NAME, REQUESTS, STRING
@@ -133,12 +122,7 @@ def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic,
 
 
 OF_REQUEST: dict[str, type[Any]] = {
-    'write': Write,
-    'read': Read,
-    'erase': Erase,
-    'calibrate': Calibrate,
-    'self_test': SelfTest,
-    'abort': Abort,
+    **{name: row.command for name, row in PROCEDURES.items()},
     'follow': FollowTrajectory,
     'record': Record,
 }
@@ -183,5 +167,11 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
 
 def asked(command: Command) -> tuple[str, dict[str, Any]]:
     """Return the request for a command, with its arguments: the inverse of `requested`."""
-    (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
+    name = name_of(command)
     return name, {argument: getattr(command, argument) for argument in REQUESTS[name]}
+
+
+def name_of(command: Command) -> str:
+    """Return the request for a command, one of `REQUESTS`."""
+    (name,) = (name for name, kind in OF_REQUEST.items() if type(command) is kind)
+    return name

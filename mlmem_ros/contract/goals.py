@@ -12,19 +12,14 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from ..procedures import PROCEDURES
 from ..words import UNDECODABLE
 from .answers import SelfTested, SomeAnswer, ended, parse_self_test, understood
 
 if TYPE_CHECKING:
     from ..device import Outcome
 
-ACTIONS: dict[str, str] = {
-    'write': 'Write',
-    'read': 'Read',
-    'erase': 'Erase',
-    'calibrate': 'Calibrate',
-    'self_test': 'SelfTest',
-}
+ACTIONS = {name: row.command.__name__ for name, row in PROCEDURES.items() if row.action}
 """The requests that are also actions, with the names of their types."""
 
 DELAYS = {'left': 'left_delays', 'right': 'right_delays'}
@@ -38,9 +33,9 @@ def action_types() -> dict[str, Any]:
     """Return the types of `ACTIONS` by request; none if the interfaces are not built."""
     try:
         module = import_module('mlmem_interfaces.action')
-        return {name: getattr(module, kind) for name, kind in ACTIONS.items()}
-    except (ImportError, AttributeError):  # a checkout has their source, without types
+    except ImportError:  # a checkout has their source, without types
         return {}
+    return {name: getattr(module, kind) for name, kind in ACTIONS.items() if hasattr(module, kind)}
 
 
 def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:

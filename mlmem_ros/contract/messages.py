@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import array
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,30 +20,28 @@ from std_msgs.msg import (
     MultiArrayLayout,
 )
 
-from ..device import UNDECODABLE, MemoryElement, Outcome, Reading
+from ..device import MemoryElement, Outcome, Reading, Shot
 from ..device.echo import Echo
-from ..physics import walls
 from ..physics.potential import Array
 from ..words import JOINT
-from .answers import ended
+from . import values
 
 
 def level(reading: Reading | None) -> Int16:
     """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
-    return Int16(data=UNDECODABLE if reading is None else reading.level)
+    return Int16(data=values.level(reading))
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:
     """Return the outcome of a procedure; `name` is the node's full name."""
     level = DiagnosticStatus.OK if outcome.success else DiagnosticStatus.ERROR
-    text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
-    values = key_values(ended(outcome))
+    text, found = values.told(outcome)
     return DiagnosticStatus(
         level=level,
         name=name.rpartition('/')[2],
         message=text,
         hardware_id=name,
-        values=values,
+        values=[KeyValue(key=key, value=value) for key, value in found.items()],
     )
 
 
@@ -73,12 +70,9 @@ def _test_status(
     )
 
 
-def key_values(values: Mapping[str, Any]) -> list[KeyValue]:
-    """Return values as the strings that diagnostics carry."""
-    return [
-        KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))
-        for key, value in values.items()
-    ]
+def key_values(found: Mapping[str, Any]) -> list[KeyValue]:
+    """Return values as diagnostics carry them; see `values.texts`."""
+    return [KeyValue(key=key, value=text) for key, text in values.texts(found).items()]
 
 
 def echo(heard: Echo) -> Float32MultiArray:
@@ -97,8 +91,15 @@ def field(element: MemoryElement) -> Float32MultiArray:
 
 def wall_positions(element: MemoryElement) -> Float64MultiArray:
     """Return the true positions of all walls in sites, from left to right."""
-    found = [wall.position for wall in walls(element.design, element.chain.configuration)]
+    found = values.wall_positions(element)
     return Float64MultiArray(layout=_layout(wall=len(found)), data=array.array('d', found))
+
+
+def waveform(shot: Shot) -> Float64MultiArray:
+    """Return a shot of a survey: numbers that describe it, then rows v_1 and v_N by sample."""
+    layout = _layout(end=2, sample=shot.samples.shape[1])
+    layout.data_offset = values.SHOT_HEAD
+    return Float64MultiArray(layout=layout, data=array.array('d', values.numbers(shot).tobytes()))
 
 
 def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: str) -> Range:
@@ -108,7 +109,7 @@ def distance(reading: Reading, element: MemoryElement, stamp: Time, frame_id: st
         radiation_type=Range.ULTRASOUND,
         min_range=0.0,
         max_range=float(element.design.N * length),
-        range=math.inf if math.isinf(reading.distance) else reading.distance * length,
+        range=values.distance(reading, element),
     )
     message.header.stamp = stamp
     message.header.frame_id = frame_id
@@ -120,15 +121,9 @@ def joint_states(element: MemoryElement, stamp: Time, frame_id: str) -> JointSta
 
     There are no forces if the driver measures none.
     """
-    units, driver = element.units, element.driver
-    force = driver.force()
+    position, velocity, effort = (array.array('d', each) for each in values.joints(element))
     message = JointState(
-        name=[JOINT, 'transducer'],
-        position=array.array('d', (driver.V_N * units.length, driver.end(1) * units.length)),
-        velocity=array.array(
-            'd', (element.substrate_speed * units.speed, element.transducer.speed * units.speed)
-        ),
-        effort=array.array('d', () if force is None else (force * units.force, 0.0)),
+        name=[JOINT, 'transducer'], position=position, velocity=velocity, effort=effort
     )
     message.header.stamp = stamp
     message.header.frame_id = frame_id

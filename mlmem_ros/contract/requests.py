@@ -6,6 +6,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ..procedures import PROCEDURES
+from .fields import parameter
+
 NAME = 'request'
 """The parameter that names the request; all others are its arguments."""
 
@@ -29,13 +32,13 @@ class Type(NamedTuple):
 BOOL, INTEGER, STRING = Type('bool', 1), Type('integer', 2), Type('string', 4)
 DOUBLE_ARRAY = Type('double_array', 8)
 
+_TYPES = {'bool': BOOL, 'int': INTEGER, 'str': STRING}
+
 REQUESTS: dict[str, dict[str, Type]] = {
-    'write': {'level': INTEGER},
-    'read': {'end': STRING},
-    'erase': {},
-    'calibrate': {},
-    'self_test': {},
-    'abort': {},
+    **{
+        name: {argument: _TYPES[kind] for argument, kind, *_ in row.arguments}
+        for name, row in PROCEDURES.items()
+    },
     'follow': dict.fromkeys(('times', 'strains', 'rates'), DOUBLE_ARRAY),
     'record': {'on': BOOL, 'path': STRING},
 }
@@ -48,19 +51,14 @@ def message_of(name: str, **arguments: Any) -> Any:
     Args:
         name: One of `REQUESTS`.
         arguments: Its arguments; omitted ones take the command's defaults.
+
+    Raises:
+        ValueError: An argument is not of its type.
     """
-    from rcl_interfaces.msg import Parameter, ParameterValue
     from rcl_interfaces.srv import SetParametersAtomically
 
     types = {NAME: STRING, **REQUESTS[name]}
+    given = {NAME: name, **arguments}
     return SetParametersAtomically.Request(
-        parameters=[
-            Parameter(
-                name=key,
-                value=ParameterValue(
-                    type=types[key].number, **{f'{types[key].name}_value': value}
-                ),
-            )
-            for key, value in {NAME: name, **arguments}.items()
-        ]
+        parameters=[parameter(key, types[key].number, value) for key, value in given.items()]
     )

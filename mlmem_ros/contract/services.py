@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..procedures import PROCEDURES, Procedure
+
 
 class Service(NamedTuple):
     """A service.
@@ -24,24 +26,24 @@ class Service(NamedTuple):
 TRIGGER = 'std_srvs/srv/Trigger'
 SET_BOOL = 'std_srvs/srv/SetBool'
 
+SELF_TEST = 'diagnostic_msgs/srv/SelfTest'
+
+
+def _of(name: str, row: Procedure) -> Service:
+    """Return the service of a procedure; what it must be given is a parameter of the node."""
+    given = ', '.join(f'`target_{argument}`' for argument in row.required)
+    type_ = SELF_TEST if name == 'self_test' else TRIGGER
+    return Service(name, type_, f'{row.meaning}; it takes {given}' if given else row.meaning)
+
+
 SERVICES = (
-    Service('write', TRIGGER, 'write the level in `target_level` and verify it by an echo'),
-    Service('read', TRIGGER, 'fire a probe pulse and decode its echo'),
-    Service('erase', TRIGGER, 'make the element blank'),
-    Service('calibrate', TRIGGER, 'learn the echo delay of every level, then restore the content'),
-    Service(
-        'self_test',
-        'diagnostic_msgs/srv/SelfTest',
-        'test transducers, actuator, erase and every level from both ends, then restore the '
-        'content; one status for each',
-    ),
+    *(_of(name, row) for name, row in PROCEDURES.items()),
     Service(
         'request',
         'rcl_interfaces/srv/SetParametersAtomically',
         'a procedure with its arguments, as parameters that hold for this request alone; the '
         'answer is the JSON object in `reason`',
     ),
-    Service('abort', TRIGGER, 'stop the running procedure and bring the strain to zero'),
     Service(
         'pause',
         SET_BOOL,

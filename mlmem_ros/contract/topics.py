@@ -54,6 +54,11 @@ class Topic(NamedTuple):
     meaning: str
 
     @property
+    def interval(self) -> str:
+        """The parameter with the ticks between two of its messages, if it is periodic."""
+        return f'publish.{self.name}_every'
+
+    @property
     def kind(self) -> Any:
         """The class of its messages, from ROS."""
         package, _, name = self.type.split('/')
@@ -111,7 +116,17 @@ ECHO = Topic(
     'echo',
     'std_msgs/msg/Float32MultiArray',
     RELIABLE,
-    'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c',
+    'one message for each probe pulse; rows: time, displacement v_m, demodulated signal v_c. Not '
+    'latched: subscribe before the pulse',
+)
+WAVEFORM = Topic(
+    'waveform',
+    'std_msgs/msg/Float64MultiArray',
+    RELIABLE,
+    'one message for each pulse of a survey. The numbers before `data_offset`: end (0 left, 1 '
+    'right), carrier, amplitude, sigma, supposed site of the wall (0: blank), strain, time '
+    'between samples, displacement of both ends at rest; then rows v_1 and v_N by sample, NaN '
+    'where none was taken',
 )
 RANGE = Topic(
     'range',
@@ -136,7 +151,10 @@ WALL = Topic(
     'true positions of the domain walls, in sites: ground truth that the device never uses',
 )
 
-STREAMS = (LEVEL, OUTCOME, ECHO, RANGE, JOINT_STATES, FIELD, WALL)
+PERIODIC = (FIELD, WALL, JOINT_STATES)
+"""Streams of the element's state; `Topic.interval` of each is a parameter."""
+
+STREAMS = (LEVEL, OUTCOME, ECHO, WAVEFORM, RANGE, JOINT_STATES, FIELD, WALL)
 """What the node publishes."""
 
 IMAGE = Topic(
@@ -162,6 +180,7 @@ DIAGNOSTICS = Topic(
     '/diagnostics',
     'diagnostic_msgs/msg/DiagnosticArray',
     RELIABLE,
-    'health of loop, material, actuator, transducers, memory, faults and recorder, once a second',
+    'health of loop, material, actuator, transducers, memory, faults, twin and recorder, once a '
+    'second',
 )
 """The one topic that all nodes share."""

@@ -120,10 +120,12 @@ class WordCode:
         Args:
             unreadable: Number of digits that could not be read.
         """
-        left, check = self.elements - unreadable, self.check - unreadable
+        readable, check = self.elements - unreadable, self.check - unreadable
         if check < 0:
             return 0.0  # such readings are refused
-        near = sum(comb(left, wrong) * (self.base - 1) ** wrong for wrong in range(check // 2 + 1))
+        near = sum(
+            comb(readable, wrong) * (self.base - 1) ** wrong for wrong in range(check // 2 + 1)
+        )
         return float(near / self.base**check)
 
     def digits(self, word: int) -> tuple[int, ...]:

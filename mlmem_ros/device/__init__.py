@@ -2,32 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """The memory element as an instrument: it uses the material, but neither ROS nor the true wall."""
 
+from typing import Any
+
+from ..procedures import Abort, Calibrate, Erase, Locate, Read, Reset, SelfTest, Survey, Write
 from ..words import BLANK, UNDECODABLE, describe_level
 from .calibration import Calibration, DelayTable
-from .commands import (
-    Abort,
-    Calibrate,
-    Command,
-    Disturb,
-    Erase,
-    FollowTrajectory,
-    Read,
-    SelfTest,
-    SetFaults,
-    SetStrain,
-    Write,
-)
+from .commands import Command, Disturb, FollowTrajectory, SetFaults, SetStrain
 from .driver import Driver
 from .element import MemoryElement
 from .end import End
-from .errors import DriverError, ProcedureFailed, Refused, SettingsError
-from .events import Event, Heard, Outcome
+from .errors import DriverError, DriverHangs, ProcedureFailed, Refused, SettingsError
+from .events import EchoReceived, Event, Outcome
 from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset
 from .reading import Reading
 from .settings import Settings
+from .shot import Shot
 
 __all__ = [
     'BLANK',
@@ -41,12 +33,14 @@ __all__ = [
     'Disturb',
     'Driver',
     'DriverError',
+    'DriverHangs',
+    'EchoReceived',
     'End',
     'Erase',
     'Event',
     'Faults',
     'FollowTrajectory',
-    'Heard',
+    'Locate',
     'Loop',
     'MemoryElement',
     'Outcome',
@@ -55,14 +49,23 @@ __all__ = [
     'Read',
     'Reading',
     'Refused',
+    'Reset',
     'SelfTest',
     'SetFaults',
     'SetStrain',
     'Settings',
     'SettingsError',
+    'Shot',
+    'Survey',
     'Write',
     'describe_level',
     'factory_calibration',
     'new_element',
     'preset',
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == 'Heard':  # its name in 1.0
+        return EchoReceived
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

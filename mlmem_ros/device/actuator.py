@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from itertools import accumulate, repeat
+
 import numpy as np
 
 from ..clipped import clipped
@@ -22,7 +25,7 @@ class Actuator:
         settings: Limits of strain and rate.
         strain: Present strain.
         motion: The present or last move.
-        elapsed: Time since that move began.
+        elapsed: Time since that move began, up to the end of the tick in which it ended.
     """
 
     def __init__(self, settings: ActuatorSettings) -> None:
@@ -37,6 +40,12 @@ class Actuator:
         return self.elapsed < self.motion.duration
 
     @property
+    def goal(self) -> float:
+        """Strain after the present or last move."""
+        limit = self.settings.max_strain
+        return max(-limit, min(self.motion.target, limit))
+
+    @property
     def state(self) -> tuple[float, float]:
         """Present strain, and the time since the move began."""
         return self.strain, self.elapsed
@@ -46,7 +55,7 @@ class Actuator:
         self.strain, self.elapsed = state
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Time until the move ends; at most 0 if it has ended."""
         return self.motion.duration - self.elapsed
 
@@ -104,13 +113,14 @@ class Actuator:
         The bits are the same as tick by tick. `times` are those of the m sub-steps since the
         beginning of a tick; the last is its end.
         """
-        limit = self.settings.max_strain  # a cubic that just reaches it may exceed it by rounding
-        starts = np.cumsum([self.elapsed, *[times[-1]] * ticks])  # one by one, like the clock
         if self.moving:
-            t = (starts[:-1, None] + times).ravel()
-            strain = np.clip(self.motion.strain(t), -limit, limit)
+            starts = [*accumulate(repeat(float(times[-1]), ticks), initial=self.elapsed)]
+            strain = self.motion.strain(np.add.outer(starts[:-1], times).ravel())
+            limit = self.settings.max_strain  # a cubic may exceed it by rounding
+            np.maximum(np.minimum(strain, limit, out=strain), -limit, out=strain)
+            over = bisect_left(starts, self.motion.duration)
+            self.elapsed = starts[min(over, ticks)]
         else:
-            strain = np.full(ticks * len(times), max(-limit, min(self.motion.target, limit)))
-        self.elapsed = float(starts[-1])
+            strain = np.full(ticks * len(times), self.goal)
         self.strain = float(strain[-1])
         return strain

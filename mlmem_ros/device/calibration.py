@@ -14,10 +14,17 @@ from typing import Any
 import numpy as np
 
 from ..physics import Design
+from .echo import Shape
 from .end import End
 from .errors import SettingsError
 from .settings import Settings
 from .trims import AS_SET, Trim, Trims, schedule_of
+
+DETECTOR = 'carrier 1'
+"""Name of the detector that delays depend on: those of another do not apply."""
+
+ABOUT = 3
+"""Levels to either side whose spacing counts."""
 
 KEYS = {
     'left': 'delay table of the left end, or null if it is not read from',
@@ -29,6 +36,9 @@ KEYS = {
 TABLE_KEYS = {
     'delays': 'echo delay of every level, in time units',
     'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
+    'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
+    'null where it does not, and its greatest v_c over the threshold; absent in tables of older '
+    'releases',
 }
 """Keys of a delay table in a file, and their meanings."""
 
@@ -40,10 +50,12 @@ class DelayTable:
     Attributes:
         delays: Echo delay of every level in time units, by level.
         blank: Echo delay of a blank element, or None if it gives no echo.
+        shapes: The shape of every level's echo; empty if that is not known.
     """
 
     delays: tuple[float, ...]
     blank: float | None = None
+    shapes: tuple[Shape, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.delays or not np.isfinite(self.delays).all():
@@ -51,11 +63,22 @@ class DelayTable:
                 f'delays must be finite, one for every level; got {list(self.delays)}'
             )
         if self.blank is not None and not (
-            np.isfinite(self.blank) and self.blank not in self.delays
+            np.isfinite(self.blank) and self.blank not in self.delays[1:]
         ):
             raise SettingsError(
-                f'blank must be a finite delay that no level has, or None; got {self.blank}'
+                f'blank must be a finite delay that no level but 0 has, or None; got {self.blank}'
             )
+        if self.shapes and len(self.shapes) != len(self.delays):
+            raise SettingsError(
+                f'shapes must be {len(self.delays)}, one for every level; got {len(self.shapes)}'
+            )
+        if not all(known is None or np.isfinite(known) for each in self.shapes for known in each):
+            raise SettingsError('shapes must be finite, or None')
+        if not all(loud > 0.0 for *_, loud in self.shapes):
+            raise SettingsError('an echo must be louder than 0')
+
+    def check(self) -> None:
+        """Raise `SettingsError` unless every level can be told from the others."""
         steps = np.diff(self.delays)
         if not ((steps > 0).all() or (steps < 0).all()):
             raise SettingsError(
@@ -87,10 +110,21 @@ class DelayTable:
         level = min(entries, key=lambda key: abs(entries[key] - delay))
         nearest = entries.pop(level)
         offset = delay - nearest
-        others = [value - nearest for value in entries.values()]
+        others = [value - nearest for value in entries.values() if value != nearest]
         same_side = [gap for gap in others if gap * offset > 0.0]
         spacing = min(map(abs, same_side or others or [nearest]))
         return level, 1.0 - 2.0 * abs(offset) / spacing
+
+    def margin(self, level: int, offset: float, least: float) -> float:
+        """Return how well an echo agrees with a level that is `offset` later than its entry: 1 at
+        none, 0 at half a spacing.
+
+        The spacing is the median one about the level, or `least`, which is that of the fastest
+        waves: two levels that are near the end may have about the same delay.
+        """
+        steps = np.abs(np.diff(self.delays[max(0, level - ABOUT) : level + ABOUT + 1]))
+        spacing = max(least, float(np.median(steps)) if len(steps) else 0.0)
+        return 1.0 - 2.0 * abs(offset) / spacing
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:
         """Return the distance of a reflector in cells, by interpolation between the levels.
@@ -103,7 +137,8 @@ class DelayTable:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the table for a file."""
-        return {'delays': list(self.delays), 'blank': self.blank}
+        shapes = {'shapes': [list(each) for each in self.shapes]} if self.shapes else {}
+        return {'delays': list(self.delays), 'blank': self.blank, **shapes}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> DelayTable:
@@ -115,9 +150,19 @@ class DelayTable:
         try:
             delays = tuple(float(delay) for delay in data['delays'])
             blank = None if data['blank'] is None else float(data['blank'])
-        except (KeyError, TypeError, ValueError) as error:
-            raise SettingsError(f'a delay table needs delays and blank; {error!r}') from error
-        return cls(delays, blank)
+            shapes = tuple(
+                (_time(low), _time(high), float(loud))
+                for low, high, loud in data.get('shapes', ())
+            )
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise SettingsError(
+                f'a delay table needs delays and blank, and may have shapes; {error!r}'
+            ) from error
+        return cls(delays, blank, shapes)
+
+
+def _time(value: Any) -> float | None:
+    return None if value is None else float(value)
 
 
 @dataclass(frozen=True)
@@ -140,8 +185,13 @@ class Calibration:
         """Ends from which every level can be read."""
         return (End.RIGHT,) if self.left is None else tuple(End)
 
-    def check(self, levels: int) -> None:
-        """Raise `SettingsError` unless the tables have this number of levels."""
+    def check(self, levels: int, first: End | None = None) -> None:
+        """Raise `SettingsError` unless the tables have this number of levels.
+
+        If given, the end that names the level must be able to tell all levels apart.
+        """
+        if first in self.ends:
+            self.table(first).check()
         for end in self.ends:
             if (count := len(self.table(end).delays)) != levels:
                 raise SettingsError(
@@ -210,9 +260,8 @@ def calibration_key(design: Design, settings: Settings) -> str:
         dataclasses.asdict(settings.probe),
         dataclasses.asdict(settings.probe_right),
         settings.time.tick,
-        settings.read.end == End.RIGHT,  # no left table then
+        settings.time.integrator,
+        DETECTOR,
     ]
-    if settings.time.integrator != 'noh_bathe':  # earlier keys did not name it
-        values.append(settings.time.integrator)
     text = json.dumps(values, sort_keys=True)  # every bit of a float
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

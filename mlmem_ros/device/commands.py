@@ -1,6 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""All inputs of a device. A command is stamped with the tick at which it takes effect."""
+"""All inputs of a device, procedures (see `mlmem_ros.procedures`) and what has no outcome.
+
+A command is stamped with the tick at which it takes effect.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 from ..clipped import clipped
+from ..procedures import Procedures
 from ..words import JOINT
 from .errors import Refused, SettingsError
 from .faults import Faults
@@ -46,42 +50,6 @@ class FollowTrajectory:
 
 
 @dataclass(frozen=True)
-class Write:
-    """Write a level and verify it."""
-
-    level: int
-
-
-@dataclass(frozen=True)
-class Read:
-    """Probe from one end or both, and decode; empty: the end in the settings."""
-
-    end: str = ''
-
-
-@dataclass(frozen=True)
-class Erase:
-    """Make the element blank."""
-
-
-@dataclass(frozen=True)
-class Calibrate:
-    """Learn the echo delay of every level, then restore the content."""
-
-
-@dataclass(frozen=True)
-class SelfTest:
-    """Write and read every level, test actuator and transducers, then restore the content."""
-
-
-@dataclass(frozen=True)
-class Abort:
-    """Stop the running procedure and bring the strain to zero."""
-
-    why: str = ''
-
-
-@dataclass(frozen=True)
 class Disturb:
     """Shake the base: its acceleration in lattice constants per time unit squared."""
 
@@ -94,9 +62,6 @@ class SetFaults:
 
     faults: Faults
 
-
-Procedures = Write | Read | Erase | Calibrate | SelfTest | Abort
-"""Commands that take time; their outcome is reported at the end."""
 
 Command = SetStrain | FollowTrajectory | Disturb | SetFaults | Procedures
 

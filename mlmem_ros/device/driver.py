@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from ..physics import Chain, Drive
+from ..physics import Chain, HeldCell
 from ..physics.potential import Array
 
 
@@ -45,7 +45,11 @@ class Driver(ABC):
 
     @abstractmethod
     def advance(
-        self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
     ) -> Array:
         """Apply the set-points of whole ticks, and return their samples.
 
@@ -54,7 +58,7 @@ class Driver(ABC):
 
         Args:
             V_N: Displacement of the substrate's end, shape (n nodes,) for n samples.
-            drive: An end cell that is held for the first set-points, then released.
+            held_cell: An end cell that is held for the first set-points, then released.
             shake: Acceleration of the base; a real element ignores it.
             looks: Number of ticks.
 
@@ -65,6 +69,17 @@ class Driver(ABC):
             DriverError: The element cannot be reached, or returns impossible values.
             StateError: The simulated material cannot continue; it is unchanged.
         """
+
+    def rests(self, V_N: float) -> bool:
+        """Return whether nothing changes while the substrate's end stays at a displacement.
+
+        It is asked while nothing else moves the element. If it rests, `pass_by` is called for
+        ticks instead of `advance`.
+        """
+        return False
+
+    def pass_by(self, steps: int) -> None:  # noqa: B027
+        """Let the time of some samples pass for an element that rests."""
 
     @abstractmethod
     def end(self, site: int) -> float:

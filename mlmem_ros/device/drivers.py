@@ -8,19 +8,20 @@ import importlib
 from collections.abc import Callable
 
 from ..clipped import clipped, printable
-from ..physics import Design, DesignError
+from ..physics import Design, Specimen
 from .driver import Driver
-from .errors import DriverError, SettingsError
+from .errors import SettingsError
 from .settings import Settings
 from .simulation import Simulation
-from .watched import Watched
 
 SIMULATION = 'sim'
 
 SHIPPED = {'rig': 'mlmem_ros.rig:Rig'}
 
 
-def opened(name: str, address: str, design: Design, settings: Settings) -> Driver:
+def opened(
+    name: str, address: str, design: Design, settings: Settings, made: Specimen | None = None
+) -> Driver:
     """Open and return the driver of an element.
 
     Args:
@@ -28,6 +29,7 @@ def opened(name: str, address: str, design: Design, settings: Settings) -> Drive
         address: Where the element is, as its driver understands it.
         design: The element.
         settings: The instrument's settings.
+        made: What a simulated element is; by default exactly as designed.
 
     Raises:
         SettingsError: There is no such driver, or it does not fit these settings.
@@ -39,14 +41,13 @@ def opened(name: str, address: str, design: Design, settings: Settings) -> Drive
             raise SettingsError(
                 f'device.address must be empty for a simulated element; got {clipped(address)}'
             )
-        return Simulation.of(design, settings.time)
+        return Simulation.of(made or design, settings.time)
+    if made is not None:
+        raise SettingsError(f'device.specimen needs device.driver {SIMULATION}; got {name}')
     make = loaded(name)
-    try:
-        return Watched(name, lambda: make(design, settings, address), settings.scale.time)
-    except (SettingsError, DriverError, DesignError):
-        raise
-    except Exception as error:
-        raise DriverError(f'device.driver {name} fails: {printable(repr(error), 300)}') from error
+    from .watched import Watched  # a simulation needs none of it
+
+    return Watched(name, lambda: make(design, settings, address), settings.scale.time)
 
 
 def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
@@ -65,7 +66,7 @@ def loaded(name: str) -> Callable[[Design, Settings, str], Driver]:
         found = getattr(importlib.import_module(module), kind)
     except AttributeError:
         raise SettingsError(f'device.driver {name}: {module} has no {kind}') from None
-    except Exception as error:  # the module may raise anything
+    except (Exception, SystemExit) as error:  # the module may raise anything
         why = printable(repr(error), 300)
         raise SettingsError(f'device.driver {name}: {module} cannot be imported: {why}') from error
     if not (isinstance(found, type) and issubclass(found, Driver)):

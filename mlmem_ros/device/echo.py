@@ -6,16 +6,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..physics import Design
 from ..physics.dispersion import group_velocity
+from ..physics.jit import kernel
 from ..physics.portable import exponential
 from ..physics.potential import Array
-from .carrier import carried, half_period
+from .carrier import carried, weights
 from .end import End
 from .settings import ProbeSettings
+
+if TYPE_CHECKING:
+    from .shot import Shot
 
 
 def window(probe: ProbeSettings) -> float:
@@ -33,17 +38,33 @@ def blanking(probe: ProbeSettings) -> float:
     return pulse_duration(probe) + 0.5 * window(probe)
 
 
+def hidden(probe: ProbeSettings, delay: float) -> bool:
+    """Whether an echo begins before listening does: then its delay says no more than that."""
+    return delay <= blanking(probe) + SOON
+
+
 def listening_time(design: Design, probe: ProbeSettings, end: End) -> float:
     """Return the longest time of an echo: there and back over the whole element, plus its tail."""
     speed = max(SLOWEST, float(group_velocity(probe.omega_c, end.k_s(design))))
     return pulse_duration(probe) + 2.0 * design.N / speed + TAIL
 
 
+SOON = 0.6
+"""Time units after listening begins in which the first sample is taken."""
+
 TAIL = 150.0
 """Time units that a read listens after the first crossing, for the echo's peak."""
 
 SLOWEST = 0.15
 """Least group velocity, in cells per time unit, that the listening time allows for."""
+
+SHARES = (0.8, 1.25)
+"""Shares of the threshold at which an echo is timed as well. One from afar rises in bumps, and may
+just reach the threshold at one time and just miss it at another; not three thresholds at once."""
+
+Shape = tuple[float | None, float | None, float]
+"""Times at which an echo crosses `SHARES` of the threshold, None where it does not; and how loud
+it is: its greatest v_c over the threshold."""
 
 FAINTEST = 1e-13
 """Least threshold in cells: the rounding noise of an end that rests near 0."""
@@ -82,14 +103,15 @@ class Echo:
         end: The end that was probed.
         probe: The pulse and the detector's settings.
         t: Times since the pulse began, shape (n,).
-        v_m: Displacement magnitude |v - rest|, shape (n,); while the base shakes, of the carrier
-            alone.
+        v_m: Magnitude of the carrier's part of v - rest, shape (n,).
         v_c: v_m averaged over a centred window of width T, shape (n,).
         delay: Time of the first crossing of the threshold, or None without an echo.
         threshold_margin: Greatest v_c over the threshold: above 1 for an echo.
-        floor: Contribution of noise and vibration alone to v_c, measured before the pulse.
+        floor: Contribution of noise and vibration alone to v_c.
         shaken: Whether the base shook.
-        spoiled: Whether it began to shake after the pulse, so that the carrier was not filtered.
+        spoiled: Whether it began to shake after the pulse, so that its contribution is not known.
+        shot: The pulse and what both ends did after it, whatever else was fired; None if it was
+            not recorded. Its wall is not known.
     """
 
     end: End
@@ -102,13 +124,21 @@ class Echo:
     floor: float = 0.0
     shaken: bool = False
     spoiled: bool = False
+    shot: Shot | None = None
 
     @property
     def early(self) -> bool:
         """Whether the threshold was already crossed when listening began."""
-        if self.delay is None or not len(self.t):
-            return False
-        return self.delay <= blanking(self.probe) + float(self.t[0])
+        return self.delay is not None and hidden(self.probe, self.delay)
+
+    @property
+    def shape(self) -> Shape:
+        """When it crosses `SHARES` of the threshold, and how loud it is."""
+        heard = self.t > blanking(self.probe)
+        t, v_c = self.t[heard], self.v_c[heard]
+        over = [v_c > share * threshold(self.probe, t, self.floor) for share in SHARES]
+        low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
+        return low, high, self.threshold_margin
 
     @property
     def raised(self) -> float:
@@ -135,7 +165,9 @@ class EchoDetector:
         dt: float,
         floor: float = 0.0,
         least: float = FAINTEST,
-        shaken: bool = False,
+        past: Array | None = None,
+        *,
+        filtered: bool = True,
     ) -> None:
         """Prepare for the samples of a pulse that begins now.
 
@@ -144,7 +176,8 @@ class EchoDetector:
             dt: Sampling interval; the first sample is at dt.
             floor: Contribution of noise alone to v_c, which raises the threshold.
             least: Lower bound of the threshold: the contribution of rounding.
-            shaken: Whether to filter the carrier, because the base shakes.
+            past: Displacements from rest before, newest last; by default at rest.
+            filtered: Whether only the carrier is heard; otherwise, as in the paper, all.
         """
         self._floor = floor
         self._least = least
@@ -153,8 +186,10 @@ class EchoDetector:
         self.threshold_margin = 0.0
         self._dt = dt
         self._half = max(1, round(0.5 * window(probe) / dt))
-        self._lag = half_period(probe, dt) if shaken else 0
-        self._past = np.zeros(0)
+        self._weights = weights(probe, dt) if filtered else np.ones(1)
+        n = len(self._weights) // 2
+        known = np.zeros(n) if past is None else past[max(0, len(past) - n) :]
+        self._past = np.concatenate((np.zeros(n - len(known)), known))
         self._v_m = np.zeros(0)
         self._sums = np.zeros(1)
         self._v_c = np.zeros(0)
@@ -171,45 +206,43 @@ class EchoDetector:
         n, last = round(duration / self._dt), len(self._v_c) - round(ago / self._dt)
         return float(self._v_c[max(0, last - n) : max(0, last)].max(initial=0.0))
 
-    def feed(self, v: Array, ticks: int = 1) -> None:
-        """Take displacements from rest, shape (ticks m,), and look for a threshold crossing.
+    def feed(self, v: Array) -> None:
+        """Take displacements from rest, shape (n,), and look for a threshold crossing.
 
-        Sums are rounded after each tick.
+        The bits do not depend on how many come at once.
         """
-        if not self._lag:
-            self._feed(np.abs(v), ticks)
-            return
-        for each in np.split(v, ticks):
-            before = self._past if len(self._past) else np.repeat(each[:1], 2 * self._lag)
-            each = np.concatenate((before, each))
-            self._past = each[-4 * self._lag :]
-            self._feed(np.abs(carried(each, self._lag)), 1)
+        known = np.concatenate((self._past, v))
+        self._past = known[len(known) - min(len(known), len(self._weights) - 1) :]
+        self.take(np.abs(carried(known, self._weights)))
 
-    def _feed(self, v_m: Array, ticks: int) -> None:
-        within = v_m.reshape(ticks, -1).cumsum(axis=1)
-        starts = np.cumsum([self._sums[-1], *within[:-1, -1:].ravel()])
+    def take(self, v_m: Array) -> None:
+        """Take the magnitudes of the carrier's part instead."""
         self._v_m = np.concatenate((self._v_m, v_m))
-        self._sums = np.concatenate((self._sums, (starts[:, None] + within).ravel()))
-        first, last = len(self._v_c), len(self._v_m) - self._half
-        if last <= first:
-            return
-        i = np.arange(first, last)
-        low = np.maximum(i - self._half, 0)
-        sums = self._sums[i + self._half + 1] - self._sums[low]
-        average = sums / (2 * self._half + 1)
-        self._v_c = np.concatenate((self._v_c, average))
-        self._compare(np.arange(first + 1.0, last + 1.0) * self._dt, average)
+        self._sums = np.concatenate((self._sums, v_m))
+        first, last = len(self._v_c), max(len(self._v_c), len(self._v_m) - self._half)
+        self._v_c = np.concatenate((self._v_c, np.empty(last - first)))
+        _average(self._sums, len(v_m), self._half, self._v_c, first)
+        self._compare(first)
 
-    def _compare(self, t: Array, v_c: Array) -> None:
-        heard = t > blanking(self.probe)
-        if not heard.any():
+    def _compare(self, first: int) -> None:
+        """Look for a crossing in v_c from a sample on."""
+        t = np.arange(first + 1.0, len(self._v_c) + 1.0) * self._dt
+        deaf = int(np.searchsorted(t, blanking(self.probe), side='right'))
+        t, v_c = t[deaf:], self._v_c[first + deaf :]
+        if not len(t):
             return
-        ratio = (v_c / threshold(self.probe, t, self._floor, self._least))[heard]
+        ratio = v_c / threshold(self.probe, t, self._floor, self._least)
         self.threshold_margin = max(self.threshold_margin, float(ratio.max()))
-        if self.delay is None and (ratio > 1.0).any():
-            self.delay = float(t[heard][np.argmax(ratio > 1.0)])
+        if self.delay is None and (over := ratio > 1.0).any():
+            self.delay = float(t[over.argmax()])
 
-    def echo(self, end: End, spoiled: bool = False) -> Echo:
+    def louder(self, floor: float) -> None:
+        """Judge everything again with the noise that is measured now, if it has become louder."""
+        if floor > self._floor:
+            self._floor, self.delay, self.threshold_margin = floor, None, 0.0
+            self._compare(0)
+
+    def echo(self, end: End, *, shaken: bool = False, spoiled: bool = False) -> Echo:
         """Return everything received at an end, up to the time where v_c is known."""
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
@@ -222,6 +255,23 @@ class EchoDetector:
             self.delay,
             self.threshold_margin,
             self._floor,
-            self._lag > 0 or spoiled,
+            shaken,
             spoiled,
         )
+
+
+@kernel
+def _average(sums: Array, new: int, half: int, v_c: Array, first: int) -> None:
+    """Average v_m over a centred window.
+
+    Args:
+        sums: Running sums of v_m, beginning with 0; in place of the last, v_m itself.
+        new: How many those are.
+        half: Samples of the window before and after its centre.
+        v_c: Out: the averages, from a sample on.
+        first: That sample.
+    """
+    for i in range(len(sums) - new, len(sums)):
+        sums[i] += sums[i - 1]
+    for i in range(first, len(v_c)):
+        v_c[i] = (sums[i + half + 1] - sums[max(i - half, 0)]) / (2 * half + 1)

@@ -9,15 +9,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..clipped import clipped
+from ..described import descriptions, problems
+from ..procedures import PROCEDURES, Abort, Procedures
 from . import commands, procedures
-from .commands import Command, Procedures
-from .end import BOTH, End
+from .commands import Command
+from .end import End
 from .errors import ProcedureFailed, Refused
 from .events import Event, Outcome
 from .instrument import LONGEST_RUN
 from .memory import Memory
 from .procedures import Procedure, Result
 from .progress import Feedback, Progress
+
+NAMES = {row.command: name for name, row in PROCEDURES.items()}
+"""Names of procedures by their commands."""
+
+WAY_HOME = '; if this remains so without faults, reset replaces the element by a blank one'
+"""Ends the error of a procedure if an end rests in neither phase."""
 
 FAR = 2**31
 """More ticks than are ever run."""
@@ -26,7 +34,7 @@ FAR = 2**31
 class MemoryElement(Memory):
     """A device that advances by ticks and takes commands between them; made like a `Memory`."""
 
-    _running: _Run | None = None
+    _running: Run | None = None
 
     # --- commands ------------------------------------------------------------------------
 
@@ -35,13 +43,12 @@ class MemoryElement(Memory):
         """Name of the running procedure, empty when there is none."""
         return self.progress.procedure if self._running else ''
 
-    def runs(self, command: object) -> bool:
-        """Return whether the running procedure belongs to exactly this command."""
-        run = self._running  # another thread may end it meanwhile
-        return run is not None and run.command is command
+    def runs(self, run: Run | None) -> bool:
+        """Return whether a procedure is under way."""
+        return run is not None and run is self._running
 
     def feedback(self) -> Feedback:
-        """Return the progress of the running procedure; any thread may call it."""
+        """Return the progress of the running procedure."""
         progress = self.progress
         share = progress.share(self.ticks)
         return Feedback(progress.phase, share, self.linkage.encoder, progress.attempts)
@@ -52,7 +59,12 @@ class MemoryElement(Memory):
         return not self._running and super().resting
 
     @property
-    def foreseen(self) -> int:
+    def at_rest(self) -> bool:
+        """Whether no procedure runs, and ticks change nothing but clocks."""
+        return not self._running and not self._events and super().at_rest
+
+    @property
+    def idle_ticks(self) -> int:
         """Ticks until the next decision if no command comes, which can be run later together.
 
         It is 0 for a real element that moves, because that cannot be delayed.
@@ -67,63 +79,60 @@ class MemoryElement(Memory):
         actuator = self.actuator
         return not (self._running or actuator.moving or actuator.strain)
 
-    def apply(self, command: Command) -> None:
+    def apply(self, command: Command) -> Run | None:
         """Take a command; it takes effect in the next tick.
+
+        Returns:
+            The procedure that it begins; None for other commands.
 
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.
         """
+        name = NAMES.get(type(command))
+        wanted = self._checked(command) if name is not None else {}
         match command:  # allowed at any time
-            case commands.Abort(why):
-                self._abort(command, why)
-                return
+            case Abort(why):
+                self._stop(f'aborted: {why}' if why else 'aborted')
             case commands.Disturb(acceleration):
                 self.base.disturb(acceleration)
-                return
+                return None
             case commands.SetFaults(faults):
-                self.suffer(faults)
-                return
+                self.set_faults(faults)
+                return None
         if self._running:
             raise Refused(f'busy: {self.procedure} is running; abort it or wait')
+        if name is not None:
+            return self._begin(name, command, wanted)
         match command:
             case commands.SetStrain(strain):
                 self.actuator.slew_to(strain)
-                self.forget()
             case commands.FollowTrajectory():
                 self.actuator.follow(command, self.settings.scale.time)
-                self.forget()
-            case commands.Write(level):
-                self._check_level(level)
-                self._run(command, 'write', procedures.write(self, level))
-            case commands.Read(end):
-                if end not in ('', *End, BOTH):
-                    raise Refused(f'end must be left, right or both; got {clipped(end)}')
-                self._run(command, 'read', procedures.read(self, end))
-            case commands.Erase():
-                self._run(command, 'erase', procedures.erase(self))
-            case commands.Calibrate():
-                self._run(command, 'calibrate', procedures.calibrate(self))
-            case commands.SelfTest():
-                self._run(command, 'self_test', procedures.self_test(self))
             case _:
                 known = ', '.join(commands.KINDS)
                 raise Refused(f'command must be one of {known}; got {clipped(command)}')
+        self.forget()
+        return None
 
-    def _check_level(self, level: int) -> None:
-        last = self.design.levels - 1
-        if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level <= last:
-            raise Refused(f'level must be a whole number from 0 to {last}; got {clipped(level)}')
+    def _checked(self, command: Command) -> dict[str, Any]:
+        """Return the arguments of a procedure."""
+        if wrong := problems(command, level=self.design.levels - 1):
+            raise Refused('; '.join(wrong))
+        return {field.name: getattr(command, field.name) for field, _ in descriptions(command)}
 
-    def _abort(self, command: Command, why: str) -> None:
+    def _begin(self, name: str, command: Command, wanted: dict[str, Any]) -> Run:
+        steps = procedures.STEPS[name]
+        self.progress = Progress(name, self.ticks)
+        procedures.estimates.expect(self, steps.expected(self, **wanted))
+        self._running = Run(command, steps.begin(self, **wanted), self.ticks)
+        return self._running
+
+    def _stop(self, why: str) -> None:
+        """End the running procedure, if there is one."""
         if self._running:
             self._running.steps.close()
-            self._end(False, f'aborted: {why}' if why else 'aborted', Result(None))
+            self._end(False, why, Result(None))
             self.statistics.aborted += 1
-        self._run(command, 'abort', procedures.abort(self))
-
-    def _run(self, command: Command, name: str, steps: Procedure[Result]) -> None:
-        self.progress = Progress(name, self.ticks)  # first: other threads read `procedure`
-        self._running = _Run(command, steps, self.ticks)
 
     # --- time ----------------------------------------------------------------------------
 
@@ -161,15 +170,15 @@ class MemoryElement(Memory):
             Refused: As in `apply`.
             StateError: As in `advance`.
         """
-        self.apply(command)
-        while True:
-            for event in self.advance(LONGEST_RUN if between is None else 1):
-                if isinstance(event, Outcome):
-                    return event
-            if between is not None:
+        run = self.apply(command)
+        assert run is not None
+        while run.outcome is None:
+            self.advance(LONGEST_RUN if between is None else 1)
+            if between is not None and run.outcome is None:
                 between()
+        return run.outcome
 
-    def _step(self, run: _Run) -> int:
+    def _step(self, run: Run) -> int:
         """Resume a procedure; return after how many ticks to resume it again."""
         try:
             ticks = next(run.steps)
@@ -179,7 +188,7 @@ class MemoryElement(Memory):
             self._finish(not failed, f'failed: {failed}' if failed else '', result)
         except ProcedureFailed as failure:
             result = Result(self.reading, failure.attempts)
-            self._finish(False, str(failure), result)
+            self._finish(False, f'{failure}{self._way_home()}', result)
         else:
             run.due = self.ticks + ticks
             return ticks
@@ -191,22 +200,28 @@ class MemoryElement(Memory):
         self.forget()
         if self._running:
             self._running.steps.close()
-            self.statistics.count(self._end(False, why, Result(None)))
+            self.statistics.count(self._end(False, f'{why}{self._way_home()}', Result(None)))
+
+    def _way_home(self) -> str:
+        """Return what to do about cells that have left their phases, as far as the ends show."""
+        stray = None in (self.phase(End.LEFT), self.phase(End.RIGHT))
+        return WAY_HOME if stray and self.simulated and self.procedure != 'reset' else ''
 
     def _finish(self, success: bool, error: str, result: Result) -> None:
         """End the running procedure, successful or not: release cells, return the strain to zero.
 
-        A read keeps a strain that was set by hand.
+        What changes nothing, such as a read, keeps a strain that was set by hand.
         """
         outcome = self._end(success, error, result)
         self.statistics.count(outcome)
         self.transducer.release()
-        if outcome.procedure != 'read' and self.actuator.motion.target != 0.0:
+        if PROCEDURES[outcome.procedure].changes and self.actuator.motion.target != 0.0:
             self.actuator.ramp_to(0.0, self.settings.erase.release)
 
     def _end(self, success: bool, error: str, result: Result) -> Outcome:
-        self._running = None
-        outcome = Outcome(
+        run, self._running = self._running, None
+        assert run is not None
+        run.outcome = Outcome(
             self.progress.procedure,
             success,
             error,
@@ -216,15 +231,24 @@ class MemoryElement(Memory):
             self.ticks,
             result.checks,
             result.delays,
+            result.found,
         )
-        self._events.append(outcome)
-        return outcome
+        self._events.append(run.outcome)
+        return run.outcome
 
 
 @dataclass(eq=False)
-class _Run:
-    """A running procedure, and the tick in which to resume it."""
+class Run:
+    """A procedure under way.
+
+    Attributes:
+        command: Its command.
+        steps: What is left of it.
+        due: The tick in which to resume it.
+        outcome: How it has ended, or None.
+    """
 
     command: Command
     steps: Procedure[Any]
     due: int
+    outcome: Outcome | None = None

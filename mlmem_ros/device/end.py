@@ -46,6 +46,10 @@ class End(str, Enum):
         """Return how far a wall at a level is, in cells."""
         return abs(design.defect(level) - self.site(design))
 
+    def cell(self, design: Design, distance: float) -> float:
+        """Return the place of a reflector that is at some distance from it."""
+        return 1.0 + distance if self is End.LEFT else design.N - distance
+
     def displacement(self, design: Design, strain: float) -> float:
         """Return how far a substrate strain moves it."""
         return 0.0 if self is End.LEFT else design.end_displacement(strain)
@@ -62,11 +66,6 @@ def ends(word: str) -> tuple[End, ...]:
         ValueError: It is not one of these.
     """
     return tuple(End) if word == BOTH else (End(word),)
-
-
-def read_from(settings: Settings) -> tuple[End, ...]:
-    """Return the ends that levels are read from; the right one also verifies an erase."""
-    return (End.RIGHT,) if settings.read.end == End.RIGHT else tuple(End)
 
 
 BOTH = 'both'

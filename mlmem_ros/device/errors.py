@@ -15,6 +15,10 @@ class DriverError(Exception):
     """A real element that is unreachable, or whose driver returns impossible values."""
 
 
+class DriverHangs(DriverError):
+    """A driver that does not return: it cannot be closed, so it is not opened again."""
+
+
 class ProcedureFailed(Exception):
     """A procedure that ran and failed; the message says what was observed.
 

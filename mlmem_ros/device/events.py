@@ -9,10 +9,11 @@ from typing import Any
 
 from .echo import Echo
 from .reading import Reading
+from .shot import Shot
 
 
 @dataclass(frozen=True)
-class Heard:
+class EchoReceived:
     """A probe and its reading, with or without an echo within the listening time."""
 
     echo: Echo
@@ -45,7 +46,7 @@ class Outcome:
     """How a procedure ended.
 
     Attributes:
-        procedure: Its name: write, read, erase, calibrate, self_test or abort.
+        procedure: Its name, one of `PROCEDURES`.
         success: Whether it succeeded.
         error: Why not; empty on success.
         reading: The last reading it made, or None.
@@ -54,6 +55,7 @@ class Outcome:
         end_tick: The tick in which it ended.
         checks: The checks of a self-test.
         delays: Echo delay of every level in time units, by end, from a calibration.
+        found: What else was measured, by name: numbers and words.
     """
 
     procedure: str
@@ -65,6 +67,7 @@ class Outcome:
     end_tick: int
     checks: tuple[Check, ...] = ()
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, float | str] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the outcome as plain values, for the JSON answers of the ROS services."""
@@ -85,7 +88,7 @@ class Outcome:
                 end: [round(delay, 4) for delay in delays] for end, delays in self.delays.items()
             }
         ticks = self.end_tick - self.start_tick
-        return values | {'attempts': self.attempts, 'ticks': ticks}
+        return values | self.found | {'attempts': self.attempts, 'ticks': ticks}
 
 
-Event = Heard | Outcome
+Event = EchoReceived | Shot | Outcome

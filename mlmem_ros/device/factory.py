@@ -4,25 +4,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
-
 from ..physics import Design, Specimen, StateError
-from ..physics.equilibrium import resting_wall
+from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
 from .driver import Driver
+from .echo import Echo
 from .element import MemoryElement
-from .end import End, read_from
+from .end import End
 from .errors import ProcedureFailed, SettingsError
 from .instrument import Instrument
 from .presets import Preset
 from .procedures.blocks import run, wait
-from .procedures.listening import answer
+from .procedures.listening import pulse_echo
+from .reading import primary
 from .settings import Settings
+from .simulation import Simulation
 
 
 def new_element(
@@ -53,52 +53,67 @@ def new_element(
 
 @lru_cache(maxsize=64)  # shared by equal instruments
 def factory_calibration(design: Design, settings: Settings) -> Calibration:
-    """Return the echo delays of an ideal element, probed with its wall resting at every level.
+    """Return the echo delays of an ideal element; raises as `calibration_of`."""
+    return calibration_of(Specimen(design), design, settings)
 
-    The left end has none where `read.end` is 'right'.
+
+def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibration:
+    """Return the echo delays of an element, probed with its wall resting at every level.
+
+    Always by the method whose waves do not depend on its step: delays are those of the element.
+
+    Args:
+        made: The element.
+        design: What the instrument takes it for.
+        settings: The instrument's settings.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
     """
     at_rest = replace(settings.read, rest=0.0)  # the ideal element is at rest
-    twin = Instrument(design, replace(settings, read=at_rest))
-    walls = [_resting(design, level) for level in range(design.levels)]
-    tables = {end: _delays(twin, walls, end) for end in read_from(settings)}
-    left = DelayTable(tables[End.LEFT]) if End.LEFT in tables else None
-    blank = _delay(twin, np.full(design.N, design.D_s1), End.RIGHT)
-    return Calibration(left, DelayTable(tables[End.RIGHT], blank))
+    converged = replace(settings.time, integrator='pefrl')
+    body = Simulation.of(made, converged)
+    twin = Instrument(design, replace(settings, read=at_rest, time=converged), body)
+    walls = [_resting(made, level) for level in range(design.levels)]
+    heard = [_echoes(twin, wall, tuple(End)) for wall in walls]
+    for level, echoes in enumerate(heard):
+        for end, echo in echoes.items():
+            if echo.delay is None:
+                probe = twin.transducer.probes[end]
+                raise SettingsError(
+                    f'level {level} gives no echo at the {end} end: with carrier '
+                    f'{probe.omega_c:g} and threshold {probe.v_th:g} it cannot be read'
+                )
+    empty = _echoes(twin, blank(made), (End.RIGHT,))[End.RIGHT].delay
+    left, right = (
+        DelayTable(
+            tuple(each[end].delay or 0.0 for each in heard),
+            of_blank,
+            tuple(each[end].shape for each in heard),
+        )
+        for end, of_blank in ((End.LEFT, None), (End.RIGHT, empty))
+    )
+    found = Calibration(left, right)
+    found.check(design.levels, primary(settings.read))
+    return found
 
 
-def _resting(design: Design, level: int) -> Array:
+def _resting(made: Specimen, level: int) -> Array:
     try:
-        return resting_wall(Specimen(design), level)
+        return resting_wall(made, level)
     except StateError as error:
         raise SettingsError(f'the wall does not settle at level {level}: {error}') from error
 
 
-def _delays(twin: Instrument, walls: Sequence[Array], end: End) -> tuple[float, ...]:
-    """Return the delay of each wall at an end."""
-    delays = []
-    for level, wall in enumerate(walls):
-        delay = _delay(twin, wall, end)
-        if delay is None:
-            raise SettingsError(
-                f'level {level} gives no echo at the {end} end: with carrier '
-                f'{twin.transducer.probes[end].omega_c:g} and threshold '
-                f'{twin.transducer.probes[end].v_th:g} it cannot be read'
-            )
-        delays.append(delay)
-    return tuple(delays)
-
-
-def _delay(twin: Instrument, v: Array, end: End) -> float | None:
-    """Place a configuration, probe it once, and return the echo delay."""
+def _echoes(twin: Instrument, v: Array, ends: tuple[End, ...]) -> dict[End, Echo]:
+    """Place a configuration, probe it once, and return the echoes at some ends."""
     twin.chain.place(v)
     twin.transducer.settle()
     write = twin.settings.write
     try:
         if twin.design.substrate == 'elastic':  # the wall strains it: let it come to rest
             run(twin, wait(twin, write.settle + write.final_settle))
-        return run(twin, answer(twin, end, 0.0)).delay
+            twin.transducer.settle()
+        return run(twin, pulse_echo(twin, ends))
     except ProcedureFailed as error:
         raise SettingsError(f'the ideal element cannot be probed: {error}') from error

@@ -3,8 +3,8 @@
 """Faults of a device. The defaults describe a healthy one.
 
 Each fault acts in one place: on the transducers' signals (`sensed`), between actuator and
-substrate (`linkage`), or in the material (`worn`). The device does not know its own faults; it has
-to detect them.
+substrate (`linkage`), or in the material (`with_faults`). The device does not know its
+own faults; it has to detect them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from ..chance import Stream, happens, normal
 from ..described import described
-from ..physics import Design, Scatter, Specimen, scattered
+from ..physics import Scatter, Specimen, scattered
 from ..physics.potential import Array
 from .errors import SettingsError
 from .settings import Checked
@@ -92,13 +92,18 @@ MATERIAL = ('weak_', 'stuck_', 'disorder_', 'damping_')
 HEALTHY = Faults()
 
 
-def worn(design: Design, faults: Faults) -> Specimen:
+def with_faults(made: Specimen, faults: Faults) -> Specimen:
     """Return the material with its faults.
+
+    Args:
+        made: The element without them.
+        faults: The present faults.
 
     Raises:
         SettingsError: The design does not have a named cell, or a stuck cell is one that a
             transducer holds.
     """
+    design = made.design
     if faults.weak_cell > design.N:
         raise SettingsError(f'weak_cell must be from 0 to N = {design.N}; got {faults.weak_cell}')
     if faults.stuck_cell == 1 or faults.stuck_cell >= design.N:
@@ -106,18 +111,18 @@ def worn(design: Design, faults: Faults) -> Specimen:
             f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, because the transducers '
             f'hold the ends; got {faults.stuck_cell}'
         )
-    specimen = Specimen(design)
-    if faults.disorder_alpha or faults.disorder_s:
-        scatter = Scatter(alpha=faults.disorder_alpha, s=faults.disorder_s)
-        specimen = scattered(design, scatter, faults.seed)
-    alpha, mass = np.array(specimen.alpha_factor), np.ones(design.N)
+    scatter = Scatter(alpha=faults.disorder_alpha, s=faults.disorder_s)
+    disorder = scattered(design, scatter, faults.seed)
+    alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
+    mass = made.masses.copy()
     if faults.weak_cell:
         alpha[faults.weak_cell - 1] *= faults.weak_factor
     if faults.stuck_cell:
         mass[faults.stuck_cell - 1] = np.inf
     return dataclasses.replace(
-        specimen, alpha_factor=alpha, mass=mass, eta_factor=faults.damping_factor
-    )
+        made, alpha_factor=alpha, s_factor=made.s_factor * disorder.s_factor, mass=mass,
+        eta_factor=made.eta_factor * faults.damping_factor,
+    )  # fmt: skip
 
 
 def sensed(ends: Array, last: Array, faults: Faults, tick: int) -> Array:

@@ -12,16 +12,20 @@ import math
 import numpy as np
 
 from ..physics import Chain, Design, DesignError, Specimen, StateError, substep_times
+from ..physics.equilibrium import blank
+from ..physics.jit import kernel
 from ..physics.potential import Array
 from .actuator import Actuator
 from .base import Base, BaseState
 from .driver import Driver
+from .echo import listening_time
 from .end import End
 from .errors import DriverError, Refused, SettingsError
-from .faults import HEALTHY, Faults, sensed, worn
-from .linkage import Linkage
+from .faults import HEALTHY, Faults, sensed, with_faults
+from .linkage import Linkage, LinkageState
 from .progress import Progress
 from .reading import phase_of
+from .reverberation import LONG_AGO
 from .settings import Settings
 from .simulation import Simulation
 from .transducer import Transducer
@@ -32,6 +36,9 @@ LONGEST_RUN = 50
 
 FARTHEST = 1e6
 """Largest possible end displacement in cells."""
+
+SLOW = 1e-5
+"""Speed of the substrate's end, in cells per time unit, up to which it excites no waves."""
 
 EARLY = 1e-6
 """Tolerance in ticks against rounding of the clock: rather early than late."""
@@ -44,6 +51,7 @@ class Instrument:
         design: The element.
         settings: The instrument's settings.
         driver: Strains and measures the element, simulated or real.
+        made: What a simulated element is without faults.
         actuator: Sets the strain of the substrate.
         linkage: Brings that strain to the substrate.
         base: What carries the element.
@@ -52,6 +60,8 @@ class Instrument:
         ticks: Ticks done: its clock.
         tick: Length of a tick in time units.
         steps_per_tick: Samples of a tick.
+        computed: Tick after which the element rests: nothing but clocks has changed since.
+        stirred: Tick after which substrate, base and material have not moved or changed.
         substrate_speed: Mean speed of the substrate's end in the last tick.
         progress: Progress of the running procedure.
     """
@@ -69,6 +79,7 @@ class Instrument:
         self.settings = settings
         self.tick = settings.time.tick
         self.driver = driver or Simulation.of(design, settings.time)
+        self.made = self.chain.specimen if self.simulated else Specimen(design)
         self.steps_per_tick = _samples(self.tick, self.driver.dt)
         self.actuator = Actuator(settings.actuator)
         self.linkage = Linkage(settings.actuator)
@@ -76,10 +87,13 @@ class Instrument:
         self.faults = HEALTHY
         self.transducer = Transducer(design, settings, self.driver)
         self.ticks = 0
+        self.computed = 0
+        self.stirred = -LONG_AGO
         self.substrate_speed = 0.0
         self.progress = Progress()
         self._times = substep_times(self.steps_per_tick, self.driver.dt, self.driver)
         self._substeps = np.diff(self._times, prepend=0.0)
+        self._excites = SLOW * self._substeps
         self._progress = self._times / self.tick
 
     @property
@@ -109,13 +123,29 @@ class Instrument:
         return not self.actuator.moving and self.base.still
 
     @property
+    def at_rest(self) -> bool:
+        """Whether ticks change nothing but clocks until something is set."""
+        actuator = self.actuator
+        if actuator.moving or not (self.base.still and self.transducer.flat and self.steady):
+            return False
+        goal = actuator.goal
+        V_N = goal * self.design.end_displacement(1.0)
+        if goal != self.linkage.state.commanded or not self.driver.rests(V_N):
+            return False
+        return self.transducer.at_its_samples
+
+    @property
     def steady(self) -> bool:
         """Whether the strain and the samples are free of faults."""
         return self.linkage.state.true and self.faults == HEALTHY
 
-    def next_look(self, left: float) -> int:
+    def passage(self, end: End) -> float:
+        """Return in which time a pulse of an end comes back from the far end, at the most."""
+        return listening_time(self.design, self.transducer.probes[end], end)
+
+    def next_look(self, remaining: float) -> int:
         """Return after how many ticks to check something that takes this long; never too many."""
-        return max(1, math.floor(left / self.tick - EARLY) + 1)
+        return max(1, math.floor(remaining / self.tick - EARLY) + 1)
 
     def phase(self, end: End) -> int | None:
         """Return the phase an end rests in: 0 inactive, 1 active, None in between."""
@@ -132,19 +162,33 @@ class Instrument:
         if not self.simulated and (wrong := faults.of_the_material()):
             raise Refused(f'faults: {", ".join(wrong)} apply only to a simulated element')
         try:
-            specimen = worn(self.design, faults)
-            if self.simulated:
-                self.chain.check(specimen)
+            specimen = with_faults(self.made, faults)
+            if (chain := self.driver.chain) is not None:
+                chain.check(specimen)
         except (SettingsError, DesignError) as error:
             raise Refused(f'faults: {error}') from error
         return specimen
 
-    def suffer(self, faults: Faults) -> None:
+    def set_faults(self, faults: Faults) -> None:
         """Replace all faults by these; raises as `specimen` does, with nothing changed."""
         specimen = self.specimen(faults)
         if self.simulated:
-            self.chain.become(specimen)
+            self.chain.set_specimen(specimen)
+            self.stirred = self.ticks
         self.faults = faults
+
+    def renew(self) -> None:
+        """Put a fresh blank element, unstrained and at rest, in the place of a simulated one.
+
+        Raises:
+            Refused: The element is real.
+        """
+        self.chain.place(blank(self.made))
+        self.actuator.hold(0.0)
+        self.linkage.state = LinkageState()
+        self.transducer.release()
+        self.transducer.settle()
+        self.stirred = -LONG_AGO
 
     def pass_ticks(self, ticks: int = 1) -> None:
         """Let ticks pass; while the instrument is `steady`, in one call of the driver.
@@ -156,6 +200,12 @@ class Instrument:
                 failing tick, and strain and base stand still.
             DriverError: The element cannot be reached, or its driver returns impossible values.
         """
+        if self.at_rest:
+            self.driver.pass_by(ticks * self.steps_per_tick)
+            self.transducer.pass_by(self.steps_per_tick, ticks)
+            self.ticks += ticks
+            self.substrate_speed = 0.0
+            return
         try:
             if ticks > 1 and self.steady:
                 try:
@@ -176,13 +226,13 @@ class Instrument:
         actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
         before = actuator.state, linkage.state, transducer.held, self.base.state
         shake = self.base.advance(self._progress, ticks)
-        told = actuator.advance(self._times, ticks)
-        strain = linkage.advance(told, self._substeps, self.faults, self.ticks)
-        drive = transducer.drive(ticks * self.steps_per_tick)
+        commanded = actuator.advance(self._times, ticks)
+        strain = linkage.advance(commanded, self._substeps, self.faults, self.ticks)
+        held_cell = transducer.held_cell(ticks * self.steps_per_tick)
         V_N = strain * self.design.end_displacement(1.0)
-        start = self.driver.V_N if ticks == 1 else V_N[-len(self._times) - 1]
+        start = self.driver.V_N
         try:
-            ends = self.driver.advance(V_N, drive, shake, ticks)
+            ends = self.driver.advance(V_N, held_cell, shake, ticks)
         except OSError as error:
             raise DriverError(f'the driver failed: {error}') from error
         except StateError:
@@ -190,17 +240,41 @@ class Instrument:
             raise
         if not self.simulated:
             _check(ends, ticks * self.steps_per_tick)
-        self.substrate_speed = (float(V_N[-1]) - float(start)) / self.tick
+        before_last = start if ticks == 1 else V_N[-len(self._times) - 1]
+        self.substrate_speed = (float(V_N[-1]) - float(before_last)) / self.tick
+        shaken = 0 if shake is None else len(np.trim_zeros(shake, 'b'))
+        strained = before[1].strain * self.design.end_displacement(1.0)
+        if moved := max(_last_moved(V_N, strained, self._excites), shaken):
+            self.stirred = self.ticks + math.ceil(moved / len(self._times))
         last = transducer.recent[:, -1]
         heard = sensed(ends, last, self.faults, self.ticks)
         transducer.record(heard, ticks, self.driver.interrupted)
         self.ticks += ticks
+        self.computed = self.ticks
 
     def stand_still(self, why: str) -> None:
         """End everything under way after a failed tick."""
         self.base.state = BaseState()
         self.substrate_speed = 0.0
         self.transducer.release()
+
+
+@kernel
+def _last_moved(V_N: Array, start: float, excites: Array) -> int:
+    """Return how many values there are up to the last towards which the substrate moves.
+
+    A lagging actuator approaches its set-point for ever; what excites no waves does not count.
+
+    Args:
+        V_N: Displacement of the substrate's end after every sub-step.
+        start: The same before.
+        excites: Least change that excites waves, for every sub-step of a tick.
+    """
+    for k in range(len(V_N) - 1, -1, -1):
+        before = V_N[k - 1] if k else start
+        if abs(V_N[k] - before) > excites[k % len(excites)]:
+            return k + 1
+    return 0
 
 
 def _samples(tick: float, dt: float) -> int:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The path from the actuator's commanded strain to the strain of the substrate.
 
-Command -> drive (may be stuck or lag; read by the encoder) -> grip (may slip or be mounted askew)
+Command -> motor (may be stuck or lag; read by the encoder) -> grip (may slip or be mounted askew)
 -> substrate. Each follows the one before it and makes up a difference no faster than a strain that
 is set by hand. So a fault that comes or goes does not jerk cells out of their phase, as a
 compression by 0.1 would at the rate of a throw.
@@ -29,21 +29,21 @@ class LinkageState:
     """The state of the linkage.
 
     Attributes:
-        told: The last commanded strain.
-        drive: Strain of the drive, read by the encoder.
+        commanded: The last commanded strain.
+        encoder_strain: Strain of the motor, read by the encoder.
         strain: Strain of the substrate.
         slipping: Whether the grip slips during the present strain cycle.
     """
 
-    told: float = 0.0
-    drive: float = 0.0
+    commanded: float = 0.0
+    encoder_strain: float = 0.0
     strain: float = 0.0
     slipping: bool = False
 
     @property
     def true(self) -> bool:
         """Whether the substrate has the commanded strain."""
-        return self.told == self.drive == self.strain and not self.slipping
+        return self.commanded == self.encoder_strain == self.strain and not self.slipping
 
 
 class Linkage:
@@ -60,46 +60,46 @@ class Linkage:
 
     @property
     def encoder(self) -> float:
-        """Strain of the drive; the device cannot read that of the substrate."""
-        return self.state.drive
+        """Strain of the motor; the device cannot read that of the substrate."""
+        return self.state.encoder_strain
 
-    def advance(self, told: Array, dt: Array, faults: Faults, tick: int) -> Array:
+    def advance(self, commanded: Array, dt: Array, faults: Faults, tick: int) -> Array:
         """Return the strain of the substrate at the end of every sub-step of a tick, shape (m,).
 
-        Without a fault, and if the linkage is true, it may be a run of ticks. `told` is the
+        Without a fault, and if the linkage is true, it may be a run of ticks. `commanded` is the
         commanded strain, shape (m,), and `dt` has the lengths of the sub-steps.
         """
-        state, last = self.state, float(told[-1])
-        slipping = self._slips(told, faults, tick)
+        state, last = self.state, float(commanded[-1])
+        slipping = self._slips(commanded, faults, tick)
         faulty = slipping or faults.actuator_stuck or faults.actuator_lag or faults.actuator_offset
         if state.true and not faulty:
-            if last != state.told:
+            if last != state.commanded:
                 self.state = LinkageState(last, last, last)
-            return told
-        drive = self._driven(told, dt, faults)
-        wanted = np.zeros_like(drive) if slipping else drive
-        limits = self._limits(wanted, 0.0 if slipping else state.drive, dt)
+            return commanded
+        motor = self._driven(commanded, dt, faults)
+        wanted = np.zeros_like(motor) if slipping else motor
+        limits = self._limits(wanted, 0.0 if slipping else state.encoder_strain, dt)
         strain = _followed(state.strain, wanted + faults.actuator_offset, limits)
-        slipping = slipping and bool(told.any())  # the grip holds again after the cycle
-        self.state = LinkageState(last, float(drive[-1]), float(strain[-1]), slipping)
+        slipping = slipping and bool(commanded.any())  # the grip holds again after the cycle
+        self.state = LinkageState(last, float(motor[-1]), float(strain[-1]), slipping)
         return strain
 
-    def _slips(self, told: Array, faults: Faults, tick: int) -> bool:
+    def _slips(self, commanded: Array, faults: Faults, tick: int) -> bool:
         """Return whether the grip slips: drawn when a cycle leaves zero, kept until it returns."""
         may_slip = faults.missed_cycle > 0.0 or self.state.slipping
-        if may_slip and self.state.told == 0.0 and told.any():
+        if may_slip and self.state.commanded == 0.0 and commanded.any():
             return happens(faults.missed_cycle, faults.seed, tick, Stream.SLIP)
         return self.state.slipping
 
-    def _driven(self, told: Array, dt: Array, faults: Faults) -> Array:
-        """Return the strain of the drive at the end of every sub-step."""
-        start = self.state.drive
+    def _driven(self, commanded: Array, dt: Array, faults: Faults) -> Array:
+        """Return the strain of the motor at the end of every sub-step."""
+        start = self.state.encoder_strain
         if faults.actuator_stuck:
-            return np.full_like(told, start)
-        limits, share = self._limits(told, self.state.told, dt), None
+            return np.full_like(commanded, start)
+        limits, share = self._limits(commanded, self.state.commanded, dt), None
         if faults.actuator_lag:
             share = 1.0 - exponential(-dt / max(faults.actuator_lag, NO_LAG))
-        return _followed(start, told, limits, share)
+        return _followed(start, commanded, limits, share)
 
     def _limits(self, course: Array, before: float, dt: Array) -> Array:
         """Return the largest changes down and up in each sub-step, shape (2, m).

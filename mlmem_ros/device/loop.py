@@ -5,30 +5,34 @@
 The clock decides only when the next tick runs, never what it computes. A late tick is counted, and
 the lost time is skipped, not caught up.
 
-Waking up costs more than a tick. So while there is nothing to decide, at rest or within a
+Waking up costs more than a tick. So while there is nothing to decide, idle or within a
 procedure, ticks are deferred and run several at a time, one period before the tick that ends the
 rest. That tick, which publishes a stream or resumes the procedure, comes on time. A command ends
 the rest and takes effect in the tick into which it falls. Messages of a shaking base do not end
 the rest; they are deferred with the ticks and still take effect in their own. Without a pace all
 ticks run in batches, each up to the next that the listener waits for.
+
+An element at rest computes nothing, so its ticks cost as little together as one. The loop sleeps
+until a command, an acceleration or a stream is due.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from .. import threads
-from .commands import Abort, Command, Disturb, Procedures
+from ..procedures import Abort
+from .commands import Command, Disturb
 from .element import MemoryElement
 from .errors import Refused
-from .events import Event, Outcome
+from .events import Event
 from .loop_statistics import LoopStatistics
-from .mailbox import Cancel, Ending, Mailbox
+from .mailbox import Asked, Ending, Mailbox
 from .pacing import Pacer, SteadyPacer
+from .request import Cancel, Request
 
 T = TypeVar('T')
 
@@ -38,11 +42,18 @@ Stamped = tuple[int, Command]
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
-LONGEST_SLEEP = 0.1
-"""Longest sleep in seconds before the loop checks whether the clock has jumped."""
+Settle = Callable[[Asked], None]
+"""Called in the loop's thread, between two ticks, when a request's procedure has ended."""
+
+LONGEST_SLEEP = 2.0
+"""Longest sleep in seconds, of an element at rest."""
 
 LONGEST_REST = 0.04
-"""Longest time to defer ticks, in seconds: a command waits while they are made up for."""
+"""Longest time to defer ticks that compute something, in seconds: a command waits while they are
+made up for."""
+
+MOST_DEFERRED = 1000
+"""Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
 
 SHUT_DOWN = 'the device is shut down'
 
@@ -61,7 +72,7 @@ class Loop:
     """Runs a device and hands it commands at tick boundaries.
 
     Attributes:
-        element: The device; only the loop's thread changes it.
+        element: The element; while the loop runs, its thread alone reads and changes what changes.
         statistics: How the loop keeps time.
         failure: What stopped the loop, or None.
     """
@@ -75,34 +86,44 @@ class Loop:
         speed: float = 1.0,
         batch: int = 1,
         publish_every: int = 1,
-        heard: Callable[[], bool] = lambda: True,
+        has_subscribers: Callable[[], bool] = lambda: True,
+        watched: Callable[[], bool] = lambda: True,
+        settle: Settle = lambda request: request.settle(request.outcome),
         failed: Callable[[], None] = lambda: None,
     ) -> None:
         """Prepare a loop; `start` sets it going.
 
         Args:
-            element: The device.
+            element: The element.
             listener: Called after ticks with the commands that they began with and their events.
             pacer: The clock; by default the steady clock of the machine.
             speed: Multiple of the scale's real time; 0 runs as fast as possible.
             batch: Most ticks to defer and run together: ticks that matter to the listener must be
                 multiples of this number to be on time.
             publish_every: No run of ticks extends beyond a multiple of this number.
-            heard: Returns whether anybody waits for the ticks that are multiples of `batch`; if
-                not, they are deferred like the others, and longer.
+            has_subscribers: Returns whether anybody waits for the ticks that are multiples of
+                `batch`; if not, they are deferred like the others, and longer.
+            watched: Returns whether anybody waits for those that are multiples of `publish_every`;
+                if not, the ticks of an element at rest are run together.
+            settle: Answers a request whose procedure has ended, at once or later. No command has
+                taken effect since.
             failed: Called in the loop's thread after a failure has stopped it.
         """
         self.element = element
         self.statistics = LoopStatistics()
-        self.failure: Exception | None = None
+        self.failure: BaseException | None = None
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
         self._batch = batch
         self._publish_every = publish_every
-        self._heard = heard
+        self._has_subscribers = has_subscribers
+        self._watched = watched
+        self._settle = settle
         self._failed = failed
         self._box = Mailbox(speed)
-        self._answers: deque[Future[Outcome | None]] = deque()  # of running procedures
+        self._open: list[Asked] = []  # their procedures run
+        self._check_shake = element.base.check
+        self._slept = False  # longer than ticks are deferred otherwise
         self._paused = False  # as last seen by the loop's thread
         self._pace(speed)
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
@@ -128,6 +149,11 @@ class Loop:
         self._box.close(Refused(SHUT_DOWN))  # if it was never started
 
     @property
+    def pacer(self) -> Pacer:
+        """The clock."""
+        return self._pacer
+
+    @property
     def speed(self) -> float:
         """Requested multiple of the scale's real time; 0 for as fast as possible."""
         return self._box.speed
@@ -141,32 +167,31 @@ class Loop:
         """Real time of a tick at speed 1, in seconds."""
         return self.element.tick * self.element.settings.scale.time
 
-    def cancel(self, command: Command) -> Future[Outcome | None]:
-        """Abort the procedure of exactly this command in the next tick.
+    def cancel(self, request: Asked) -> Asked:
+        """Abort the procedure of exactly this request in the next tick.
 
         Returns:
-            The outcome of the abort once the strain is zero; None if the procedure has ended.
+            Its answer is the outcome of the abort once the strain is zero; None if the procedure
+            has ended.
         """
-        return self._box.submit(Cancel(command))
+        return self._box.submit(Cancel(request))
 
     def call(self, function: Callable[[], T]) -> Future[T]:
         """Call a function between two ticks, in the loop's thread, paused or not."""
         return self._box.call(function)
 
-    def submit(self, command: Command) -> Future[Outcome | None]:
+    def submit(self, command: Command) -> Asked:
         """Hand in a command for the next tick.
 
         Returns:
-            The outcome of a procedure when it ends; None for a set-point once it is accepted;
-            the exception `Refused` if the command is not accepted.
+            Its answer is the outcome of a procedure when it ends, and None for a set-point once
+            it is accepted.
         """
         if isinstance(command, Disturb):  # check it before it replaces a valid one
             try:
-                self.element.base.check(command.acceleration)
+                self._check_shake(command.acceleration)
             except Refused as refusal:
-                answer: Future[Outcome | None] = threads.Future()
-                answer.set_exception(refusal)
-                return answer
+                return Request(command).refuse(refusal)
             return self._box.shake(self._pacer.now(), command)
         return self._box.submit(command)
 
@@ -199,18 +224,19 @@ class Loop:
             self._run_ticks()
             if self._box.ending is Ending.FINISH:
                 self._let_go()
-        except Exception as failure:  # whatever it is, the device reports it and stops
+        except BaseException as failure:  # whatever it is, the device reports it and stops
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
         self._box.close(refusal)
-        while self._answers:
-            self._answers.popleft().set_exception(refusal)
+        for request in self._open:
+            request.refuse(refusal)
         if self.failure is not None:
             self._failed()
 
     def _run_ticks(self) -> None:
-        due = self._pacer.now()
-        while (turn := self._wait(due)) is not None:
+        due, made_up = self._pacer.now(), False
+        while (turn := self._wait(due, made_up)) is not None:
+            made_up = turn.batch > 0
             if turn.batch:
                 due = self._make_up(turn.due, turn.batch)
             else:
@@ -222,7 +248,9 @@ class Loop:
         self._box.close(Refused(SHUT_DOWN))
         if self.element.released:
             return
-        commands = self._apply(Abort(SHUT_DOWN), threads.Future())
+        abort = Abort(SHUT_DOWN)
+        commands: list[Stamped] = [(self.element.ticks, abort)]
+        self.element.apply(abort)
         while not self.element.released:
             self._tick(self._pacer.now(), commands)
             commands = []
@@ -232,16 +260,21 @@ class Loop:
 
         Each run ends at a tick that the listener waits for, or into which an acceleration falls.
         """
-        latest = due + ticks * self._period
+        latest, self._slept = due + ticks * self._period, False
         while ticks:
             shaken = self._shaken(due + self._period)
+            resting = self.element.at_rest
             begun, first = self._pacer.now(), self.element.ticks
             until_shaken = (self._box.next_shake() - due) / self._period
-            self._advance(int(min(ticks, self._until_published, max(1.0, until_shaken))), shaken)
+            most = ticks if resting and not self._watched() else min(ticks, self._until_published)
+            self._advance(int(min(most, max(1.0, until_shaken))), shaken)
             run = self.element.ticks - first
             busy = (self._pacer.now() - begun) / run
-            for number in range(run):
-                self.statistics.count(max(0.0, begun + number * busy - latest), busy)
+            if resting:
+                self.statistics.count(max(0.0, begun - latest), busy, run)
+            else:
+                for number in range(run):
+                    self.statistics.count(max(0.0, begun + number * busy - latest), busy)
             due, ticks = due + run * self._period, ticks - run
         return self._after(latest - self._period, self._pacer.now())
 
@@ -253,19 +286,19 @@ class Loop:
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._period > 0.0 or asked_for
         self._advance(1 if paced else self._longest_run, commands)
-        if asked_for and (done := self._box.take(self._box.single_ticks)) is not None:
-            done[0].set_result(self.element.ticks)
+        if asked_for and (request := self._box.take(self._box.single_ticks)) is not None:
+            request.settle(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
 
     def _advance(self, most: int, commands: list[Stamped]) -> None:
-        """Run a tick, or several without decisions; publish the events, then answer."""
+        """Run a tick, or several without decisions; publish the events, then settle."""
         events = self.element.advance(most)
         self._listener(commands, events)
-        for event in events:
-            if isinstance(event, Outcome):
-                self._answers.popleft().set_result(event)
+        for request in [each for each in self._open if each.outcome is not None]:
+            self._open.remove(request)
+            self._settle(request)
 
     @property
     def _until_published(self) -> int:
@@ -275,6 +308,8 @@ class Loop:
     @property
     def _longest_run(self) -> int:
         """Ticks of a run without a pace: it delays a command no longer than a rest would."""
+        if self.element.at_rest and not self._watched():
+            return MOST_DEFERRED
         busy = self.statistics.busy
         return max(1, min(self._until_published, int(LONGEST_REST / busy) if busy > 0.0 else 1))
 
@@ -284,24 +319,25 @@ class Loop:
             return now
         lag = now - (due + self._period)
         borne = max(self._period, self._pacer.slack)
-        if lag > borne and self.element.foreseen:  # deferred ticks may be late
-            deferred = self._at_once > 1 if self._heard() else self._unheard > 0
+        if lag > borne and self.element.idle_ticks:  # deferred ticks may be late
+            deferred = self._at_once > 1 if self._has_subscribers() else self._most_deferred > 0
             borne = max(borne, LONGEST_REST if deferred else 0.0)
         skipped = int(lag / self._period) if lag > borne else 0
         self.statistics.overruns += skipped
         return due + (1 + skipped) * self._period
 
-    def _wait(self, due: float) -> _Turn | None:
+    def _wait(self, due: float, made_up: bool) -> _Turn | None:
         """Make pending calls and wait until ticks are due; None if the loop is to end.
 
-        While time is paused no tick is due, so there is none to make up for.
+        While time is paused no tick is due, so there is none to make up for. At a speed beyond the
+        machine there always is, so who waits comes next when ticks were just `made_up`.
         """
         box = self._box
         while True:
-            if overdue := self._overdue(due):
+            if not made_up and (overdue := self._overdue(due)):
                 return _Turn(due, overdue)
             while (call := box.take(box.calls)) is not None:
-                _make(*call)
+                _make(call)
             with box.changed:
                 if box.ending is not Ending.NOT:
                     return None
@@ -310,24 +346,34 @@ class Loop:
                     box.changed.wait_for(lambda: not box.held or bool(box.calls))
                     due = math.inf if box.paused else self._pacer.now()
                     continue
-                if box.speed != self._paced:
-                    self._pace(box.speed)
                 now = self._pacer.now()
+                if box.speed != self._paced:
+                    if self._slept and (ticks := self._due(now - due)) and now >= due:
+                        return _Turn(due, min(ticks, 1 + int((now - due) / self._period)))
+                    self._slept = False
+                    self._pace(box.speed)
                 if box.single_ticks:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + self._period)  # do not wait for a clock that jumped back
-                batch = self._due(now - due)
+                batch = 0 if made_up and box.commands else self._due(now - due)
                 wake = due + max(0, batch - 1) * self._period
                 if now >= wake:
                     return _Turn(due, batch)
                 if not box.calls:
+                    box.asleep = batch > self._most_deferred
+                    self._slept |= box.asleep
                     self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
+                    box.asleep = False
+                made_up = False
 
     def _pace(self, speed: float) -> None:
         """Set the speed: the period of a tick, and how many ticks a rest may defer."""
         self._paced = speed
         self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
-        self._unheard = int(LONGEST_REST / self._period) if speed > 0.0 else 0
+        longest = LONGEST_REST / self._period if speed > 0.0 else 0.0
+        self._most_deferred = int(min(MOST_DEFERRED, longest))
+        longest = LONGEST_SLEEP / self._period if speed > 0.0 else 0.0
+        self._most_asleep = int(min(MOST_DEFERRED, longest))
         longest = LONGEST_REST + 1e-9  # tolerates rounding
         self._at_once = max(
             ticks
@@ -337,8 +383,17 @@ class Loop:
 
     def _due(self, late: float) -> int:
         """Return the ticks of a batch if the next is late by a given time; 0 if none is due."""
-        in_time = self._at_once - self.element.ticks % self._at_once
-        ticks = min(in_time - 1 if self._heard() else self._unheard, self.element.foreseen)
+        resting = self.element.at_rest
+        if self._watched() if resting else self._has_subscribers():
+            in_time = self._at_once - self.element.ticks % self._at_once
+            ticks = in_time if resting and self._at_once > 1 else in_time - 1
+        elif resting and not self._box.shakes:
+            ticks = self._most_asleep
+        else:
+            ticks = self._most_deferred
+        if self._slept:
+            ticks = max(ticks, min(self._most_asleep, int(max(0.0, late) / self._period)))
+        ticks = min(ticks, self.element.idle_ticks)
         if not ticks or not (self._box.commands or self._box.calls):
             return ticks
         return min(ticks, int(max(0.0, late) / self._period))
@@ -354,43 +409,44 @@ class Loop:
 
     def _take_commands(self) -> list[Stamped]:
         taken = []
-        while (asked := self._box.take(self._box.commands)) is not None:
-            taken += self._apply(*asked)
+        while (request := self._box.take(self._box.commands)) is not None:
+            taken += self._apply(request)
         return taken + self._shaken(math.inf)
 
     def _shaken(self, before: float) -> list[Stamped]:
         """Apply the accelerations of the base from before a time."""
-        asked = self._box.take_shake(before)
-        return self._apply(*asked) if asked is not None else []
+        request = self._box.take_shake(before)
+        return self._apply(request) if request is not None else []
 
-    def _apply(self, command: Command | Cancel, answer: Future[Outcome | None]) -> list[Stamped]:
+    def _apply(self, request: Asked) -> list[Stamped]:
         """Apply a command; return it with its tick if it is accepted."""
+        command = request.asked
         if isinstance(command, Cancel):
-            if not self.element.runs(command.of):
-                answer.set_result(None)
+            if not self.element.runs(command.of.run):
+                request.settle(None)
                 return []
             command = Abort(CANCELED)
         try:
-            self.element.apply(command)
+            request.run = self.element.apply(command)
         except Refused as refusal:
             self.statistics.refused += 1
-            answer.set_exception(refusal)
+            request.refuse(refusal)
             return []
         except Exception as failure:
-            answer.set_exception(failure)
+            request.refuse(failure)
             raise
-        if isinstance(command, Procedures):
-            self._answers.append(answer)
+        if request.run is not None:
+            self._open.append(request)
         else:
-            answer.set_result(None)
+            request.settle(None)
         return [(self.element.ticks, command)]
 
 
-def _make(function: Callable[[], T], answer: Future[T]) -> None:
+def _make(call: Request[Any]) -> None:
     """Call a function, and answer with its result or its exception."""
     try:
-        result = function()
+        result = call.asked()
     except Exception as failure:
-        answer.set_exception(failure)
+        call.refuse(failure)
     else:
-        answer.set_result(result)
+        call.settle(result)

@@ -8,7 +8,6 @@ import math
 from collections import deque
 from collections.abc import Callable, Sized
 from concurrent.futures import Future
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TypeVar
 
@@ -16,26 +15,12 @@ from .. import threads
 from .commands import Command, Disturb
 from .errors import Refused
 from .events import Outcome
+from .request import Cancel, Request
 
 T = TypeVar('T')
-R = TypeVar('R', bound=tuple[Any, ...])
 
-
-@dataclass(frozen=True)
-class Cancel:
-    """A request to end the procedure of exactly this command, not of an equal one."""
-
-    of: Command
-
-
-Asked = tuple[Command | Cancel, 'Future[Outcome | None]']
-"""A command and its result."""
-
-Shake = tuple[float, Disturb, 'Future[Outcome | None]']
-"""Time of a base acceleration, its value, and its result."""
-
-Call = tuple[Callable[[], Any], 'Future[Any]']
-"""A function to be called between two ticks, and its result."""
+Asked = Request[Outcome | None]
+"""A request with a command, or a `Cancel`."""
 
 MOST = 1000
 """Most pending commands, accelerations or single ticks: a pause keeps them waiting."""
@@ -54,13 +39,14 @@ class Mailbox:
 
     Attributes:
         changed: Notified when anything here changes; its lock guards all attributes.
-        commands: Pending commands with their answers, oldest first.
-        shakes: Pending accelerations of the base with their times and answers.
-        calls: Pending functions with their answers.
-        single_ticks: Answers to requests for a single tick.
+        commands: Pending commands, oldest first.
+        shakes: Pending accelerations of the base, with their times.
+        calls: Pending functions.
+        single_ticks: Pending requests for a single tick.
         paused: Whether time is paused.
         speed: Multiple of real time; 0 for as fast as possible.
         ending: How the loop is to end.
+        asleep: Whether the loop waits so long that even an acceleration has to wake it.
     """
 
     def __init__(self, speed: float) -> None:
@@ -68,37 +54,39 @@ class Mailbox:
         self.paused = False
         self.speed = speed
         self.ending = Ending.NOT
+        self.asleep = False
         self._closed: Refused | None = None
         self.commands: deque[Asked] = deque()
-        self.shakes: deque[Shake] = deque()
-        self.calls: deque[Call] = deque()
-        self.single_ticks: deque[tuple[Future[int]]] = deque()
+        self.shakes: deque[tuple[float, Asked]] = deque()
+        self.calls: deque[Request[Any]] = deque()
+        self.single_ticks: deque[Request[int]] = deque()
 
     # --- from any thread -----------------------------------------------------------------
 
-    def submit(self, command: Command | Cancel) -> Future[Outcome | None]:
+    def submit(self, command: Command | Cancel) -> Asked:
         """Leave a command for the next tick."""
         with self.changed:
-            return self._left(self.commands, command, refusal=_full(self.commands))
+            return self._posted(self.commands, Request(command), _full(self.commands))
 
-    def shake(self, when: float, command: Disturb) -> Future[Outcome | None]:
+    def shake(self, when: float, command: Disturb) -> Asked:
         """Leave an acceleration of the base for the tick that a time falls into.
 
-        It does not wake the loop, because such messages are frequent. While time is paused, a
-        newer one replaces the last.
+        It does not wake the loop, unless `asleep`, because such messages are frequent. While time
+        is paused, a newer one replaces the last.
         """
-        answer: Future[Outcome | None] = threads.Future()
+        request: Asked = Request(command)
         superseded = None
         with self.changed:
-            if (refusal := self._closed) is not None:
-                answer.set_exception(refusal)
-                return answer
+            if self._closed is not None:
+                return request.refuse(self._closed)
             if self.shakes and (self.held or len(self.shakes) == MOST):
-                *_, superseded = self.shakes.pop()
-            self.shakes.append((when, command, answer))
-        if superseded is not None and superseded.set_running_or_notify_cancel():
-            superseded.set_result(None)
-        return answer
+                _, superseded = self.shakes.pop()
+            self.shakes.append((when, request))
+            if self.asleep:
+                self.changed.notify_all()
+        if superseded is not None and superseded.taken_up():
+            superseded.settle(None)
+        return request
 
     def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
         """Leave a function to be called between two ticks; with `paused`, pause or resume time.
@@ -108,14 +96,14 @@ class Mailbox:
         with self.changed:
             if self._closed is None and paused is not None:
                 self.paused = paused
-            return self._left(self.calls, function)
+            return self._posted(self.calls, Request[T](function)).answer
 
     def single_tick(self) -> Future[int]:
         """Ask for one tick while time is paused."""
         with self.changed:
             refusal = None if self.paused else Refused('step works only while paused; pause first')
             refusal = _full(self.single_ticks) or refusal
-            return self._left(self.single_ticks, refusal=refusal)
+            return self._posted(self.single_ticks, Request[int](None), refusal).answer
 
     def set_speed(self, speed: float) -> None:
         """Run at another multiple of real time from the next tick on."""
@@ -132,28 +120,26 @@ class Mailbox:
 
     def close(self, refusal: Refused) -> None:
         """Refuse all pending and future requests; the first reason stays."""
-        queues: tuple[deque[Any], ...]
-        queues = (self.commands, self.shakes, self.calls, self.single_ticks)
         with self.changed:
             self._closed = refusal = self._closed or refusal
-            waiting = [answer for queue in queues for *_, answer in queue]
-            for queue in queues:
+            waiting: list[Request[Any]] = [request for _, request in self.shakes]
+            self.shakes.clear()
+            for queue in (self.commands, self.calls, self.single_ticks):
+                waiting += queue
                 queue.clear()
-        for answer in waiting:
-            if answer.set_running_or_notify_cancel():
-                answer.set_exception(refusal)
+        for request in waiting:
+            if request.taken_up():
+                request.refuse(refusal)
 
-    def _left(
-        self, queue: deque[Any], *request: object, refusal: Refused | None = None
-    ) -> Future[Any]:
-        """Leave a request with its answer, or refuse it; call with the lock held."""
-        answer: Future[Any] = threads.Future()
+    def _posted(
+        self, queue: deque[Request[T]], request: Request[T], refusal: Refused | None = None
+    ) -> Request[T]:
+        """Leave a request, or refuse it; call with the lock held."""
         if (refusal := self._closed or refusal) is not None:
-            answer.set_exception(refusal)
-        else:
-            queue.append((*request, answer))
-            self.changed.notify_all()
-        return answer
+            return request.refuse(refusal)
+        queue.append(request)
+        self.changed.notify_all()
+        return request
 
     # --- in the loop's thread ------------------------------------------------------------
 
@@ -162,25 +148,25 @@ class Mailbox:
         """Whether ticks are held back; call with the lock held."""
         return self.paused and not self.single_ticks and self.ending is Ending.NOT
 
-    def take(self, queue: deque[R]) -> R | None:
-        """Take out the oldest request whose answer was not cancelled; it no longer can be."""
+    def take(self, queue: deque[Request[T]]) -> Request[T] | None:
+        """Take out the oldest request that was not withdrawn; it no longer can be."""
         while True:
             with self.changed:
                 if not queue:
                     return None
-                taken = queue.popleft()
-            if taken[-1].set_running_or_notify_cancel():
-                return taken
+                request = queue.popleft()
+            if request.taken_up():
+                return request
 
     def take_shake(self, before: float) -> Asked | None:
         """Take out the newest acceleration from before a time; it supersedes older ones."""
-        taken: list[Shake] = []
+        taken: list[Asked] = []
         with self.changed:
             while self.shakes and self.shakes[0][0] < before:
-                taken.append(self.shakes.popleft())
-        live = [each[1:] for each in taken if each[2].set_running_or_notify_cancel()]
-        for _, superseded in live[:-1]:
-            superseded.set_result(None)
+                taken.append(self.shakes.popleft()[1])
+        live = [request for request in taken if request.taken_up()]
+        for superseded in live[:-1]:
+            superseded.settle(None)
         return live[-1] if live else None
 
     def next_shake(self) -> float:

@@ -7,16 +7,22 @@ Procedures know nothing else about an element.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..physics import Design
 from .calibration import Calibration
 from .driver import Driver
 from .echo import Echo
 from .end import End
-from .events import Event, Heard
+from .events import EchoReceived, Event
 from .instrument import Instrument
 from .memory_statistics import MemoryStatistics
-from .reading import Reading, combine, confirmed, decode
+from .reading import UNDECODABLE, Reading, decode, primary
 from .settings import Settings
+from .shot import Shot
+
+SLOWER = 1.1
+"""Most by which an element may be slower than its calibration."""
 
 
 class Memory(Instrument):
@@ -24,6 +30,7 @@ class Memory(Instrument):
 
     Attributes:
         calibration: Echo delay of every level.
+        forecast: What a twin foretells of a calibration, which `calibrate` verifies, or None.
         reading: The last reading; None while the content is unknown.
         statistics: The history of the element.
     """
@@ -40,9 +47,10 @@ class Memory(Instrument):
         Raises:
             SettingsError: The calibration has a different number of levels.
         """
-        calibration.check(design.levels)
+        calibration.check(design.levels, primary(settings.read))
         super().__init__(design, settings, driver)
         self.calibration = calibration
+        self.forecast: Calibration | None = None
         self.reading: Reading | None = None
         self.statistics = MemoryStatistics.of(design.levels)
         self._events: list[Event] = []
@@ -51,30 +59,52 @@ class Memory(Instrument):
         """Treat the content as unknown from now on, because the wall may move."""
         self.reading = None
 
+    def renew(self) -> None:
+        """Put a fresh blank element in the place of a simulated one; see `Instrument.renew`."""
+        super().renew()
+        self.statistics.resets += 1
+        self.forget()
+
+    def report(self, shot: Shot) -> None:
+        """Report a shot of a survey."""
+        self._events.append(shot)
+
     def begin_cycle(self) -> None:
         """Count a strain cycle that is about to move the wall."""
         self.statistics.cycles += 1
         self.forget()
 
-    def hear(
-        self, echo: Echo, left: Reading | None = None, said: list[int] | None = None
-    ) -> Reading:
-        """Decode an echo, store the reading and report it.
+    @property
+    def audible(self) -> tuple[End, ...]:
+        """The ends that can hear something: both, if the wall lies between their phases."""
+        if self.phase(End.LEFT) == 0:
+            return (End.RIGHT,)
+        if self.phase(End.RIGHT) == 1:
+            return (End.LEFT,)
+        return self.calibration.ends
+
+    def passage(self, end: End) -> float:
+        """Return in which time a pulse of an end comes back from the farthest reflector."""
+        return SLOWER * self.calibration.longest(end)
+
+    def hear(self, echoes: Mapping[End, Echo], end: str = '') -> Reading:
+        """Decode the echoes at the ends, store the reading and report it.
 
         Args:
-            echo: The echo.
-            left: The left end's reading just before, to be combined with an echo at the right end.
-            said: The levels read by earlier pulses, to which this one is added: while the base
-                shakes, two must agree.
+            echoes: The echoes, by end.
+            end: The end whose delay is reported: 'left', 'right' or 'both'; empty for the one in
+                the settings.
         """
         phases = self.phase(End.LEFT), self.phase(End.RIGHT)
-        reading = decode(self.design, self.settings.read, self.calibration, echo, phases)
-        if left is not None:
-            reading = combine(self.design, self.settings.read, left, reading)
-        if said is not None:
-            said.append(reading.level)
-            if echo.shaken:
-                reading = confirmed(reading, said)
-        self.reading = reading
-        self._events.append(Heard(echo, reading))
-        return reading
+        self.reading = decode(
+            self.design, self.settings.read, self.calibration, echoes, phases, end
+        )
+        if self.reading.level != UNDECODABLE:  # all that is under way was seen
+            for each in echoes:
+                self.transducer.reverberation[each].returned()
+        last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT
+        for echo in sorted(echoes.values(), key=lambda echo: echo.end is last):
+            self._events.append(
+                EchoReceived(echo, self.reading)
+            )  # the end that is reported comes last
+        return self.reading

@@ -30,6 +30,7 @@ class MemoryStatistics:
         undecodable: Of these, those that decoded nothing.
         aborted: Procedures ended by an abort.
         cycles: Strain cycles of all procedures, including launches: they wear an element.
+        resets: How often it was replaced by a fresh one.
     """
 
     level_writes: list[int]
@@ -43,6 +44,7 @@ class MemoryStatistics:
     undecodable: int = 0
     aborted: int = 0
     cycles: int = 0
+    resets: int = 0
 
     @classmethod
     def of(cls, levels: int) -> MemoryStatistics:

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..physics.jit import kernel
 from ..physics.potential import Array
 from .settings import CycleSettings
 
@@ -51,11 +52,18 @@ class Ramp:
 
     def strain(self, t: Array) -> Array:
         """Return the strain at the times since the motion began; the target afterwards."""
-        if self.duration == 0.0:
-            return np.full_like(t, self.target)
-        x = np.minimum(t, self.duration) / self.duration
+        strain = np.array(t, dtype=np.float64)
+        _smooth(strain.reshape(-1), self.start, self.target, self.duration)
+        return strain
+
+
+@kernel
+def _smooth(t: Array, start: float, target: float, duration: float) -> None:
+    """Replace times by the strains of a ramp."""
+    for k in range(len(t)):
+        x = t[k] / duration if t[k] < duration else 1.0
         progress = x * x * (3.0 - 2.0 * x)
-        return np.where(x < 1.0, self.start + (self.target - self.start) * progress, self.target)
+        t[k] = start + (target - start) * progress if x < 1.0 else target
 
 
 def shaped(ramp: Ramp, delay: float) -> Profile:
@@ -144,10 +152,15 @@ class Cycle:
     @cached_property
     def profile(self) -> Profile:
         """The cycle as one profile: a smooth ramp is the cubic with zero rate at both ends."""
-        timed = [each for each in self.motions if each.duration > 0.0]
-        times = np.cumsum([0.0, *(each.duration for each in timed)])
-        strains = (timed[0].start, *(each.target for each in timed))
-        return Profile(tuple(map(float, times)), strains, (0.0,) * len(strains))
+        times, strains = [0.0], [self.motions[0].start]
+        for each in self.motions:
+            end = times[-1] + each.duration
+            if end > times[-1]:
+                times.append(end)
+                strains.append(each.target)
+            else:  # it takes no time, or less than rounding resolves
+                strains[-1] = each.target
+        return Profile(tuple(times), tuple(strains), (0.0,) * len(times))
 
 
 @dataclass(frozen=True)
@@ -180,11 +193,9 @@ class Profile:
 
     def strain(self, t: Array) -> Array:
         """Return the strain at the times since the move began; the target afterwards."""
-        starts, widths, cubics = self._segments
-        segment = np.searchsorted(starts, t, side='right') - 1
-        x = (np.minimum(t, self.duration) - starts[segment]) / widths[segment]
-        c0, c1, c2, c3 = cubics[:, segment]
-        return np.where(t < self.duration, c0 + x * (c1 + x * (c2 + x * c3)), self.target)
+        strain = np.array(t, dtype=np.float64)
+        _cubic(strain.reshape(-1), *self._segments, self.duration, self.target)
+        return strain
 
     @cached_property
     def _segments(self) -> tuple[Array, Array, Array]:
@@ -194,9 +205,7 @@ class Profile:
         early, late = (widths * rates[:-1], widths * rates[1:]) if self.rates else (rise, rise)
         c3 = (early - rise) + (late - rise)
         c2 = (rise - early) - c3
-        cubics = np.stack((self.strains[:-1], early, c2, c3))
-        # A last segment too short to have a width is over at its start.
-        return np.array(self.times[:-1]), np.where(widths > 0.0, widths, 1.0), cubics
+        return np.array(self.times[:-1]), widths, np.stack((self.strains[:-1], early, c2, c3))
 
     def extremes(self) -> tuple[Array, Array]:
         """Return the greatest magnitudes of strain and rate in every segment, shape (k,) each."""
@@ -210,6 +219,21 @@ class Profile:
             strains = [c0 + x * (c1 + x * (c2 + x * c3)) for x in (*ends, *turns)]
             rates = [(c1 + x * (2.0 * c2 + x * 3.0 * c3)) / widths for x in (*ends, fastest)]
         return np.abs(strains).max(axis=0), np.abs(rates).max(axis=0)
+
+
+@kernel
+def _cubic(
+    t: Array, starts: Array, widths: Array, cubics: Array, duration: float, target: float
+) -> None:
+    """Replace times by the strains of a profile."""
+    for k in range(len(t)):
+        if t[k] < duration:
+            segment = np.searchsorted(starts, t[k], side='right') - 1
+            x = (t[k] - starts[segment]) / widths[segment]
+            c = cubics[:, segment]
+            t[k] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
+        else:
+            t[k] = target
 
 
 def _within(x: Array) -> Array:

@@ -31,7 +31,7 @@ class How(Enum):
     STEP = 'step up'
     STROKE = 'stroke'
     THROW = 'throw'
-    ERASE = 'erase by a kink'
+    ERASE = 'erase'
 
 
 @dataclass(frozen=True)
@@ -128,15 +128,18 @@ def moves_from(design: Design, settings: Settings, start: int) -> Iterator[Move]
     for upward in (True, False):
         stroke = stroke_of(settings, start, upward=upward)
         target = start + stroke.levels * (1 if upward else -1)
-        if stroke.peak and start >= stroke.lowest and 0 <= target < design.levels:
+        begins = start >= stroke.lowest and start not in stroke.barred
+        if stroke.peak and begins and 0 <= target < design.levels:
             cycle = Cycle.planned(stroke, stroke_peak(design, stroke, start), rate)
             yield Move(How.STROKE, start, target, cycle.duration)
-    if throws(settings):
+    if throws(settings) and start not in settings.throw.barred:
         out = Move(How.THROW, start, BLANK, 0.0)
         yield replace(out, time=cycle_of(design, settings, out).duration)
     else:
-        cycle = Cycle.planned(settings.erase, settings.erase.compression, rate)
-        yield Move(How.ERASE, start, BLANK, (start + 2) * cycle.duration + ringing(design))
+        kink = Cycle.planned(settings.erase, settings.erase.compression, rate)
+        pulse = throw_cycle(settings, 0)
+        moving = pulse.duration if throws(settings) else (start + 2) * kink.duration
+        yield Move(How.ERASE, start, BLANK, moving + ringing(design))
 
 
 def half_period(design: Design) -> float:
@@ -165,6 +168,6 @@ def route(design: Design, settings: Settings, start: int, target: int) -> list[M
             continue
         seen.add(place)
         for move in moves_from(design, settings, place):
-            if move.how is How.ERASE and place != start:
-                continue  # an erase by a kink is that fast only if the wall was read
+            if move.how in (How.ERASE, How.THROW) and place != start:
+                continue  # an erase is that fast only if the wall was read, a throw sure from rest
             heapq.heappush(ways, (time + move.time, next(order), move.target, [*way, move]))

@@ -16,9 +16,11 @@ class Pacer(Protocol):
     Attributes:
         slack: Seconds of lag that are caught up; time lost beyond that is skipped. A clock that
             advances in steps needs more than one step.
+        jumps: How often the clock has jumped further than that; no time is lost by a jump.
     """
 
     slack: float
+    jumps: int
 
     def now(self) -> float:
         """Return the time in seconds."""
@@ -34,6 +36,7 @@ class SteadyPacer:
     """The steady clock of the machine: lost ticks are not caught up."""
 
     slack = 0.0
+    jumps = 0
 
     def now(self) -> float:
         """Return the time in seconds."""

@@ -3,13 +3,15 @@
 """The shipped elements, each complete: a design, and the settings of its instrument.
 
 Table I of the paper, and elements of 1 to 8 bits. Anything not given here has the default in
-`Settings`, which is for Case II. Times are in time units. docs/presets.md and docs/fast_write.md
-describe how the schedules were found.
+`Settings`, which is for Case II. Times are in time units. docs/presets.md
+describes how the schedules were found.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import hashlib
+import json
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -23,7 +25,7 @@ from .settings import (
     TimeSettings,
     WriteSettings,
 )
-from .strokes import BY_25, actuator, by_9, stroke, throw
+from .strokes import BY_25, actuator, by_9, hand_rate, stroke, throw
 
 
 class Preset(NamedTuple):
@@ -32,6 +34,13 @@ class Preset(NamedTuple):
     design: Design
     settings: Settings
 
+    @property
+    def digest(self) -> str:
+        """A hash of every bit of it."""
+        values = {'design': asdict(self.design), **self.settings.as_dict()}
+        text = json.dumps(values, sort_keys=True)
+        return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
+
 
 DEFAULT = 'case_2'
 """The default preset."""
@@ -39,7 +48,7 @@ DEFAULT = 'case_2'
 Peaks = tuple[float, float]
 """Peak strains: of compression, of tension."""
 
-_CASE_2 = Preset(CASE_II, Settings(actuator=actuator(1e-4), **BY_25))
+_CASE_2 = Preset(CASE_II, Settings(actuator=actuator(CASE_II.N), **BY_25))
 """The paper's second element, with eight levels. The ranges in which its settings work:
 
 - `write.compression` -0.021 to beyond -0.054, `write.tension` 0.0363 to the actuator's limit:
@@ -58,6 +67,7 @@ def _case_1() -> Preset:
     Its potential is six times weaker, its wall wider and its echo fainter.
     """
     settings = Settings(
+        actuator=ActuatorSettings(hand_rate=hand_rate(CASE_I.N)),
         write=WriteSettings(start_strain=0.03),
         # The wall is too wide to reflect except near the band's upper edge.
         probe=ProbeSettings(omega_c=1.95, v_th=1.7e-4),
@@ -74,7 +84,7 @@ def _fast() -> Preset:
         'up_odd': replace(BY_25['up_odd'], settle=400.0),
     }
     settings = Settings(
-        actuator=actuator(1e-3),
+        actuator=actuator(CASE_II.N),
         # Fast ramps: the inertia of the cells helps to free the wall.
         write=WriteSettings(
             ramp=40.0, hold=210.0, ease=150.0, ease_to=0.42, release=600.0,
@@ -95,22 +105,22 @@ def _nine_cells(
     erase: EraseSettings,
     right: tuple[float, float, float],
     patience: float,
-    rest: float,
+    left: tuple[float, float] = (2.039, 1.2e-4),
     tail: int = 54,
     eta: float = 1 / 250,
     max_rate: float = 2e-4,
     tick: float = 20.0,
     **back: Any,
 ) -> Preset:
-    """Return an element found by `analysis.designer`: Case II's cells, nine per level.
+    """Return an element found by `mlmem_lab.designer`: Case II's cells, nine per level.
 
     Args:
         N: Number of cells.
-        write: Its cycle, found by `cycle_search`.
+        write: Its cycle, found by trial.
         erase: Its cycle.
-        right: Carrier, sigma and threshold of the probe at the right end, the only one read.
+        right: Carrier, sigma and threshold of the probe at the right end.
         patience: Longest wait for the element to be quiet.
-        rest: Wait before a pulse.
+        left: Carrier and threshold of the probe at the left end.
         tail: Cells at the right end without defects.
         eta: Damping, which the gain of both probes compensates.
         max_rate: Rate limit, slightly above that of the steepest ramp of a write.
@@ -122,19 +132,20 @@ def _nine_cells(
         N=N, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=eta, tail=tail
     )
     back = by_9(design.levels, N) | back
-    still = ActuatorSettings(max_strain=0.05, max_rate=max_rate)
+    still = ActuatorSettings(max_strain=0.05, max_rate=max_rate, hand_rate=hand_rate(N))
     if 'throw' in back:
         erase = replace(erase, method='pulse')
     settings = Settings(
-        actuator=actuator(max_rate) if back else still,
+        actuator=actuator(N) if back else still,
         write=write,
         erase=erase,
         **back,
-        probe=ProbeSettings(gain_decay=eta / 2),
+        # A short pulse: of all levels only the first is so near that its delay says no more.
+        probe=ProbeSettings(omega_c=left[0], sigma=6.0, v_th=left[1], gain_decay=eta / 2),
         probe_right=replace(
             Settings().probe_right, omega_c=omega_c, sigma=sigma, v_th=v_th, gain_decay=eta / 2
         ),
-        read=ReadSettings(end='right', patience=patience, rest=rest),
+        read=ReadSettings(end='right', patience=patience),
         time=TimeSettings(tick=tick),
     )
     return Preset(design, settings)
@@ -166,55 +177,66 @@ PRESETS = {
     'case_1': _case_1(),
     'case_2': _CASE_2,
     'bits_1': _nine_cells(
-        N=81, right=(0.693, 16.0, 6.9e-4), patience=6200.0, rest=100.0, max_rate=3e-4,
+        N=81, right=(0.693, 16.0, 8.9e-4), patience=6200.0, max_rate=3e-4,
         write=_write(120.0, 60.0, 300.0, 20.0, (-0.024, 0.021), ease_to=0.06),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0112)),
         throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_2': _nine_cells(
-        N=99, right=(0.693, 16.0, 6.8e-4), patience=6200.0, rest=200.0, max_rate=3e-4,
+        N=99, right=(0.693, 16.0, 8.7e-4), patience=6200.0, max_rate=3e-4,
         write=_write(140.0, 20.0, 440.0, 20.0, (-0.0219, 0.0254)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0229, 0.0111)),
         throw=throw(0.115, 400.0, 46.0, -0.1, 400.0),
     ),
     'bits_3': _CASE_2,
     'bits_4': _nine_cells(
-        N=207, right=(0.691, 16.0, 7.6e-4), patience=6500.0, rest=300.0,
+        N=207, right=(0.691, 16.0, 7.9e-4), patience=6500.0,
         write=_write(280.0, 40.0, 460.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 200.0, 600.0, (-0.0226, 0.011)),
-        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0),
+        throw=throw(0.115, 400.0, 64.0, -0.1, 400.0, not_from='0 1 7'),
     ),
     'bits_5': _nine_cells(
-        N=369, right=(0.701, 20.0, 7.2e-4), tail=72, patience=6800.0, rest=500.0,
+        N=369, right=(0.701, 20.0, 9.4e-4), tail=72, patience=6800.0,
         write=_write(340.0, 60.0, 580.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(800.0, 200.0, 600.0, (-0.0226, 0.0109)),
-        throw=throw(0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10),
+        throw=throw(
+            0.135, 400.0, 78.0, -0.1, 700.0, mirrored=0.8, levels=10,
+            not_from='0 1 2 3 17 18 19 20 22 23 27',
+        ),
     ),
     'bits_6': _nine_cells(
-        N=666, right=(0.705, 24.0, 7.6e-4), tail=81, patience=7400.0, rest=800.0,
+        N=666, right=(0.705, 24.0, 9.9e-4), tail=81, patience=7400.0,
+        left=(2.07, 1.13e-4),
         write=_write(520.0, 80.0, 880.0, 20.0, (-0.0165, 0.026)),
         erase=_erase(1100.0, 200.0, 600.0, (-0.0226, 0.0109)),
         down_odd=stroke(200.0, 40.0, 115.0, -0.84, 660.0, -0.0041, 0.85, lowest=3),
-        down_even=stroke(1060.0, 120.0, 61.0, -0.992, 800.0, -0.0102, 0.66, levels=2, lowest=16),
+        down_even=stroke(
+            1060.0, 120.0, 61.0, -0.992, 800.0, -0.0102, 0.66, levels=2, lowest=16,
+            not_from='48 52 58 60 62',
+        ),
     ),
     'bits_8': _nine_cells(
-        N=2475, right=(0.705, 50.0, 9.3e-4), tail=162, eta=1 / 500, patience=17000.0, rest=3000.0,
+        N=2475, right=(0.705, 50.0, 1.2e-3), tail=162, eta=1 / 500, patience=17000.0,
+        left=(2.07, 1.22e-4),
         write=_write(1260.0, 40.0, 1260.0, 200.0, (-0.0157, 0.0235)),
         erase=_erase(2000.0, 400.0, 1200.0, (-0.0226, 0.0105)),
         down_odd=stroke(400.0, 40.0, 90.0, -0.84, 1300.0, -0.00095, 0.85, lowest=31),
         down_even=stroke(1200.0, 20.0, 140.0, -0.95, 1600.0, -0.0015, 1.0, levels=2, lowest=60),
     ),
     'damped_bits_3': _damped(
-        N=135, right=(0.692, 16.0, 8.6e-4), patience=2700.0, rest=200.0,
+        N=135, right=(0.692, 16.0, 1.1e-3), patience=2700.0,
         write=_write(170.0, 20.0, 250.0, 10.0, (-0.0196, 0.026)),
         erase=_erase(500.0, 80.0, 240.0, (-0.0227, 0.0111)),
-        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4),
+        throw=throw(0.135, 400.0, 46.0, -0.1, 400.0, mirrored=0.8, levels=4, not_from='3'),
     ),
     'damped_bits_4': _damped(
-        N=207, right=(0.691, 16.0, 9.7e-4), patience=2900.0, rest=300.0,
+        N=207, right=(0.691, 16.0, 1.3e-3), patience=2900.0,
         write=_write(190.0, 30.0, 320.0, 10.0, (-0.0165, 0.026)),
         erase=_erase(600.0, 80.0, 240.0, (-0.0226, 0.011)),
-        throw=throw(0.14, 400.0, 58.0, -0.1, 400.0, mirrored=0.8, levels=5),
+        throw=throw(
+            0.14, 400.0, 54.0, -0.1, 400.0, mirrored=0.8, levels=5,
+            not_from='0 1 2 3 4 7 9 12 13 14',
+        ),
     ),
     'fast': _fast(),
 }  # fmt: skip

@@ -11,9 +11,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
+from ..clipped import clipped
 from ..described import described, problems
 from .errors import SettingsError
 
@@ -36,7 +37,9 @@ _margin = partial(described, low=0.0, high=0.99)
 class ActuatorSettings(Checked):
     """The actuator that strains the substrate."""
 
-    max_strain: float = described(0.08, 'largest strain of either sign', low=1e-6, high=0.5)
+    max_strain: float = described(
+        0.08, 'largest strain of either sign; a preset has its own', low=1e-6, high=0.5
+    )
     max_rate: float = described(1e-4, 'highest strain rate', unit='1/time', low=1e-9, high=1.0)
     hand_rate: float = described(
         0.0,
@@ -140,8 +143,29 @@ class EraseSettings(CycleSettings):
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class JerkSettings(CycleSettings):
+    """A cycle whose fast part throws the wall back."""
+
+    not_from: str = described(
+        '', 'levels from which a write does not use it, such as "1 7": there its window is narrow'
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not all(word.isdecimal() and len(word) < 6 for word in self.not_from.split()):
+            raise SettingsError(
+                f'not_from must be levels separated by spaces; got {clipped(self.not_from)}'
+            )
+
+    @cached_property
+    def barred(self) -> frozenset[int]:
+        """Levels from which a write does not use it."""
+        return frozenset(int(word) for word in self.not_from.split())
+
+
 @dataclass(frozen=True)
-class StrokeSettings(CycleSettings):
+class StrokeSettings(JerkSettings):
     """A cycle that pulls the substrate from under the wall and so changes its level.
 
     The strain rises slowly, swings over fast (`ease`) and is released slowly. One sign takes the
@@ -160,7 +184,7 @@ class StrokeSettings(CycleSettings):
 
 
 @dataclass(frozen=True)
-class ThrowSettings(CycleSettings):
+class ThrowSettings(JerkSettings):
     """A pulse that throws the wall out at the left end, from any level.
 
     If one pulse fails, the next one, weaker or of the other sign, may succeed.
@@ -215,8 +239,8 @@ class ReadSettings(Checked):
         'left', 'end that a read probes from, or both', choices=('left', 'right', 'both')
     )
     quiet: float = described(
-        0.1,
-        'motion below which the element is quiet, as a fraction of the threshold',
+        0.33,
+        'waves still under way up to which an element is quiet, as a fraction of the threshold',
         low=0.01,
         high=1.0,
     )
@@ -225,7 +249,7 @@ class ReadSettings(Checked):
         0.0, 'wait before a pulse in a quiet element, until motion far from its ends has decayed'
     )
     min_margin: float = _margin(
-        0.2, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
+        0.5, 'least level margin (1 at the calibrated delay, 0 half-way to the next)'
     )
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = described(
@@ -270,8 +294,8 @@ class TimeSettings(Checked):
         20.0, 'length of a tick; commands take effect between ticks', low=0.1, high=1e4
     )
     integrator: str = described(
-        'noh_bathe',
-        "noh_bathe, the paper's; or pefrl, as fast and without numerical damping of echoes",
+        'pefrl',
+        "pefrl, whose echoes arrive when a real element's do; or noh_bathe, the paper's",
         choices=('noh_bathe', 'pefrl'),
     )
 

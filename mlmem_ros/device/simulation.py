@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import math
 
-from ..physics import INTEGRATORS, Chain, Design, Drive, Specimen, default_step
+from ..physics import INTEGRATORS, Chain, Design, HeldCell, Specimen, default_step
 from ..physics.energy import actuator_force
+from ..physics.equilibrium import blank
 from ..physics.potential import Array
 from .driver import Driver
 from .errors import SettingsError
@@ -17,14 +18,15 @@ MOST_WORK = 10**8
 """Most cell steps of a tick, with at least a thousand cells: about a quarter of a second."""
 
 
-def steps_per_tick(design: Design, time: TimeSettings) -> int:
+def steps_per_tick(made: Design | Specimen, time: TimeSettings) -> int:
     """Return the least number of steps of a tick that is accurate and stable.
 
     Raises:
         SettingsError: The tick needs more than `MOST_WORK`.
     """
-    dt = default_step(Specimen(design), INTEGRATORS[time.integrator])
-    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(design.N, 1000)
+    made = Specimen.of(made)
+    dt = default_step(made, INTEGRATORS[time.integrator])
+    steps, most = math.ceil(time.tick / dt), MOST_WORK // max(made.design.N, 1000)
     if steps > most:
         raise SettingsError(
             f'time.tick must be at most {most * dt:.4g}, which is {most} steps of this design; '
@@ -45,15 +47,25 @@ class Simulation(Driver):
         self.nodes = chain.integrator.nodes
 
     @classmethod
-    def of(cls, design: Design, time: TimeSettings) -> Simulation:
+    def of(cls, made: Design | Specimen, time: TimeSettings) -> Simulation:
         """Return the driver of a blank element at rest.
+
+        Args:
+            made: The element, or the design of one that is exactly as designed.
+            time: Tick and integrator.
 
         Raises:
             SettingsError: A tick needs too many steps.
             DesignError: The step is beyond the stability limit.
+            StateError: Its ground states are scattered so much that nothing rests in them.
         """
-        dt = time.tick / steps_per_tick(design, time)
-        return cls(Chain(design, dt, INTEGRATORS[time.integrator]))
+        dt, integrator = time.tick / steps_per_tick(made, time), INTEGRATORS[time.integrator]
+        if isinstance(made, Design):
+            return cls(Chain(made, dt, integrator))
+        chain = Chain(made.design, dt, integrator)
+        chain.set_specimen(made)
+        chain.place(blank(made))
+        return cls(chain)
 
     @property
     def V_N(self) -> float:  # type: ignore[override]
@@ -61,10 +73,22 @@ class Simulation(Driver):
         return self.chain.V_N
 
     def advance(
-        self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
     ) -> Array:
         """Advance the chain; see `Chain.advance`."""
-        return self.chain.advance(V_N, drive, shake, looks)
+        return self.chain.advance(V_N, held_cell, shake, looks)
+
+    def rests(self, V_N: float) -> bool:
+        """Return whether the chain is at rest at a displacement of the substrate's end."""
+        return V_N == self.chain.V_N and self.chain.calm
+
+    def pass_by(self, steps: int) -> None:
+        """Let the clock of the chain go on."""
+        self.chain.pass_by(steps)
 
     def end(self, site: int) -> float:
         """Return the displacement of an end."""

@@ -21,12 +21,14 @@ from ..physics.potential import Array
 from .base import BaseState
 from .calibration import Calibration, calibration_key
 from .element import MemoryElement
+from .end import End
 from .errors import Refused
 from .faults import Faults
 from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .motion import Profile, Ramp
-from .reading import UNDECODABLE, Reading
+from .reading import UNDECODABLE, Reading, primary
+from .reverberation import Returns
 
 KEYS = {
     'design': 'the design, by parameter; it must be that of the device',
@@ -36,6 +38,8 @@ KEYS = {
     'state': 'displacement, velocity and acceleration of every cell, then the same of an elastic '
     'substrate',
     'recent': 'last samples of both ends, from which their rest positions are taken',
+    'returns': 'what is known of the waves that either end may still see',
+    'stirred': 'tick since when substrate, base and material have not moved or changed',
     'actuator': 'strain, and the motion under way',
     'linkage': 'state of the linkage between actuator and substrate',
     'base': 'acceleration of the base, and when it was last heard of',
@@ -46,6 +50,11 @@ KEYS = {
     'statistics': 'counts of writes, reads and strain cycles over the life of the element',
 }
 """Keys of a snapshot, and their meanings. Arrays are float64 in base64, with their shape."""
+
+LINKAGE = {
+    'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'
+}  # fmt: skip
+"""Keys of `linkage`, and the fields of its state."""
 
 MOST = 1e12
 """Largest accepted displacement, velocity or acceleration: far beyond any real one."""
@@ -65,8 +74,10 @@ def take(element: MemoryElement) -> dict[str, Any]:
     if element.procedure:
         raise Refused(f'busy: {element.procedure} is running; only an idle device has a snapshot')
     reading = element.reading and dataclasses.asdict(element.reading)
-    if reading and math.isinf(reading['distance']):
-        reading['distance'] = None  # JSON has no infinity
+    if reading:
+        del reading['shapes']  # only calibrating asks for them
+        if math.isinf(reading['distance']):
+            reading['distance'] = None  # JSON has no infinity
     material = {}
     if element.simulated:
         chain = element.chain
@@ -76,12 +87,17 @@ def take(element: MemoryElement) -> dict[str, Any]:
         'ticks': element.ticks,
         **material,
         'recent': _encode(element.transducer.recent),
+        'returns': {
+            end.value: dataclasses.asdict(each.returns)
+            for end, each in element.transducer.reverberation.items()
+        },
+        'stirred': element.stirred,
         'actuator': {
             **dataclasses.asdict(element.actuator.motion),
             'strain': element.actuator.strain,
             'elapsed': element.actuator.elapsed,
         },
-        'linkage': dataclasses.asdict(element.linkage.state),
+        'linkage': {key: getattr(element.linkage.state, name) for key, name in LINKAGE.items()},
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'reading': reading,
@@ -107,7 +123,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         if element.simulated and 'state' not in snapshot:
             raise ValueError('it is of a real element, or damaged')
         calibration = Calibration.from_dict(snapshot['calibration'])
-        calibration.check(element.design.levels)
+        calibration.check(element.design.levels, primary(element.settings.read))
         key = calibration_key(element.design, element.settings)
         same_pulses = snapshot.get('calibration_key', key) == key  # not in a replay
         statistics = MemoryStatistics.from_dict(snapshot['statistics'], element.design.levels)
@@ -118,7 +134,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             element.statistics = statistics
             return
         motion, strain, elapsed = _motion(snapshot['actuator'])
-        linkage, base = LinkageState(**snapshot['linkage']), BaseState(**snapshot['base'])
+        linkage = LinkageState(**{LINKAGE[key]: it for key, it in snapshot['linkage'].items()})
+        base = BaseState(**snapshot['base'])
         if base.silence != int(base.silence):
             raise ValueError(f'silence must be a whole number of ticks; got {base.silence}')
         faults = Faults(**snapshot['faults'])
@@ -128,13 +145,17 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         ends = motion.strains if isinstance(motion, Profile) else (motion.start, motion.target)
         for given in (*ends, strain):
             element.actuator.check(given)
-        if not all(map(math.isfinite, (linkage.drive, linkage.strain))):
+        if not all(map(math.isfinite, (linkage.encoder_strain, linkage.strain))):
             raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
         design = snapshot['design']
         reading = _reading(snapshot['reading'], element.design.levels)
         ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])
         recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
         V_N = float(snapshot['V_N'])
+        returns = {end: _returns(snapshot.get('returns', {}).get(end.value)) for end in End}
+        stirred = int(snapshot.get('stirred', ticks))
+        if stirred > ticks:
+            raise ValueError(f'stirred must be a past tick; got {stirred} at tick {ticks}')
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, Refused) as error:
         raise StateError(
             f'this is not a snapshot of a device: {printable(repr(error), 300)}'
@@ -145,16 +166,19 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
         'its recent samples': recent.shape == element.transducer.recent.shape
         and bool(np.isfinite(recent).all()),
         'its state': bool((np.abs(state) <= MOST).all()),  # false for NaN, too
-        'its strain': linkage.told == strain
+        'its strain': linkage.commanded == strain
         and math.isclose(V_N, element.design.end_displacement(linkage.strain)),
     }
     if wrong := [what for what, right in agree.items() if not right]:
         raise StateError(f'this is not a snapshot of such a device: {", ".join(wrong)} must agree')
     element.chain.restore(state, V_N=V_N, steps_done=steps)
-    element.chain.become(specimen)
+    element.chain.set_specimen(specimen)
     element.linkage.state, element.base.state, element.faults = linkage, base, faults
     element.transducer.recent = recent
     element.transducer.release()
+    for end, each in element.transducer.reverberation.items():
+        each.returns = returns[end]
+    element.stirred = stirred
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.calibration = calibration if same_pulses else element.calibration
@@ -199,6 +223,16 @@ def _motion(values: Mapping[str, Any]) -> tuple[Ramp | Profile, float, float]:
     if not (0.0 <= motion.duration < math.inf and 0.0 <= elapsed < math.inf):
         raise ValueError(f'a move must take a finite time; got {elapsed} of {motion.duration}')
     return motion, strain, elapsed
+
+
+def _returns(values: Mapping[str, Any] | None) -> Returns:
+    """Return what is known of the waves at an end; sessions before 1.1 have nothing."""
+    if values is None:
+        return Returns(since=0)
+    returns = Returns(float(values['bound']), int(values['since']), int(values['seen']))
+    if not (0.0 <= returns.bound < math.inf and returns.since >= 0 and returns.seen >= 0):
+        raise ValueError(f'the waves at an end must have finite bounds; got {returns}')
+    return returns
 
 
 def _reading(values: Mapping[str, Any] | None, levels: int) -> Reading | None:

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped strokes and throws, for 9 and for 25 cells per level.
 
-Found by `analysis.designer.stroke_search`; docs/going_back.md gives the ranges in which they work.
+Found by `mlmem_lab.designer.stroke_search`; docs/going_back.md gives the ranges in which they
+work.
 """
 
 from __future__ import annotations
@@ -12,9 +13,18 @@ from typing import Any
 from .settings import ActuatorSettings, EraseSettings, StrokeSettings, ThrowSettings
 
 
-def actuator(hand_rate: float) -> ActuatorSettings:
-    """Return an actuator fast enough to throw walls, with a lower rate by hand (1/time)."""
-    return ActuatorSettings(max_strain=0.15, max_rate=5e-3, hand_rate=hand_rate)
+def hand_rate(N: int) -> float:
+    """Return the strain rate in 1/time at which a strain set by hand keeps the content of N cells.
+
+    Measured on every preset: below the strain that frees its wall, none is lost at this rate, some
+    at twice the rate. A longer substrate sways longer.
+    """
+    return min(5e-5, float(f'{0.016 / N:.1e}'))
+
+
+def actuator(N: int) -> ActuatorSettings:
+    """Return an actuator of N cells that is fast enough to throw walls, and slow by hand."""
+    return ActuatorSettings(max_strain=0.15, max_rate=5e-3, hand_rate=hand_rate(N))
 
 
 def throw(
@@ -51,7 +61,7 @@ def by_9(levels: int, N: int) -> dict[str, Any]:
         ease, peak = round(80.0 * max(1.0, N / 410.0)), -round(0.0082 * (288.0 / site) ** 0.77, 4)
         found['down_odd'] = stroke(200.0, 40.0, float(ease), -0.84, 660.0, peak, 0.77, lowest=3)
     if levels > even_from + 1 and N <= 400:
-        ease, peak = round(61.0 * (N / 207.0) ** 0.3), -round(5.46 / site, 4)
+        ease, peak = round(61.0 * (N / 207.0) ** 0.3), -round(5.3 / site, 4)
         found['down_even'] = stroke(
             580.0, 20.0, float(ease), -0.948, 800.0, peak, 1.0, levels=2, lowest=even_from
         )
@@ -64,6 +74,6 @@ BY_25: dict[str, Any] = {
     'down_odd': stroke(320.0, 20.0, 60.0, -0.5, 940.0, -0.025, 0.35),
     'up_even': stroke(500.0, 20.0, 360.0, 0.37, 440.0, -0.0354, 0.148),
     'up_odd': stroke(420.0, 20.0, 84.0, -0.665, 1100.0, 0.0277, 0.32, levels=2),
-    'throw': throw(0.135, 300.0, 66.0, -0.02, 600.0),
+    'throw': throw(0.135, 300.0, 66.0, -0.02, 600.0, not_from='1 7'),
 }
 """Strokes and a throw for the paper's 25 cells per level."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..physics import Design, Drive, substep_times
+from ..physics import Design, HeldCell, substep_times
 from ..physics.dispersion import band
 from ..physics.potential import Array
 from .driver import Driver
@@ -17,12 +17,14 @@ from .echo import FAINTEST, EchoDetector
 from .end import End
 from .errors import SettingsError
 from .pulse import BoundaryMotion, Move, Pulse
-from .settings import Settings
+from .reverberation import Returns, Reverberation
+from .settings import ProbeSettings, Settings
+from .tape import Tape
 
 REST_PERIODS = 8.0
 """Periods of the slowest carrier over which the rest displacement is averaged."""
 
-LEFT_OF_MOTION = 1e-3
+MOTION_REMAINING = 1e-3
 """Fraction of the fastest motion left in the difference of samples that measures noise."""
 
 MOST_SAMPLES = 1_000_000
@@ -46,7 +48,9 @@ class Transducer:
     Attributes:
         recent: Last displacements of both ends, shape (2, w), newest last. They give the rest
             displacement, and show whether the element is quiet.
-        detector: Detector for the last pulse, or None.
+        detectors: The detectors that listen, by end.
+        reverberation: The waves that may still arrive, by end.
+        tapes: What records both ends, by pulse, in their order.
         held: The held boundary cell, or None.
         interrupted: Whether listening was interrupted since the pulse.
     """
@@ -71,13 +75,21 @@ class Transducer:
                 f'{dt:.4g}, or the rest displacement needs more than {MOST_SAMPLES} samples; '
                 f'got {slowest:g}'
             )
+        self.reverberation = {
+            end: Reverberation(design, probe, dt) for end, probe in self.probes.items()
+        }
+        samples = max(samples, *(each.memory for each in self.reverberation.values()))
         self.recent: Array = np.empty((2, samples))
+        self._recorded: Array | None = None  # `recent`, if it was heard
+        self._flat: Array | None = None  # `recent`, if all its samples are the same
         self.settle()
-        self.detector: EchoDetector | None = None
+        self.detectors: dict[End, EchoDetector] = {}
+        self.tapes: list[Tape] = []
         self.interrupted = False
-        self._late = 0  # ticks still to come of samples from before the pulse
-        self._listening_end = End.LEFT
-        self._rest = 0.0
+        self._hums: dict[End, float] = {}  # what the filters leave of them
+        self._late: dict[End, int] = {}  # ticks still to come of samples from before the pulse
+        self._rest: dict[End, float] = {}
+        self._lag = round(driver.lag * settings.time.tick / dt)
         self.held: Held | None = None
 
     @property
@@ -86,7 +98,7 @@ class Transducer:
         return self.held is not None
 
     @property
-    def left(self) -> float:
+    def remaining(self) -> float:
         """Time until the held cell is released; 0 if none is held."""
         if self.held is None:
             return 0.0
@@ -95,14 +107,39 @@ class Transducer:
     @property
     def busy(self) -> bool:
         """Whether a cell is held or a detector is listening."""
-        return self.driving or self.detector is not None
+        return self.driving or bool(self.detectors)
 
     # --- sensing -------------------------------------------------------------------------
 
     def settle(self) -> None:
         """Assume that both ends have rested where they are."""
-        for end in End:
+        self._recorded = self._flat = None
+        for end, reverberation in self.reverberation.items():
             self.recent[end.row] = self._driver.end(end.site(self._design))
+            reverberation.returns = Returns()
+
+    @property
+    def flat(self) -> bool:
+        """Whether nothing is driven or recorded, and all recent samples of an end are the same."""
+        if self.busy or self.tapes:
+            return False
+        for each in self.reverberation.values():
+            if each.returns.since < each.returns.seen:  # its own drive is still seen
+                return False
+        recent = self.recent
+        if self._flat is not recent:
+            assumed = self._recorded is not recent  # nothing was heard since, not even noise
+            if assumed or recent[0, -1] != recent[0, -2] or (recent != recent[:, -1:]).any():
+                return False
+            self._flat, self._hums = recent, {}
+        return True
+
+    @property
+    def at_its_samples(self) -> bool:
+        """Whether both ends are where they were last heard."""
+        return all(
+            self._driver.end(end.site(self._design)) == self.recent[end.row, -1] for end in End
+        )
 
     def rest(self, end: End) -> float:
         """Return the mean displacement of an end over the recent samples."""
@@ -132,24 +169,39 @@ class Transducer:
 
     # --- driving -------------------------------------------------------------------------
 
-    def fire(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
+    def fire(self, end: End, floor: float = 0.0) -> EchoDetector:
         """Fire the probe pulse of an end, about its rest, and listen for the echo.
 
-        `floor` is the contribution of noise alone to v_c, in cells. While the base shakes
-        (`shaken`), the carrier is filtered.
+        `floor` is the contribution of noise alone to v_c, in cells.
         """
-        detector = self.listen(end, floor, shaken)
-        self._hold(end, Pulse(self._rest, self.probes[end]))
+        detector = self.listen(end, floor)
+        self._record(end, self.probes[end])
+        self._hold(end, Pulse(self._rest[end], self.probes[end]))
         return detector
 
-    def listen(self, end: End, floor: float = 0.0, shaken: bool = False) -> EchoDetector:
+    def listen(self, end: End, floor: float = 0.0) -> EchoDetector:
         """Listen as after a pulse (see `fire`) without firing one."""
-        self._rest = self.rest(end)
-        self._listening_end = end
-        least = FAINTEST * max(1.0, abs(self._rest))  # relative rounding
-        self.interrupted, self._late = False, self._driver.lag
-        self.detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, shaken)
-        return self.detector
+        if not self.detectors:
+            self.interrupted = False
+        rest = self._rest[end] = self.rest(end)
+        self._late[end] = self._driver.lag
+        least = FAINTEST * max(1.0, abs(rest))  # relative rounding
+        past = self.recent[end.row] - rest
+        detector = EchoDetector(self.probes[end], self._driver.dt, floor, least, past)
+        self.detectors[end] = detector
+        return detector
+
+    def shoot(self, end: End, probe: ProbeSettings) -> Tape:
+        """Fire a pulse of any shape about the rest of an end, and record both ends."""
+        tape = self._record(end, probe)
+        self._hold(end, Pulse(self.rest(end), probe))
+        return tape
+
+    def _record(self, end: End, probe: ProbeSettings) -> Tape:
+        """Begin a tape."""
+        tape = Tape(end, probe, self.recent, self._driver.lag)
+        self.tapes.append(tape)
+        return tape
 
     def move(self, end: End, target: float, speed: float) -> None:
         """Move a boundary cell at constant speed to a displacement, then release it."""
@@ -158,15 +210,18 @@ class Transducer:
 
     def _hold(self, end: End, motion: BoundaryMotion) -> None:
         self.held = Held(motion, end.site(self._design), 0)
+        samples = math.ceil(motion.duration / self._driver.dt)
+        self.reverberation[end].ignore(samples + self._lag)
 
     def release(self) -> None:
-        """Release a held cell, and stop listening."""
+        """Release a held cell, and stop listening at both ends."""
         self.held = None
-        self.detector = None
+        self.detectors = {}
+        self.tapes = []
 
     # --- the tick ------------------------------------------------------------------------
 
-    def drive(self, steps: int) -> Drive | None:
+    def held_cell(self, steps: int) -> HeldCell | None:
         """Return the prescribed motion during the next steps, or None."""
         if self.held is None:
             return None
@@ -175,7 +230,15 @@ class Transducer:
         driven = times[times <= motion.duration]
         goes_on = len(driven) == len(times)
         self.held = Held(motion, site, begun + steps) if goes_on else None
-        return Drive(site, motion.at(driven)) if len(driven) else None
+        return HeldCell(site, motion.at(driven)) if len(driven) else None
+
+    def pass_by(self, n: int, ticks: int) -> None:
+        """Take ticks of n samples while they are `flat` and stay so."""
+        for end, reverberation in self.reverberation.items():
+            if end not in self._hums:
+                v = float(self.recent[end.row, -1])
+                self._hums[end] = reverberation.loudness(v, n)
+            reverberation.pass_by(self._hums[end], n, ticks)
 
     def record(self, ends: Array, ticks: int = 1, interrupted: bool = False) -> None:
         """Take the displacements of both ends after every step of ticks, shape (2, steps).
@@ -183,14 +246,19 @@ class Transducer:
         `interrupted` says whether sampling was interrupted within them.
         """
         width = self.recent.shape[1]
-        self.recent = np.concatenate((self.recent, ends), axis=1)[:, -width:]
-        if self.detector is not None:
-            self.interrupted |= interrupted
-            late = min(self._late, ticks)
-            self._late -= late
+        known = np.concatenate((self.recent, ends), axis=1)
+        self.recent = self._recorded = known[:, -width:].copy()  # a view would keep all
+        for end, reverberation in self.reverberation.items():
+            reverberation.follow(known[end.row, width - reverberation.memory :], ticks)
+        for tape in self.tapes:
+            tape.take(ends, ticks, interrupted)
+        self.interrupted |= bool(self.detectors) and interrupted
+        for end, detector in self.detectors.items():
+            late = min(self._late[end], ticks)
+            self._late[end] -= late
             if late < ticks:
-                heard = ends[self._listening_end.row, late * ends.shape[1] // ticks :]
-                self.detector.feed(heard - self._rest, ticks - late)
+                heard = ends[end.row, late * ends.shape[1] // ticks :]
+                detector.feed(heard - self._rest[end])
 
 
 def _noise_gain(order: int) -> float:
@@ -211,6 +279,6 @@ def _difference(omega: float, dt: float) -> int:
     """
     motion = 2.0 * math.sin(min(0.5 * omega * dt, 0.5 * math.pi))
     order = 1
-    while motion**order > LEFT_OF_MOTION * _noise_gain(order) and order < HIGHEST_DIFFERENCE:
+    while motion**order > MOTION_REMAINING * _noise_gain(order) and order < HIGHEST_DIFFERENCE:
         order += 1
     return order

@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +20,7 @@ from typing import Any
 from ..clipped import clipped
 from ..described import described
 from .errors import SettingsError
-from .settings import Checked, Settings
+from .settings import Checked, Settings, WriteSettings
 
 KEYS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
@@ -87,12 +88,17 @@ STRAINS = ('compression', 'tension', 'start_strain')
 
 def trimmed(settings: Settings, trim: Trim) -> Settings:
     """Return settings that make every step with the trimmed pulse."""
-    limit, write = settings.actuator.max_strain, settings.write
+    write = trimmed_write(settings.write, trim, settings.actuator.max_strain)
+    return dataclasses.replace(settings, write=write)
+
+
+def trimmed_write(write: WriteSettings, trim: Trim, limit: float = math.inf) -> WriteSettings:
+    """Return the cycle of a write times a trim; its strains stay within a limit."""
     changed = {name: trim.times * getattr(write, name) for name in TIMES}
     changed['launch_speed'] = min(trim.speed * write.launch_speed, 10.0)
     for name in STRAINS:
         changed[name] = max(-limit, min(trim.peak * getattr(write, name), limit))
-    return dataclasses.replace(settings, write=dataclasses.replace(write, **changed))
+    return dataclasses.replace(write, **changed)
 
 
 @dataclass(frozen=True)
@@ -109,7 +115,8 @@ class Trims:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
-        return {'steps': list(map(dataclasses.astuple, self.steps)), 'schedule': self.schedule}
+        steps = [list(dataclasses.astuple(step)) for step in self.steps]
+        return {'steps': steps, 'schedule': self.schedule}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Trims:

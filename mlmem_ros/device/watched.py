@@ -1,18 +1,20 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A time-out around a driver that may hang."""
+"""A guard around a driver, which may hang and raise anything."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from .. import threads
-from ..physics import Drive
+from ..clipped import printable
+from ..physics import DesignError, HeldCell, StateError
 from ..physics.potential import Array
 from .driver import Driver
-from .errors import DriverError
+from .errors import DriverError, DriverHangs, SettingsError
 
 T = TypeVar('T')
 
@@ -20,8 +22,15 @@ PATIENCE = 10.0
 """Seconds after which a call to a driver times out."""
 
 
+EXPECTED = (DriverError, SettingsError, DesignError, StateError)
+"""What a driver may raise. Anything else becomes a `DriverError` that names it."""
+
+
 class Watched(Driver):
-    """Runs a driver in a thread of its own, which is abandoned if it hangs."""
+    """Runs a driver in a thread of its own, which is abandoned if it hangs.
+
+    What a driver raises, even SystemExit, is a `DriverError` here.
+    """
 
     def __init__(
         self, name: str, make: Callable[[], Driver], seconds: float, patience: float = PATIENCE
@@ -35,7 +44,8 @@ class Watched(Driver):
             patience: Time-out of a call, in seconds.
 
         Raises:
-            DriverError: It hangs, or as `make` raises.
+            DriverError: It hangs, or raises something unexpected.
+            One of `EXPECTED`: As `make` raises.
         """
         self._name, self._seconds, self._patience = name, seconds, patience
         self._work: SimpleQueue[Callable[[], Any] | None] = SimpleQueue()
@@ -61,25 +71,32 @@ class Watched(Driver):
         return self.driver.interrupted
 
     def advance(
-        self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
     ) -> Array:
         """Return the samples of the driver; raises `DriverError` if it takes too long."""
         playing = len(V_N) / len(self.nodes) * self.dt * self._seconds
         return self._asked(
-            'playing', lambda: self.driver.advance(V_N, drive, shake, looks), playing
+            'playing', lambda: self.driver.advance(V_N, held_cell, shake, looks), playing
         )
 
     def end(self, site: int) -> float:
         """Return the displacement of an end."""
-        return self.driver.end(site)
+        with self._guarded('measuring'):
+            return self.driver.end(site)
 
     def force(self) -> float | None:
         """Return the force, if it is measured."""
-        return self.driver.force()
+        with self._guarded('measuring'):
+            return self.driver.force()
 
     def health(self) -> dict[str, float | str]:
         """Return the driver's values for diagnostics."""
-        return self.driver.health()
+        with self._guarded('reporting'):
+            return self.driver.health()
 
     def close(self) -> None:
         """Close the driver, unless it hangs."""
@@ -90,19 +107,31 @@ class Watched(Driver):
 
     def _asked(self, what: str, work: Callable[[], T], more: float = 0.0) -> T:
         if self._hangs:
-            raise DriverError(f'the driver {self._name} hangs')
+            raise DriverHangs(f'the driver {self._name} hangs')
         self._work.put(work)
         try:
             value, error = self._done.get(timeout=self._patience + more)
         except Empty:
             self._hangs = True
-            raise DriverError(
+            raise DriverHangs(
                 f'the driver {self._name} hangs: {what} takes longer than {self._patience:g} s'
             ) from None
-        if error is not None:
-            raise error
+        with self._guarded(what):
+            if error is not None:
+                raise error
         result: T = value
         return result
+
+    @contextmanager
+    def _guarded(self, what: str) -> Iterator[None]:
+        try:
+            yield
+        except EXPECTED:
+            raise
+        except BaseException as error:  # whatever it is, it must not end our thread
+            raise DriverError(
+                f'the driver {self._name} has failed while {what}: {printable(repr(error), 300)}'
+            ) from error
 
     def _run(self) -> None:
         while (work := self._work.get()) is not None:

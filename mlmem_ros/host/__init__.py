@@ -7,16 +7,16 @@ Calls raise only `REFUSALS`, and no request waits for a disk that hangs.
 
 from .errors import REFUSALS, Overdue
 from .host import Host
-from .journal import Journal, Log
 from .sessions import State
 from .settings import SessionPlan
+from .throttled_log import Log, ThrottledLog
 
 __all__ = [
     'REFUSALS',
     'Host',
-    'Journal',
     'Log',
     'Overdue',
     'SessionPlan',
     'State',
+    'ThrottledLog',
 ]

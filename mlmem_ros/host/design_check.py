@@ -15,14 +15,14 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..analysis.checks import Verdict, check
 from ..device import Settings
 from ..durable import read_text, write_atomically
 from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
+from ..verdict import Verdict
 
 if TYPE_CHECKING:  # the choices are known without ROS
-    from .journal import Journal
+    from .throttled_log import ThrottledLog
 
 CHOICES = ('refuse', 'warn', 'skip')
 """Whether to refuse to configure a design that fails, to warn, or to skip the check."""
@@ -35,11 +35,11 @@ FILE_NAME = 'design_checks.json'
 MOST = 64
 """Number of designs cached, the latest ones."""
 
-DEPENDS_ON = ('physics', 'device', 'analysis')
+DEPENDS_ON = ('physics', 'device', 'checks')
 """Packages on whose source a check depends."""
 
 
-def check_design(design: Design, settings: Settings, mode: str, log: Journal) -> None:
+def check_design(design: Design, settings: Settings, mode: str, log: ThrottledLog) -> None:
     """Check a design in a mode of `CHOICES`, and log every finding that is not a pass.
 
     Raises:
@@ -67,6 +67,8 @@ def findings(design: Design, settings: Settings) -> list[Found]:
     path, key = _path(), _key(design, settings)
     cached = _read(path)
     if key not in cached:
+        from ..checks import check  # a design that is known needs none of it
+
         cached[key] = [
             (each.name, each.verdict.value, each.text)
             for each in check(design, settings).findings

@@ -17,4 +17,4 @@ class Overdue(Exception):
 
 
 REFUSALS = (Refused, DriverError, DesignError, SettingsError, StateError, BagError, Overdue)
-"""Expected errors, with a message for the user; any other exception is a defect."""
+"""Expected errors, with a message for the user; any other is a fault in the software."""

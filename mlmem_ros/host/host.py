@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .. import threads
 from ..device import (
     Command,
     DriverError,
@@ -20,52 +19,58 @@ from ..device import (
     Loop,
     MemoryElement,
     Outcome,
-    Read,
     Refused,
     SetFaults,
     SettingsError,
     describe_level,
     drivers,
 )
-from ..device.commands import Procedures
 from ..device.loop import Stamped
+from ..device.mailbox import Asked
 from ..device.pacing import Pacer
 from ..device.progress import Feedback
+from ..device.request import Request
 from ..device.units import Units
 from ..physics import StateError
 from .design_check import check_design
-from .journal import Journal, Log
+from .errors import REFUSALS
 from .rescue import Rescue, let_go
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
 from .store import Store
+from .throttled_log import Log, ThrottledLog
 from .worker import Worker
 
 if TYPE_CHECKING:
+    from ..element_file import Element
     from .transcript import Transcript
+    from .watcher import Watcher
 
 T = TypeVar('T')
 
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
-INACTIVE = 'inactive: configure and activate the node first'
+INACTIVE = 'inactive: {}configure and activate the node first'
+"""Why nothing is accepted; the gap is for what stopped the device, if anything did."""
+
+SHUT_DOWN = 'inactive: the node is shut down'
 
 
 class Host:
     """Holds one element, from configuration to release.
 
     Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,
-    `activate`, `deactivate`, `release`, `fail` and `tend`; requests may come from any thread.
+    `activate`, `deactivate`, `release`, `fail` and `on_timer`; requests may come from any thread.
 
     Attributes:
-        journal: The log.
-        element: The device; None while unconfigured.
+        log: The log.
+        element: The element; None while unconfigured.
         loop: Runs it while active; otherwise None.
+        watcher: Compares its reads with a twin's forecast; None without one.
         sessions: Its recording.
-        stopped: Why the device last stopped, until it is configured again; empty if it did not.
+        stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
         refused: Requests refused since the host was made.
-        lost: How often the content or the recording could not be saved at the end of a life.
     """
 
     def __init__(
@@ -84,24 +89,31 @@ class Host:
             name: Of the node, which owns its state file.
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
-        self.journal = Journal(log)
+        self.log = ThrottledLog(log)
         self.element: MemoryElement | None = None
+        self.watcher: Watcher | None = None
         self.loop: Loop | None = None
         self.stopped = ''
         self.refused = 0
-        self.lost = 0
+        self._unsaved = False  # the content, at the end of the last life
+        self._cut_short = 0  # recordings
         self._name = name
         self._failed = failed
-        self._root = ''
+        self._closed = False
         self._store: Store | None = None
-        self._disk = Worker('mlmem-store', self.journal)
-        self._rescue = Rescue(self.journal)
-        self.sessions = Sessions(lambda: self._root, self.journal, now)
+        self._disk = Worker('mlmem-store', self.log)
+        self._rescue = Rescue(self.log)
+        self.sessions = Sessions(self.log, now)
 
     @property
-    def failure(self) -> Exception | None:
+    def failure(self) -> BaseException | None:
         """Why the device stopped while active, or None."""
         return self.loop.failure if self.loop is not None else None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the content as it is now, or any recording, could not be saved."""
+        return self._unsaved or self._cut_short > 0
 
     @property
     def transcript(self) -> Transcript | None:
@@ -116,22 +128,34 @@ class Host:
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        self._root = given.files.root
-        check_design(given.design, given.settings, given.check, self.journal)
+        check_design(given.design, given.settings, given.check, self.log)
         with ExitStack() as undo:
-            driver = drivers.opened(
-                given.device.driver, given.device.address, given.design, given.settings
-            )
+            specimen = self._known('specimen', given.device.specimen, given)
+            twin = self._known('twin', given.device.twin, given)
+            try:
+                driver = drivers.opened(
+                    given.device.driver, given.device.address, given.design, given.settings,
+                    specimen.timed if specimen else None,
+                )  # fmt: skip
+            except (DriverError, SettingsError) as error:
+                self.log.cause(error)
+                raise
             undo.callback(driver.close)
-            store = Store(given.state, given.files.root, self.journal, self._disk, self._name)
+            store = Store(given.state, given.files, self.log, self._disk, self._name)
             undo.callback(store.close)
             element = store.new_element(given.design, given.settings, driver)
+            watcher = None
+            if twin is not None:
+                from .elements import forecast, watching
+
+                element.forecast = forecast(twin, given.design, given.settings, self.log)
+                watcher = watching(twin, element, self.log)
             _check_faults(element, given.faults)
             store.restore(element)
             undo.pop_all()
         self.stopped = ''
         self._rescue.restore(element)
-        self.element, self._store = element, store
+        self.element, self._store, self.watcher = element, store, watcher
         return element
 
     def activate(
@@ -141,7 +165,8 @@ class Host:
         listener: Listener,
         pacer: Pacer,
         speed: float,
-        heard: Callable[[], bool] = lambda: True,
+        has_subscribers: Callable[[], bool] = lambda: True,
+        watched: Callable[[], bool] = lambda: True,
     ) -> None:
         """Start time, and a recording if a path is set.
 
@@ -151,28 +176,35 @@ class Host:
             listener: Called after ticks with their events.
             pacer: The clock.
             speed: Multiple of real time; 0: as fast as possible.
-            heard: Returns whether anybody subscribes to a stream.
+            has_subscribers: Returns whether anybody subscribes to a stream that must be on time.
+            watched: Returns whether anybody subscribes to any stream or view.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
         assert self.element is not None
-        element = self.element
+        assert self._store is not None
+        element, store, watcher = self.element, self._store, self.watcher
         if given.record.path:
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
             self.sessions.keep(plan, element)
-        guard = self.journal.guarded
+        guard = self.log.guarded
 
         def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
             with guard('publishing'):
                 listener(events)
-            for event in events:
-                if isinstance(event, Outcome):
-                    self.journal.info(_line(event), event.procedure)
+            if watcher is not None:
+                with guard('watching'):
+                    watcher.hear(events)
             if (transcript := self.transcript) is not None:
                 with guard('recording'):
                     transcript.tick(element, commands)
+
+        def settle(request: Asked) -> None:
+            store.settle(request, element)
+            if (outcome := request.outcome) is not None:  # a log line takes half a millisecond
+                self.log.info(_line(outcome), outcome.procedure)
 
         loop = Loop(
             element,
@@ -181,7 +213,9 @@ class Host:
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
             publish_every=math.gcd(given.publish.every, given.record.hash_every),
-            heard=lambda: self.transcript is not None or heard(),
+            has_subscribers=lambda: self.transcript is not None or has_subscribers(),
+            watched=lambda: self.transcript is not None or watched(),
+            settle=settle,
             failed=self._failed,
         )
         if given.faults != element.faults:
@@ -210,9 +244,15 @@ class Host:
         if loop is not None and element is not None:
             loop.stop()
             self.stopped = f'the device has stopped: {loop.failure}'
-            self.journal.error(self.stopped)
+            self.log.error(self.stopped)
+            if isinstance(loop.failure, REFUSALS):
+                self.log.cause(loop.failure)
+            elif loop.failure is not None:
+                self.log.exception('the device', loop.failure)
             self._end_recording(None)
-            self.journal.error(f'{self._save_failed(element)}; configure and activate to go on')
+            saved = self._save_failed(element)
+            again = '; if it fails again, reset the element' if element.simulated else ''
+            self.log.error(f'{saved}; configure and activate to go on{again}')
         self.release()
 
     def release(self) -> None:
@@ -220,15 +260,17 @@ class Host:
         if self._store is not None:
             self._store.close()
         if self.element is not None:
-            with self.journal.guarded('releasing the element'):
+            with self.log.guarded('releasing the element'):
                 try:
                     self.element.driver.close()
                 except DriverError as error:
-                    self.journal.error(str(error))
-        self.element = self._store = None
+                    self.log.error(str(error))
+                    self.log.cause(error)
+        self.element = self._store = self.watcher = None
 
     def close(self) -> None:
         """Shut down, whatever the device is doing: stop, save and release it."""
+        self._closed = True
         if self.loop is not None:
             try:
                 self.deactivate()
@@ -236,11 +278,11 @@ class Host:
                 self.fail()
         self.release()
 
-    def tend(self) -> None:
+    def on_timer(self) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
-        self.sessions.tend()
+        self.sessions.on_timer()
         if self._store is not None:
-            self._store.tend(self.loop)
+            self._store.on_timer(self.loop)
 
     # --- requests ------------------------------------------------------------------------
 
@@ -251,29 +293,33 @@ class Host:
             Refused: The node is not active.
         """
         if (loop := self.loop) is None:
-            raise Refused(INACTIVE)
+            why = INACTIVE.format(f'{self.stopped}; ' if self.stopped else '')
+            raise Refused(SHUT_DOWN if self._closed else why)
         return loop
 
-    def submit(self, command: Command) -> Future[Outcome | None]:
+    def submit(self, command: Command) -> Asked:
         """Hand in a command for the next tick; see `Loop.submit`.
 
         With a state file, the outcome comes after the changed content is safe on the disk; if it
         cannot be saved, the outcome is a failure.
         """
-        return self._counted(lambda loop: self._kept(loop, command))
+        return self._asked(lambda loop: loop.submit(command))
 
-    def submit_scaled(self, make: Callable[[Units], Command]) -> Future[Outcome | None]:
+    def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
         """Hand in a command given in SI values, converted to the device's units."""
-        return self._counted(lambda loop: self._kept(loop, make(loop.element.units)))
+        return self._asked(lambda loop: loop.submit(make(loop.element.units)))
 
-    def cancel(self, command: Command) -> Future[Outcome | None]:
-        """Abort the procedure of a command; see `Loop.cancel`."""
-        return self._counted(lambda loop: self._saved(loop, loop.cancel(command)))
+    def cancel(self, request: Asked) -> Asked:
+        """Abort the procedure of a request; see `Loop.cancel`."""
+        return self._asked(lambda loop: loop.cancel(request))
 
-    def feedback(self, command: Command) -> Feedback | None:
-        """Return the progress of a command's procedure, if it is running."""
+    def feedback(self, request: Asked) -> Feedback | None:
+        """Return the progress of a request's procedure, if it is running.
+
+        Call it in the loop's thread.
+        """
         element = self.element
-        return element.feedback() if element is not None and element.runs(command) else None
+        return element.feedback() if element is not None and element.runs(request.run) else None
 
     def step(self) -> Future[int]:
         """Run one tick while paused; see `Loop.single_tick`."""
@@ -289,7 +335,7 @@ class Host:
             return self._counted(self.sessions.stop)
         return self._counted(lambda loop: self.sessions.start(plan, loop))
 
-    def be_faulty(self, faults: Faults) -> None:
+    def set_faults(self, faults: Faults) -> None:
         """Hand in faults if time runs; otherwise they take effect at the next activation."""
         if self.loop is not None:
             self.submit(SetFaults(faults))
@@ -299,12 +345,19 @@ class Host:
         if self.loop is not None and not self.loop.element.driver.own_clock:
             self.loop.set_speed(speed)
 
+    def _asked(self, ask: Callable[[Loop], Asked]) -> Asked:
+        try:
+            request = ask(self.open_loop())
+        except Refused as refusal:
+            request = Request[Outcome | None](None).refuse(refusal)
+        request.answer.add_done_callback(self._count)
+        return request
+
     def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
         try:
             answer = ask(self.open_loop())
         except Refused as refusal:
-            answer = threads.Future()
-            answer.set_exception(refusal)
+            answer = Request[T](None).refuse(refusal).answer
         answer.add_done_callback(self._count)
         return answer
 
@@ -312,13 +365,15 @@ class Host:
         if not answer.cancelled() and isinstance(answer.exception(), Refused):
             self.refused += 1
 
-    def _kept(self, loop: Loop, command: Command) -> Future[Outcome | None]:
-        answer = loop.submit(command)
-        changing = isinstance(command, Procedures) and not isinstance(command, Read)
-        return self._saved(loop, answer) if changing else answer
+    def _known(self, name: str, path: str, given: Parameters) -> Element | None:
+        """Return the element in the file of a parameter, or None without one."""
+        if not path:
+            return None
+        from .elements import opened  # most nodes have none
 
-    def _saved(self, loop: Loop, answer: Future[Outcome | None]) -> Future[Outcome | None]:
-        return self._store.once_saved(answer, loop.element) if self._store else answer
+        return self._disk.done(
+            f'reading {path}', lambda: opened(name, path, given.files, given.design)
+        )
 
     # --- end of a life -------------------------------------------------------------------
 
@@ -327,8 +382,8 @@ class Host:
         self._end_recording(element)
         assert self._store is not None
         kept = self._store.keep(element)
-        saved = self._store.settle() and kept.exception() is None
-        self.lost += not saved
+        saved = self._store.settled() and kept.exception() is None
+        self._unsaved = not saved
         return saved
 
     def _save_failed(self, element: MemoryElement) -> str:
@@ -336,9 +391,10 @@ class Host:
         if not element.simulated:
             if not element.procedure:
                 self._put_away(element)
+                self._rescue.keep(element)
             return 'its content is in the element'
-        if not let_go(element, self.journal):
-            self.lost += 1
+        if not let_go(element, self.log):
+            self._unsaved = True
             return 'its content is as last saved'
         if self._put_away(element) and self._store is not None and self._store.path is not None:
             return 'its content is saved'
@@ -347,7 +403,7 @@ class Host:
 
     def _end_recording(self, element: MemoryElement | None) -> None:
         if not self.sessions.close(element):
-            self.lost += 1
+            self._cut_short += 1
 
 
 def _line(outcome: Outcome) -> str:

@@ -16,8 +16,8 @@ from dataclasses import replace
 from .. import threads
 from ..device import MemoryElement, Refused
 from ..device.loop import Stamped
-from .journal import Journal
 from .settings import SessionPlan
+from .throttled_log import ThrottledLog
 from .transcript import Message, Transcript
 
 SEGMENTS = 4
@@ -48,12 +48,12 @@ class LastSeconds(Transcript):
     def __init__(
         self,
         plan: SessionPlan,
-        journal: Journal,
+        log: ThrottledLog,
         now: Callable[[], int],
         element: MemoryElement,
     ) -> None:
         """Start with the present state of an idle device; for the others see `Transcript`."""
-        super().__init__(plan, journal, now)
+        super().__init__(plan, log, now)
         self._tick_seconds = element.tick * element.settings.scale.time
         self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
         self._ticked = element.ticks

@@ -14,8 +14,8 @@ from ..bag.writer import BagWriter
 from ..device import MemoryElement
 from ..device.loop import Stamped
 from ..session import messages
-from .journal import Journal
 from .settings import SessionPlan
+from .throttled_log import ThrottledLog
 from .transcript import Message, Transcript
 
 
@@ -32,7 +32,7 @@ class Recording(Transcript):
         self,
         plan: SessionPlan,
         path: Path,
-        journal: Journal,
+        log: ThrottledLog,
         now: Callable[[], int],
         before: Sequence[Message] = (),
     ) -> None:
@@ -41,7 +41,7 @@ class Recording(Transcript):
         Raises:
             BagError: The path exists, or cannot be written.
         """
-        super().__init__(plan, journal, now)
+        super().__init__(plan, log, now)
         self.full = False
         settings = plan.settings
         writer = BagWriter(path, max_bytes=settings.max_bytes, max_duration=settings.max_duration)
@@ -61,7 +61,7 @@ class Recording(Transcript):
             on_error=self._log_error,
         )
         since = f', with the previous {len(before)} messages' if before else ''
-        journal.info(f'recording a session into {writer.path}{since}')
+        log.info(f'recording a session into {writer.path}{since}')
 
     def begin(self, element: MemoryElement) -> None:
         """Record the present state, from which a replay starts; call it between ticks.
@@ -90,7 +90,7 @@ class Recording(Transcript):
         hashed = element.ticks % settings.hash_every == 0
         if most and hashed and self.status.size >= 1e6 * most:
             self.full = True  # the hash just recorded is the last
-            self._journal.warning(
+            self._log.warning(
                 f'the session in {self.status.path} ends at {most:g} MB (record.most_megabytes)'
             )
 
@@ -108,7 +108,7 @@ class Recording(Transcript):
         status = self._recorder.close()
         if status.error is not None:
             raise status.error
-        self._journal.info(
+        self._log.info(
             f'session closed: {status.messages} messages, {status.size / 1e6:.2f} MB, '
             f'{status.dropped} dropped, in {status.path}'
         )
@@ -122,4 +122,4 @@ class Recording(Transcript):
         self._recorder.put(*message)
 
     def _log_error(self, error: BagError) -> None:
-        self._journal.error(f'recording stopped: {error}')
+        self._log.error(f'recording stopped: {error}')

@@ -10,10 +10,10 @@ from typing import Any
 from ..device import Abort, MemoryElement, snapshot
 from ..physics import StateError
 from .errors import REFUSALS
-from .journal import Journal
+from .throttled_log import ThrottledLog
 
 
-def let_go(element: MemoryElement, journal: Journal) -> bool:
+def let_go(element: MemoryElement, log: ThrottledLog) -> bool:
     """Bring the strain to zero without a loop; return whether it got there."""
     erase = element.settings.erase
     most = 1 + math.ceil((erase.release + erase.settle) / element.tick)
@@ -25,19 +25,19 @@ def let_go(element: MemoryElement, journal: Journal) -> bool:
             element.advance()
     except Exception as error:
         if not isinstance(error, REFUSALS):
-            journal.exception('releasing', error)
+            log.exception('releasing', error)
     return False
 
 
 class Rescue:
     """Keeps the content of a failed device until the next one is configured."""
 
-    def __init__(self, journal: Journal) -> None:
-        self._journal = journal
+    def __init__(self, log: ThrottledLog) -> None:
+        self._log = log
         self._content: dict[str, Any] | None = None
 
     def keep(self, element: MemoryElement) -> None:
-        """Keep the content of a released device."""
+        """Keep the content of a released device; of a real one, calibration and statistics."""
         self._content = snapshot.take(element)
 
     def restore(self, element: MemoryElement) -> None:
@@ -48,6 +48,8 @@ class Rescue:
         try:
             snapshot.restore(element, content)
         except StateError:
-            self._journal.warning('the failed device had another design: the element is blank')
+            blank = ': the element is blank' if element.simulated else ''
+            self._log.warning(f'the failed device had another design{blank}')
         else:
-            self._journal.info('the content of the failed device is restored')
+            what = 'content' if element.simulated else 'calibration'
+            self._log.info(f'the {what} of the failed device is restored')

@@ -18,15 +18,14 @@ from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
 from ..packages import missing
 from .errors import Overdue
-from .files import confined
-from .journal import Journal
-from .settings import RecordSettings, SessionPlan
+from .settings import SessionPlan
+from .throttled_log import ThrottledLog
 from .worker import Worker
 
 if TYPE_CHECKING:
     from .last_seconds import LastSeconds
     from .recording import Recording
-    from .transcript import Transcript
+    from .transcript import Message, Transcript
 
 T = TypeVar('T')
 
@@ -56,15 +55,14 @@ class Sessions:
         last: The last seconds, or None if they are not kept; empty during a recording.
     """
 
-    def __init__(self, root: Callable[[], str], journal: Journal, now: Callable[[], int]) -> None:
-        """Create it idle; `root` confines paths (see `files`), `now` is in nanoseconds."""
+    def __init__(self, log: ThrottledLog, now: Callable[[], int]) -> None:
+        """Create it idle; `now` is in nanoseconds."""
         self.state = State.IDLE
         self.current: Recording | None = None
         self.last: LastSeconds | None = None
-        self._root = root
-        self._journal = journal
+        self._log = log
         self._now = now
-        self._worker = Worker('mlmem-sessions', journal)
+        self._worker = Worker('mlmem-sessions', log)
 
     @property
     def transcript(self) -> Transcript | None:
@@ -77,7 +75,7 @@ class Sessions:
         Raises:
             BagError: Packages that are needed to record are missing.
         """
-        self.last = _made('last_seconds').LastSeconds(plan, self._journal, self._now, element)
+        self.last = _made('last_seconds').LastSeconds(plan, self._log, self._now, element)
         if self.current is not None:
             self.last.clear()
 
@@ -111,15 +109,15 @@ class Sessions:
         """
         return self._worker.do(CLOSING, lambda: self._stop(loop.element, loop))
 
-    def tend(self) -> None:
+    def on_timer(self) -> None:
         """Answer requests that have waited too long for the disk; call it once a second."""
-        self._worker.tend()
+        self._worker.on_timer()
 
     def close(self, element: MemoryElement | None) -> bool:
         """End any recording when time has stopped; waits, but not for long.
 
         Args:
-            element: The device; None if it has failed. Its last seconds are then saved, without a
+            element: The element; None if it has failed. Its last seconds are then saved, without a
                 final hash, since the commands of the failed tick are not recorded.
 
         Returns:
@@ -132,7 +130,7 @@ class Sessions:
         except BagError:  # logged when it occurred
             return False
         except Overdue as error:
-            self._journal.error(str(error))
+            self._log.error(str(error))
             return False
         return True
 
@@ -142,19 +140,24 @@ class Sessions:
         if self.current is not None:
             raise Refused(f'busy: recording into {self.current.status.path}')
         last = self.last
-        before = _between_ticks(loop, last.hold) if last is not None else []
+
+        def look() -> list[Message]:
+            kept = last.hold() if last is not None else []
+            if not kept and element is None:
+                raise Refused('there is no state to begin with')
+            if not kept and element is not None and (running := element.procedure):
+                raise Refused(f'busy: {running} is running; a session must begin while idle')
+            return kept
+
+        before = _between_ticks(loop, look)
         if last is not None and before:
             plan = last.continued(plan)
-        elif element is None:
-            raise Refused('there is no state to begin with')
-        elif element.procedure:
-            raise Refused(f'busy: {element.procedure} is running; a session must begin while idle')
         self.state = State.STARTING
         try:
-            path = _new_path(plan.settings, self._root())
+            path = _new_path(plan)
             kept = len(before)
             recording: Recording = _made('recording').Recording(
-                plan, path, self._journal, self._now, before
+                plan, path, self._log, self._now, before
             )
             try:
                 _between_ticks(
@@ -213,7 +216,7 @@ class Sessions:
         try:
             self._start(last.plan, None, None)
         except (BagError, SettingsError) as error:
-            self._journal.error(f'the last seconds are lost: {error}')
+            self._log.error(f'the last seconds are lost: {error}')
             raise BagError(str(error)) from error
 
 
@@ -230,9 +233,9 @@ def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
     return function() if loop is None else loop.call(function).result()
 
 
-def _new_path(settings: RecordSettings, root: str) -> Path:
+def _new_path(plan: SessionPlan) -> Path:
     """Return the configured path; with the time added if it is empty or exists."""
-    path = confined(settings.path or 'session', root)
+    settings, path = plan.settings, plan.files.confined(plan.settings.path or 'session')
     if settings.path and not (settings.add_time and durable.exists(path)):
         return path
     name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'

@@ -14,6 +14,9 @@ from ..described import described
 from ..device import Faults, Settings
 from ..device.settings import Checked
 from ..physics import Design
+from .files import FileSettings
+
+ANYWHERE = FileSettings()
 
 IMAGE_COLUMNS = 400
 """Width of an image that covers at least this many ticks."""
@@ -27,6 +30,19 @@ class DeviceSettings(Checked):
         'sim', 'what drives the element: sim, rig, or package.module:Class of your own'
     )
     address: str = described('', 'where the element is, as its driver understands it')
+    specimen: str = described(
+        '', 'file of a fitted element, as mlmem fit writes it, to simulate; empty: as designed'
+    )
+    twin: str = described(
+        '', 'file of the fitted element that this is: calibrate verifies its forecast; empty: none'
+    )
+    retry: float = described(
+        0.0,
+        'time between two attempts to reach an element that is off at the start, or lost; 0: none',
+        unit='s',
+        low=0.0,
+        high=3600.0,
+    )
 
 
 @dataclass(frozen=True)
@@ -117,21 +133,14 @@ class SessionPlan:
         settings: Where and how.
         topics: All published and subscribed topics, by full name.
         parameters: The node's parameters, for the record.
+        files: Where it may be.
     """
 
     node: str
     settings: RecordSettings
     topics: Sequence[Topic] = ()
     parameters: Mapping[str, Any] | None = None
-
-
-@dataclass(frozen=True)
-class FileSettings(Checked):
-    """Where the node may write; set only at start, so that no client can lift it."""
-
-    root: str = described(
-        '', 'folder that record.path and state.path must stay in; empty: anywhere'
-    )
+    files: FileSettings = ANYWHERE
 
 
 @dataclass(frozen=True)

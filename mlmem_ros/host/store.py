@@ -7,6 +7,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from concurrent.futures import Future
+from pathlib import Path
 from typing import Any
 
 from .. import durable, threads
@@ -18,16 +19,17 @@ from ..device import (
     Outcome,
     Refused,
     Settings,
-    calibration_file,
     new_element,
     snapshot,
-    state_file,
 )
 from ..device.calibration import calibration_key
+from ..device.mailbox import Asked
 from ..physics import Design, StateError
-from .files import confined
-from .journal import Journal
+from ..procedures import PROCEDURES
+from . import calibration_file, state_file
+from .files import FileSettings
 from .settings import StateSettings
+from .throttled_log import ThrottledLog
 from .worker import Worker
 
 
@@ -44,8 +46,8 @@ class Store:
     def __init__(
         self,
         settings: StateSettings,
-        root: str,
-        journal: Journal,
+        files: FileSettings,
+        log: ThrottledLog,
         worker: Worker,
         owner: str = 'another element',
     ) -> None:
@@ -57,12 +59,14 @@ class Store:
         Raises:
             SettingsError: The path is invalid, or leads out of the root (see `files`).
         """
-        self.path = confined(settings.path, root) if settings.path else None
+        self.path: Path | None = None
+        if settings.path:  # a lock belongs to a file, not to one of its names
+            self.path = Path(os.path.realpath(files.confined(settings.path)))
         self._calibrations = calibration_file.beside(self.path) if self.path else None
         self._calibrated: tuple[str, Calibration] | None = None
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
-        self._journal = journal
+        self._log = log
         self._worker = worker
         self._owner = f'{owner} (process {os.getpid()})'
         self._claim: durable.Claim | None = None
@@ -108,14 +112,14 @@ class Store:
         saved = self._worker.done(f'reading {path}', lambda: state_file.load(path))
         if saved is None:
             blank = ': the element is blank' if element.simulated else ''
-            self._journal.info(f'no state in {self.path} yet{blank}')
+            self._log.info(f'no state in {self.path} yet{blank}')
             return
         try:
             snapshot.restore(element, saved)
         except StateError as error:
             raise StateError(f'{self.path} does not belong to this design: {error}') from error
         what = 'state' if element.simulated else 'calibration and statistics'
-        self._journal.info(f'{what} restored from {self.path}')
+        self._log.info(f'{what} restored from {self.path}')
 
     def keep(self, element: MemoryElement) -> Future[None]:
         """Save the present state of an idle device; call it between ticks.
@@ -134,53 +138,37 @@ class Store:
         saved.add_done_callback(self._log_error)
         return saved
 
-    def once_saved(
-        self, ending: Future[Outcome | None], element: MemoryElement
-    ) -> Future[Outcome | None]:
-        """Return a procedure's outcome, once its changes are safe on the disk.
+    def settle(self, request: Asked, element: MemoryElement) -> None:
+        """Answer a request whose procedure has ended, once its changes are safe on the disk.
 
-        Args:
-            ending: The outcome, set in the loop's thread.
-            element: The device.
-
-        Returns:
-            The outcome; a failure if the content could not be saved.
+        The answer is the outcome; a failure if the content could not be saved. Call it in the
+        thread that runs the device.
         """
-        if self.path is None:
-            return ending
-        answer: Future[Outcome | None] = threads.Future()
-        answer.set_running_or_notify_cancel()  # already under way, cannot be withdrawn
+        outcome = request.outcome
+        assert outcome is not None
+        changed = PROCEDURES[outcome.procedure].changes
+        if self.path is None or not changed or element.procedure:  # an abort will save it
+            request.settle(outcome)
+            return
+        try:
+            saved = self.keep(element)
+        except Exception as error:
+            self._log.exception('taking the state', error)
+            request.settle(_judged(outcome, error))
+        else:
+            saved.add_done_callback(
+                lambda saved: request.settle(_judged(outcome, saved.exception()))
+            )
 
-        def keep(done: Future[Outcome | None]) -> None:
-            if (refusal := done.exception()) is not None:
-                answer.set_exception(refusal)
-                return
-            outcome = done.result()
-            if element.procedure:  # an abort, which will save the content
-                answer.set_result(outcome)
-                return
-            try:
-                saved = self.keep(element)
-            except Exception as error:
-                self._journal.exception('taking the state', error)
-                saved = threads.Future()
-                saved.set_exception(error)
-            saved.add_done_callback(lambda saved: answer.set_result(_judged(outcome, saved)))
-
-        ending.add_done_callback(keep)
-        return answer
-
-    def tend(self, loop: Loop | None) -> None:
+    def on_timer(self, loop: Loop | None) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
-        self._worker.tend()
+        self._worker.on_timer()
         if self.path is None or self._interval == 0.0 or loop is None:
             return
-        now = threads.monotonic()
-        if now >= self._due and not loop.element.procedure:
-            self._due = now + self._interval
+        if threads.monotonic() >= self._due:
             loop.call(lambda: self._keep_if_idle(loop.element))
 
-    def settle(self) -> bool:
+    def settled(self) -> bool:
         """Wait, but not for long, until all states are saved; return whether they are."""
         return self._worker.wait()
 
@@ -189,7 +177,7 @@ class Store:
         if (claim := self._claim) is not None:
             self._worker.do(f'releasing {self.path}', claim.release, anyway=True)
             self._claim = None
-        return self.settle()
+        return self.settled()
 
     def _take_claim(self) -> None:
         assert self.path is not None
@@ -208,7 +196,7 @@ class Store:
             raise
 
     def _keep_if_idle(self, element: MemoryElement) -> None:
-        with self._journal.guarded('taking the state'):
+        with self._log.guarded('taking the state'):
             if not element.procedure:  # else next time
                 self.keep(element)
 
@@ -222,13 +210,12 @@ class Store:
 
     def _log_error(self, saved: Future[None]) -> None:
         if (error := saved.exception()) is not None:
-            self._journal.error(str(error))
+            self._log.error(str(error))
 
 
-def _judged(outcome: Outcome | None, saved: Future[None]) -> Outcome | None:
+def _judged(outcome: Outcome, error: BaseException | None) -> Outcome:
     """Return the outcome to report: a failure if the content is not on the disk."""
-    error = saved.exception()
-    if error is None or outcome is None:
+    if error is None:
         return outcome
     done = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
     return dataclasses.replace(outcome, success=False, error=f'{done}, but is not saved: {error}')

@@ -12,8 +12,8 @@ from ..bag.errors import BagError
 from ..device import MemoryElement
 from ..device.loop import Stamped
 from ..session import messages
-from .journal import Journal
 from .settings import SessionPlan
+from .throttled_log import ThrottledLog
 
 Message = tuple[str, bytes, int]
 """Topic, CDR, and log time in nanoseconds."""
@@ -22,11 +22,11 @@ Message = tuple[str, bytes, int]
 class Transcript(ABC):
     """Collects the topics of an element, and what a replay needs."""
 
-    def __init__(self, plan: SessionPlan, journal: Journal, now: Callable[[], int]) -> None:
+    def __init__(self, plan: SessionPlan, log: ThrottledLog, now: Callable[[], int]) -> None:
         """Create it empty; `now` returns the time of messages in nanoseconds."""
         self.plan = plan
         self.names = messages.SessionTopics.of(plan.node)
-        self._journal = journal
+        self._log = log
         self._now = now
         self._types = {topic.name: topic.type for topic in plan.topics}
 
@@ -43,7 +43,7 @@ class Transcript(ABC):
             try:
                 trimmed = jazzy.trim(cdr, self._types[topic])
             except BagError as error:
-                self._journal.refused(f'recording {topic}', error)
+                self._log.refused(f'recording {topic}', error)
             else:
                 self._put(topic, trimmed)
 

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from .. import threads
 from ..device import Refused
 from .errors import REFUSALS, Overdue
-from .journal import Journal
+from .throttled_log import ThrottledLog
 
 T = TypeVar('T')
 
@@ -35,9 +35,9 @@ class _Job:
 class Worker:
     """Does one job after another, in a thread that lives while there are any."""
 
-    def __init__(self, name: str, journal: Journal) -> None:
+    def __init__(self, name: str, log: ThrottledLog) -> None:
         self._name = name
-        self._journal = journal
+        self._log = log
         self._changed = threads.Condition()
         self._jobs: deque[_Job] = deque()  # the first is in progress
 
@@ -51,14 +51,17 @@ class Worker:
 
         Returns:
             What the work returns or raises; `Overdue` if it takes longer than `PATIENCE`. Work
-            that has not begun by then is dropped.
+            that has not begun by then is dropped. `Refused` if the system starts no thread.
         """
         job = _Job(what, work, anyway)
         with self._changed:
             self._jobs.append(job)
             alone = len(self._jobs) == 1
         if alone:
-            threads.Thread(target=self._run, name=self._name, daemon=True).start()
+            try:
+                threads.Thread(target=self._run, name=self._name, daemon=True).start()
+            except RuntimeError as error:  # as many threads or as much memory as the system allows
+                self._refuse(Refused(f'{what} is not possible: {error}'))
         return job.answer
 
     def done(self, what: str, work: Callable[[], T]) -> T:
@@ -72,7 +75,7 @@ class Worker:
         self.wait()
         return answer.result()
 
-    def tend(self) -> None:
+    def on_timer(self) -> None:
         """Answer callers who have waited too long; call it once a second."""
         now = threads.monotonic()
         with self._changed:
@@ -102,6 +105,15 @@ class Worker:
                 raise Refused(f'{job.what} came too late')
             return step()
 
+    def _refuse(self, refusal: Refused) -> None:
+        """Answer all jobs, of which none has begun; the next one tries again."""
+        with self._changed:
+            jobs = [job for job in self._jobs if not job.answered]
+            self._jobs.clear()
+            self._changed.notify_all()
+        for job in jobs:
+            job.answer.set_exception(refusal)
+
     def _give_up(self, now: float) -> list[_Job]:
         """Mark the unanswered jobs whose deadline has passed, with the lock held; return them."""
         late = [job for job in self._jobs if now >= job.deadline and not job.answered]
@@ -119,7 +131,7 @@ class Worker:
             except Exception as failure:
                 error = failure
                 if not isinstance(failure, REFUSALS):
-                    self._journal.exception(job.what, failure)
+                    self._log.exception(job.what, failure)
             with self._changed:
                 answered, job.answered = job.answered, True
             if not answered:

@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The material: arrays in, arrays out. No device, no ROS, no files, no clock."""
 
-from .chain import Chain, Drive, kernel_in_cache
+from typing import Any
+
+from .chain import Chain, HeldCell, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
 from .errors import DesignError, StateError
 from .jit import ARITHMETIC
@@ -21,7 +23,7 @@ __all__ = [
     'Chain',
     'Design',
     'DesignError',
-    'Drive',
+    'HeldCell',
     'Integrator',
     'Scatter',
     'Specimen',
@@ -35,3 +37,9 @@ __all__ = [
     'substep_times',
     'walls',
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == 'Drive':  # its name in 1.0, for drivers of others
+        return HeldCell
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +14,10 @@ import numpy as np
 from .design import Design
 from .errors import DesignError, StateError
 from .jit import in_cache
+from .laws import Linear
 from .methods import NOH_BATHE, Integrator
-from .methods.arrays import Cells, Chained, Course, aligned
+from .methods.arrays import Cells, Chained, Forcing, aligned
+from .methods.rest import REST, balanced
 from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
 from .statics import metamaterial_force, substrate_force
@@ -22,7 +25,7 @@ from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_ste
 
 
 @dataclass(frozen=True)
-class Drive:
+class HeldCell:
     """A cell held at a prescribed motion for the first sub-steps of a run.
 
     Attributes:
@@ -36,7 +39,10 @@ class Drive:
     motion: Array
 
 
-FREE = Drive(1, np.empty((2, 0)))
+COUPLING = Linear()
+"""The paper's, with k_r = 1."""
+
+FREE = HeldCell(1, np.empty((2, 0)))
 """No cell is held."""
 
 
@@ -45,7 +51,7 @@ class Chain:
 
     Attributes:
         design: The element.
-        specimen: The element in its present condition; changed by `become`.
+        specimen: The element in its present condition; changed by `set_specimen`.
         dt: Step size in time units.
         integrator: How it is stepped.
         steps_done: Steps since the chain was made: its clock.
@@ -156,7 +162,7 @@ class Chain:
             Rows displacement, velocity, acceleration of the metamaterial, then the same of an
             elastic substrate: shape (3, N) or (6, N). PEFRL has no accelerations: zeros.
         """
-        return np.array([row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)])
+        return np.array(self._rows())
 
     def restore(self, state: Array, *, V_N: float, steps_done: int) -> None:
         """Set a state that `state` returned with either integrator, to the bit.
@@ -180,13 +186,16 @@ class Chain:
         """Return the arrays of the metamaterial, and of an elastic substrate."""
         return [each for each in (self._metamaterial, self._substrate) if each is not None]
 
-    def _set(self, state: Array) -> None:
-        """Set the rows of a state; the loop renews the ghost cells."""
-        by_chain = state.reshape(-1, 3, self.design.N)
-        for (u, v, A, *_), rows in zip(self._chains(), by_chain, strict=True):
-            u[1:-1], v[:], A[:] = rows
+    def _rows(self) -> list[Array]:
+        """Return the rows of a state; views."""
+        return [row for u, v, A, *_ in self._chains() for row in (u[1:-1], v, A)]
 
-    def become(self, specimen: Specimen) -> None:
+    def _set(self, state: Iterable[Array]) -> None:
+        """Set the rows of a state; the loop renews the ghost cells."""
+        for row, values in zip(self._rows(), state, strict=True):
+            row[:] = values
+
+    def set_specimen(self, specimen: Specimen) -> None:
         """Replace the specimen by another one of the same design, in the same state.
 
         Stuck cells stop where they are.
@@ -202,7 +211,7 @@ class Chain:
             row[self._cells.stuck] = 0.0
 
     def check(self, specimen: Specimen) -> None:
-        """Raise `DesignError` for a specimen that `become` would refuse."""
+        """Raise `DesignError` for a specimen that `set_specimen` would refuse."""
         if specimen.design != self.design:
             raise DesignError('the specimen must be of the design of the chain')
         if self.dt > (limit := stable_step(specimen, self.integrator)):
@@ -217,9 +226,11 @@ class Chain:
         mobility = aligned(1.0 / made.masses)
         elastic = design.substrate == 'elastic'
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
+        height, *phase = made.law.constants(design.N)
         self._cells = Cells(
-            aligned(made.alpha * design.d), aligned(made.offsets - design.c), mobility,
-            aligned(under), np.flatnonzero(mobility == 0.0), made.eta, design.a, design.b,
+            (aligned(height), *phase), COUPLING.constants(),
+            aligned(made.offsets + made.law.origin), mobility, aligned(under),
+            np.flatnonzero(mobility == 0.0), made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
@@ -230,20 +241,22 @@ class Chain:
     def advance(
         self,
         V_N: Array,
-        drive: Drive | None = None,
+        held_cell: HeldCell | None = None,
         shake: Array | None = None,
-        looks: int = 1,
+        looks: int = 0,
     ) -> Array:
         """Advance by whole steps.
 
         Args:
             V_N: Displacement of the substrate's end at the `substep_times`, shape (m steps,)
                 with m = integrator.substeps, finite.
-            drive: A cell held at a prescribed motion at the start of the run.
+            held_cell: A cell held at a prescribed motion at the start of the run.
             shake: Acceleration of the base at the same times, shape (m steps,), finite; the
                 displacements are those relative to the base. None for a base at rest.
-            looks: Number of equal parts of the run; the range of all cells is checked at the end
-                of each, and an error in any of them undoes the whole run.
+            looks: Number of equal parts of the run, its ticks: the range of all cells is checked
+                at the end of each, and an error in any undoes the whole run. In a tick that begins
+                `calm`, and in which nothing moves the chain, it is at rest. By default there are
+                no ticks: the range is checked at the end, and the chain never rests.
 
         Returns:
             Displacements v_1 and v_N after every step, shape (2, steps).
@@ -252,15 +265,20 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        self.check_inputs(V_N, drive, shake)
-        before = self.state(), self.V_N, self.steps_done
+        self.check_inputs(V_N, held_cell, shake)
+        before = [row.copy() for row in self._rows()], self.V_N, self.steps_done
         V_N = _plain(V_N)
         steps = len(V_N) // self.integrator.substeps
-        ends = np.empty((2, steps))
-        strayed = self.integrator.advance(*self._arguments(V_N, drive, shake, ends, looks))
-        if steps:
-            self.V_N = float(V_N[-1])
-        self.steps_done += steps
+        every = max(1, steps // looks) if looks else 0
+        ends, strayed = self._stretch(V_N, held_cell, shake, every)
+        while not strayed and ends.shape[1] < steps:
+            done = self.integrator.substeps * ends.shape[1]
+            later = (
+                None if held_cell is None else HeldCell(held_cell.site, held_cell.motion[:, done:])
+            )
+            base = None if shake is None else shake[done:]
+            part, strayed = self._stretch(V_N[done:], later, base, every)
+            ends = np.concatenate((ends, part), axis=1)
         # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         finite = np.isfinite(self.velocity).all()
         if strayed or not finite:
@@ -269,30 +287,95 @@ class Chain:
                 if finite
                 else 'the chain stopped being finite'
             )
-            lost, (state, self.V_N, self.steps_done) = self.steps_done, before
-            self._set(state)
+            lost, (rows, self.V_N, self.steps_done) = self.steps_done, before
+            self._set(rows)
             raise StateError(
                 f'{loss} before step {lost}: it is strained or shaken too hard; the chain is as '
                 f'it was at step {self.steps_done}'
             )
         return ends
 
+    def _stretch(
+        self, V_N: Array, held_cell: HeldCell | None, shake: Array | None, every: int
+    ) -> tuple[Array, bool]:
+        """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0.
+
+        Returns:
+            Displacements v_1 and v_N after every step done, and whether a cell left its range.
+        """
+        if steps := every * self._resting(V_N, held_cell, shake, every):
+            self.pass_by(steps)
+            return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
+        ends = np.empty((2, len(V_N) // self.integrator.substeps))
+        steps, strayed = self.integrator.advance(
+            *self._arguments(V_N, held_cell, shake, ends, every)
+        )
+        if steps:
+            self.V_N = float(V_N[self.integrator.substeps * steps - 1])
+        self.steps_done += steps
+        return ends[:, :steps], strayed
+
+    def _resting(
+        self, V_N: Array, held_cell: HeldCell | None, shake: Array | None, every: int
+    ) -> int:
+        """Return for how many ticks from now on the chain is at rest."""
+        if not every or (held_cell is not None and held_cell.motion.size) or not self.calm:
+            return 0
+        moved = V_N != self.V_N
+        if shake is not None:
+            moved |= shake != 0.0
+        nodes = int(moved.argmax()) if moved.any() else len(moved)
+        return nodes // (self.integrator.substeps * every)
+
+    @property
+    def calm(self) -> bool:
+        """Whether every velocity and acceleration is below `REST`.
+
+        It follows from the state alone, so it does not matter how time was divided into runs.
+        """
+        if not abs(self.velocity[0]) < REST:  # mostly it shows here
+            return False
+        if not all(np.abs(v).max() < REST for _, v, *_ in self._chains()):  # also for NaN
+            return False
+        substrate = None if self._substrate is None else self._substrate[0]
+        return balanced(self._metamaterial[0], substrate, self._cells, self.V_N)
+
     def _arguments(
-        self, V_N: Array, drive: Drive | None, shake: Array | None, ends: Array, looks: int = 1
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None,
+        shake: Array | None,
+        ends: Array,
+        every: int = 0,
     ) -> tuple[Any, ...]:
-        """Return the arguments of the loop."""
+        """Return the arguments of the loop; `every` is the number of steps of a tick, or 0."""
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
-        motion, site = _plain((drive or FREE).motion), (drive or FREE).site
-        every = max(1, ends.shape[1] // looks)
-        course = Course(V_N, base, site, motion.shape[1], motion, every, *self._range)
+        motion, site = _plain((held_cell or FREE).motion), (held_cell or FREE).site
+        look, slow = (every, REST) if every else (max(1, ends.shape[1]), 0.0)
+        forcing = Forcing(V_N, base, site, motion.shape[1], motion, look, *self._range, slow)
         chains = self._metamaterial, self._substrate
-        return ends.shape[1], *chains, self._cells, course, self._constants, ends
+        losses = None, self._drag(V_N)  # no friction
+        return ends.shape[1], *chains, self._cells, forcing, self._constants, ends, *losses
+
+    def _drag(self, V_N: Array) -> Array | None:
+        """Return eta times the velocity of the substrate's end, if damping acts on v - V."""
+        if not self.specimen.damped_by_substrate:
+            return None
+        gaps = self.dt * np.diff(self.integrator.nodes, prepend=0.0)
+        taken = np.tile(gaps, len(V_N) // len(gaps))  # the same in any cut of runs
+        return np.asarray(self._cells.eta * np.diff(V_N, prepend=self.V_N) / taken)
+
+    def pass_by(self, steps: int) -> None:
+        """Let the clock go on by whole steps of ticks in which the chain is at rest."""
+        for _, velocity, acceleration, *_ in self._chains():
+            velocity[:] = acceleration[:] = 0.0
+        self.steps_done += steps
 
     def rest(self, steps: int) -> Array:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
-    def check_inputs(self, V_N: Array, drive: Drive | None, shake: Array | None) -> None:
+    def check_inputs(self, V_N: Array, held_cell: HeldCell | None, shake: Array | None) -> None:
         """Raise `StateError` for what `advance` would refuse."""
         substeps = self.integrator.substeps
         if V_N.ndim != 1 or len(V_N) % substeps:
@@ -301,17 +384,18 @@ class Chain:
             raise StateError('V_N must be finite; got NaN or infinity')
         if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):
             raise StateError(f'shake must have shape {V_N.shape} and be finite')
-        if drive is None:
+        if held_cell is None:
             return
-        if drive.site not in (1, self.design.N):
-            raise StateError(f'site must be 1 or N = {self.design.N}; got {drive.site}')
-        if drive.motion.ndim != 2 or drive.motion.shape[0] != 2:
-            raise StateError(f'motion must have shape (2, m); got {drive.motion.shape}')
-        if drive.motion.shape[1] > len(V_N):
+        if held_cell.site not in (1, self.design.N):
+            raise StateError(f'site must be 1 or N = {self.design.N}; got {held_cell.site}')
+        if held_cell.motion.ndim != 2 or held_cell.motion.shape[0] != 2:
+            raise StateError(f'motion must have shape (2, m); got {held_cell.motion.shape}')
+        if held_cell.motion.shape[1] > len(V_N):
             raise StateError(
-                f'motion must end with the run, {len(V_N)} sub-steps; got {drive.motion.shape[1]}'
+                f'motion must end with the run, {len(V_N)} sub-steps; '
+                f'got {held_cell.motion.shape[1]}'
             )
-        if not np.isfinite(drive.motion).all():
+        if not np.isfinite(held_cell.motion).all():
             raise StateError('motion must be finite; got NaN or infinity')
 
 

@@ -181,6 +181,11 @@ class Design:
         return (self.N - self.tail - 1) // self.J
 
     @property
+    def cells(self) -> tuple[int, int, int, int]:
+        """Number of cells, and the places of defects and substrate: N, J, J_s, tail."""
+        return self.N, self.J, self.J_s, self.tail
+
+    @property
     def bits(self) -> int:
         """Bits per element, floor(log2 p)."""
         return self.levels.bit_length() - 1

@@ -49,3 +49,8 @@ def group_velocity(omega: ArrayLike, k_s: float) -> NDArray[np.float64]:
     omega = np.asarray(omega, dtype=np.float64)
     cosine = np.clip((k_s + 2.0 - omega**2) / 2.0, -1.0, 1.0)
     return np.asarray(np.sqrt(1.0 - cosine**2) / omega)
+
+
+def fastest_speed(k_s: float) -> float:
+    """Return the greatest group velocity of a phase, (sqrt(k_s + 4) - sqrt(k_s)) / 2."""
+    return 0.5 * (math.sqrt(k_s + 4.0) - math.sqrt(k_s))

@@ -20,6 +20,19 @@ TOLERANCE = 1e-12
 """Largest residual force per cell, over the stiffness of the stiffest cell."""
 
 
+def blank(specimen: Specimen) -> Array:
+    """Return the displacements of a blank, unstrained element at rest, shape (N,).
+
+    Raises:
+        StateError: As `relax`.
+    """
+    design = specimen.design
+    v = np.full(design.N, design.D_s1)
+    if not specimen.offsets.any():
+        return v
+    return relax(specimen, v + specimen.offsets, np.zeros(design.N))
+
+
 def wall_profile(design: Design, position: float, *, kink: bool = False) -> Array:
     """Return the configuration of an anti-kink: s2 on the left of `position`, s1 on the right.
 

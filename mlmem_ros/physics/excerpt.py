@@ -12,9 +12,12 @@ import dataclasses
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from .design import Design
 from .errors import DesignError, StateError
 from .potential import Array
+from .specimen import Specimen
 
 DECAY = 12.0
 """A static displacement has decayed to exp(-DECAY) at the edges."""
@@ -30,29 +33,35 @@ class Excerpt:
     """Consecutive cells of an element.
 
     Attributes:
-        design: These cells as an element of their own, with the same alpha and s.
+        made: These cells as an element of their own, with the same alpha and s.
         before: Number of cells left out at the left: site j of the element is j - before here.
         strain_shape: Substrate displacement of every cell for a unit strain of the whole
             element, shape (n,), from that in the middle.
     """
 
-    design: Design
+    made: Specimen
     before: int
     strain_shape: Array
 
+    @property
+    def design(self) -> Design:
+        """Their design."""
+        return self.made.design
 
-def excerpt(design: Design, low: float, high: float) -> Excerpt:
+
+def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     """Return the cells from `low` to `high`, and those around them that affect a wall there.
 
     Args:
-        design: The element.
+        made: The element.
         low: First site that a wall will visit.
         high: Last one.
 
     Raises:
         StateError: They are not a valid element on their own.
     """
-    margin = reach(design)
+    made = Specimen.of(made)
+    design, margin = made.design, reach(made.design)
     # Whole levels are left out, so that the defects stay at the multiples of J.
     before = max(0, math.floor((low - margin) / design.J) * design.J)
     before = min(before, (design.N - design.tail - 2) // design.J * design.J - design.J)
@@ -67,8 +76,17 @@ def excerpt(design: Design, low: float, high: float) -> Excerpt:
         )  # fmt: skip
     except DesignError as error:  # with a gradient so steep that alpha is many times 1
         raise StateError(f'the cells about {low:g} are not a valid element: {error}') from error
-    shape = design.end_displacement(1.0) * design.strain_shape[before:last]
-    return Excerpt(part, before, shape - shape[len(shape) // 2])
+    cells = slice(before, last)
+    own = Specimen(
+        part,
+        np.asarray(made.alpha_factor)[cells],
+        np.asarray(made.s_factor)[before : last - 1],
+        made.masses[cells],
+        made.offsets[cells],
+        made.eta_factor,
+    )
+    shape = design.end_displacement(1.0) * made.strain_shape[cells]
+    return Excerpt(own, before, shape - shape[len(shape) // 2])
 
 
 def reach(design: Design) -> int:

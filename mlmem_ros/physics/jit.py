@@ -28,15 +28,25 @@ from typing import Any, TypeVar, cast
 
 import llvmlite.binding
 import numba
-from numba.core.caching import FunctionCache
-from numba.core.dispatcher import Dispatcher
+
+from .. import doors
+
+doors.look('numba')
+
+from numba.core.caching import FunctionCache  # noqa: E402
+from numba.core.dispatcher import Dispatcher  # noqa: E402
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 llvmlite.binding.set_option('mlmem_ros', '--runtime-memory-check-threshold=128')
 
-ARITHMETIC = 'fused 1'
+ARITHMETIC = 'fused 2'
 """Version of the loops' exact results: it changes whenever a bit does."""
+
+EDITION = hashlib.sha256(
+    b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
+).hexdigest()
+"""Digest of what may name a type of the loops: an index of another edition is not read."""
 
 SETTINGS: dict[str, Any] = {'nogil': True, 'error_model': 'numpy'}
 """How a loop is compiled."""
@@ -59,6 +69,19 @@ def kernel(function: Function) -> Function:
     with contextlib.suppress(RuntimeError):
         compiled._cache = _Cache(cast(FunctionType, function))
     return cast(Function, compiled)
+
+
+def specialised(function: Function, **formulas: Callable[..., Any]) -> Function:
+    """Compile a loop with other formulas in place of those of its module.
+
+    Args:
+        function: A `kernel`.
+        **formulas: `inlined` functions by the names that the loop calls.
+    """
+    plain = cast(Dispatcher, function).py_func
+    own = FunctionType(plain.__code__, plain.__globals__ | formulas, plain.__name__)
+    own.__module__, own.__qualname__ = plain.__module__, plain.__qualname__
+    return cast(Function, kernel(own))
 
 
 def inlined(function: Function) -> Function:
@@ -127,13 +150,16 @@ def cache_folder(compiled: Callable[..., Any]) -> Path | None:
 class _Cache(FunctionCache):
     """numba's disk cache, whose keys also cover the functions inlined into a loop.
 
-    numba itself checks only the loop's own file, and would keep using an outdated formula.
+    numba itself checks only the loop's own file, and would keep using an outdated formula. It also
+    reads an index of types that another edition of this package named otherwise, and fails.
     """
 
     def __init__(self, function: FunctionType) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
         texts = (path.read_bytes() for path in sorted({Path(__file__), *_sources(function)}))
         self._digest = hashlib.sha256(b''.join(texts)).hexdigest()
+        index: Any = self._cache_file
+        index._version = f'{index._version} {EDITION}'  # is read before the types are
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]

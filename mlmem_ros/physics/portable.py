@@ -11,9 +11,11 @@ exactly.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
+from .jit import kernel
 from .potential import Array
 
 # sin(r) / r as a polynomial in r^2 on [-pi/2, pi/2] (Chebyshev fit in 40 digits): error 1.2e-16;
@@ -34,14 +36,7 @@ _LN2 = math.log(2.0)
 
 def sine(x: Array) -> Array:
     """Return sin(x) within 1e-15 plus 2e-16 |x|, any shape."""
-    n = np.rint(x * (1.0 / math.pi))
-    r = x - n * math.pi
-    z = r * r
-    value = np.zeros_like(z)
-    for coefficient in _SINE:
-        value = value * z + coefficient
-    half = 0.5 * n
-    return r * value * (1.0 - 4.0 * (half - np.floor(half)))
+    return _of_each(_sine, x)
 
 
 def cosine(x: Array) -> Array:
@@ -54,10 +49,35 @@ def exponential(x: Array) -> Array:
 
     Results below the least number are 0, down to exp(-inf).
     """
-    x = np.maximum(x, -800.0)
-    n = np.rint(x * (1.0 / _LN2))
-    r = x - n * _LN2
-    value = np.zeros_like(r)
-    for coefficient in _EXPONENTIAL:
-        value = value * r + coefficient
-    return np.ldexp(value, n.astype(np.int64))
+    return _of_each(_exponential, x)
+
+
+def _of_each(function: Callable[[Array], None], x: Array) -> Array:
+    values = np.array(x, dtype=np.float64, order='C')
+    function(values.reshape(-1))
+    return values
+
+
+@kernel
+def _sine(x: Array) -> None:
+    """Replace numbers by their sines."""
+    for i in range(len(x)):
+        n = np.rint(x[i] * (1.0 / math.pi))
+        r = x[i] - n * math.pi
+        z, value = r * r, 0.0
+        for coefficient in _SINE:
+            value = value * z + coefficient
+        half = 0.5 * n
+        x[i] = r * value * (1.0 - 4.0 * (half - np.floor(half)))
+
+
+@kernel
+def _exponential(x: Array) -> None:
+    """Replace numbers by their exponentials."""
+    for i in range(len(x)):
+        at = -800.0 if x[i] < -800.0 else x[i]
+        n = np.rint(at * (1.0 / _LN2))
+        r, value = at - n * _LN2, 0.0
+        for coefficient in _EXPONENTIAL:
+            value = value * r + coefficient
+        x[i] = math.ldexp(value, int(n))

@@ -4,15 +4,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..chance import Stream, generator
 from .design import Design, strain_shape
 from .errors import DesignError
+from .laws import Multistable
 from .potential import Array, Potential
+
+ARRAYS = ('alpha_factor', 's_factor', 'mass', 'offset')
+"""The fields of a specimen that have a value for every cell or spring."""
 
 LARGEST_OFFSET = 0.5
 """Largest accepted shift of a cell's ground states, in lattice constants."""
@@ -33,6 +39,8 @@ class Specimen:
             that is stuck where it is.
         offset: Shift of a cell's ground states in lattice constants, shape (N,).
         eta_factor: Damping over the design's, at least 0.
+        damped_by_substrate: Whether damping acts on v - V, as in cells that the substrate damps,
+            instead of v; only over a rigid substrate.
 
     Raises:
         DesignError: A wrong shape, or a value that is out of range.
@@ -44,6 +52,7 @@ class Specimen:
     mass: Array | float = 1.0
     offset: Array | float = 0.0
     eta_factor: float = 1.0
+    damped_by_substrate: bool = False
 
     def __post_init__(self) -> None:
         n = self.design.N
@@ -65,6 +74,44 @@ class Specimen:
             )
         if not 0.0 <= self.eta_factor < np.inf:
             raise DesignError(f'eta_factor must be at least 0; got {self.eta_factor}')
+        if self.damped_by_substrate and self.design.substrate != 'rigid':
+            raise DesignError('only a rigid substrate can damp the cells; this one is elastic')
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values; an array of equal numbers as one."""
+        found: dict[str, Any] = {'design': asdict(self.design), 'eta_factor': self.eta_factor}
+        for name in ARRAYS:
+            values = np.asarray(getattr(self, name))
+            same = (values == values[0]).all()
+            found[name] = float(values[0]) if same else values.tolist()
+        return found | ({'damped_by_substrate': True} if self.damped_by_substrate else {})
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Specimen:
+        """Return the specimen that `as_dict` described, to the bit.
+
+        Raises:
+            DesignError, LookupError, TypeError, ValueError: The data are not a specimen.
+        """
+        return cls(
+            Design(**data['design']),
+            **{name: data[name] for name in ARRAYS},
+            eta_factor=float(data['eta_factor']),
+            damped_by_substrate=bool(data.get('damped_by_substrate', False)),
+        )
+
+    @classmethod
+    def of(cls, made: Design | Specimen) -> Specimen:
+        """Return an element: of a design, exactly as designed."""
+        return cls(made) if isinstance(made, Design) else made
+
+    @property
+    def ideal(self) -> bool:
+        """Whether it is exactly as designed."""
+        arrays = (getattr(self, name) for name in ('alpha_factor', 's_factor', 'mass'))
+        same = all((values == 1.0).all() for values in arrays)
+        plain = self.eta_factor == 1.0 and not self.damped_by_substrate
+        return same and plain and not self.offsets.any()
 
     # --- as the functions of the material use it ------------------------------------------
 
@@ -77,6 +124,11 @@ class Specimen:
     def offsets(self) -> Array:
         """Shifts of the ground states, shape (N,)."""
         return np.asarray(self.offset)
+
+    @property
+    def law(self) -> Multistable:
+        """The on-site law of the cells, before their shifts."""
+        return Multistable(self.potential, self.alpha)
 
     @property
     def potential(self) -> Potential:

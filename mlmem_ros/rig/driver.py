@@ -19,7 +19,7 @@ import numpy as np
 from .. import threads
 from ..clipped import printable
 from ..device import Driver, DriverError, Settings, SettingsError
-from ..physics import Design, Drive
+from ..physics import Design, HeldCell
 from ..physics.potential import Array
 from .frames import VERSION, Frame, Kind, play, played
 from .hello import Hello
@@ -60,7 +60,7 @@ class Rig(Driver):
         self._failure = ''
         self._transport = transport or opened(address, self._patience)
         self._link = Link(self._transport.send)
-        self._heard: deque[Frame] = deque()
+        self._received: deque[Frame] = deque()
         try:
             self.lag = math.ceil(lead / (settings.time.tick * settings.scale.time))
             self._begin(settings)
@@ -73,8 +73,8 @@ class Rig(Driver):
         greeting = {'protocol': VERSION, 'ahead': ahead}
         self._poke = 0.1 * self._patience
         self._link.send(Kind.HELLO, json.dumps(greeting).encode())
-        while (frame := self._receive(0.0)).kind is not Kind.HELLO:
-            pass
+        while (frame := self._receive(0.0)).kind != Kind.HELLO:
+            _known(frame)
         self._link.forget()
         said = self._said = Hello.of(frame.payload)
         said.check(settings)
@@ -98,7 +98,11 @@ class Rig(Driver):
         self._last = self._line[:, -1]
 
     def advance(
-        self, V_N: Array, drive: Drive | None = None, shake: Array | None = None, looks: int = 1
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
     ) -> Array:
         """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
         if self._failure:
@@ -107,7 +111,7 @@ class Rig(Driver):
         parts = []
         try:
             for begin in range(0, len(V_N), most):  # the rig can hold two of them
-                self._play(V_N[begin : begin + most], _part(drive, begin, most))
+                self._play(V_N[begin : begin + most], _part(held_cell, begin, most))
                 parts.append(self._take(len(V_N[begin : begin + most]) // len(self.nodes)))
         except (DriverError, OSError, EOFError) as error:
             self._fail(getattr(error, 'strerror', None) or str(error))
@@ -146,11 +150,11 @@ class Rig(Driver):
 
     # --- set-points ----------------------------------------------------------------------
 
-    def _play(self, V_N: Array, drive: Drive | None) -> None:
-        motion = _NONE if drive is None else drive.motion / self._unit
-        if drive is not None:
-            motion = motion + np.array([[self._zero[0 if drive.site == 1 else 1]], [0.0]])
-        site, samples = (0 if drive is None else drive.site), len(V_N) // len(self.nodes)
+    def _play(self, V_N: Array, held_cell: HeldCell | None) -> None:
+        motion = _NONE if held_cell is None else held_cell.motion / self._unit
+        if held_cell is not None:
+            motion = motion + np.array([[self._zero[0 if held_cell.site == 1 else 1]], [0.0]])
+        site, samples = (0 if held_cell is None else held_cell.site), len(V_N) // len(self.nodes)
         self._link.send(
             Kind.PLAY,
             play(self._sent, samples, V_N / self._unit, site, motion, self._said.numbers),
@@ -171,11 +175,9 @@ class Rig(Driver):
         """Wait until this many samples have arrived."""
         while (missing := samples - self._line.shape[1]) > 0:
             frame = self._receive(missing * self._said.seconds)
-            if frame.kind is Kind.FAULT:
-                text = printable(frame.payload.decode(errors='replace'), 200)
-                raise DriverError(f'the rig has stopped: {text}')
-            if frame.kind is not Kind.SAMPLES:
-                raise DriverError(f'the rig sent {frame.kind.name} instead of samples')
+            kind = _known(frame)
+            if kind is not Kind.SAMPLES:
+                raise DriverError(f'the rig sent {kind.name} instead of samples')
             self._store(frame)
 
     def _store(self, frame: Frame) -> None:
@@ -206,17 +208,18 @@ class Rig(Driver):
             playing: Seconds that the rig may need in addition, to play what it has.
         """
         last = threads.monotonic() + self._patience + playing
-        while not self._heard:
+        while not self._received:
             try:
                 data = self._transport.receive(self._poke)
             except EOFError as error:
                 raise DriverError(f'{error}') from error
-            self._heard.extend(self._link.feed(data))
-            if not self._heard and threads.monotonic() > last:
-                raise DriverError(f'the rig has been silent for {self._patience:g} s')
+            self._received.extend(self._link.feed(data))
+            if not self._received and threads.monotonic() > last:
+                wrong = f'; {self._link.wrong}' if self._link.wrong else ''
+                raise DriverError(f'the rig has been silent for {self._patience:g} s{wrong}')
             if not data:
                 self._link.poke()
-        return self._heard.popleft()
+        return self._received.popleft()
 
     def _fail(self, why: str) -> NoReturn:
         self._failure = f'{self._address}: {why}'
@@ -224,8 +227,23 @@ class Rig(Driver):
         raise DriverError(self._failure)
 
 
-def _part(drive: Drive | None, begin: int, most: int) -> Drive | None:
+def _known(frame: Frame) -> Kind:
+    """Return the kind of a frame; raise `DriverError` if it is unknown, or tells of a fault."""
+    try:
+        kind = Kind(frame.kind)
+    except ValueError:
+        known = ', '.join(f'{kind} {kind.name}' for kind in Kind)
+        raise DriverError(
+            f'the rig sent a frame of kind {frame.kind}; known are {known}'
+        ) from None
+    if kind is Kind.FAULT:
+        text = printable(frame.payload.decode(errors='replace'), 200)
+        raise DriverError(f'the rig has stopped: {text}')
+    return kind
+
+
+def _part(held_cell: HeldCell | None, begin: int, most: int) -> HeldCell | None:
     """Return the drive of a held end during a part of the set-points."""
-    if drive is None or begin >= drive.motion.shape[1]:
+    if held_cell is None or begin >= held_cell.motion.shape[1]:
         return None
-    return Drive(drive.site, drive.motion[:, begin : begin + most])
+    return HeldCell(held_cell.site, held_cell.motion[:, begin : begin + most])

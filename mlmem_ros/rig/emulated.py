@@ -10,13 +10,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..device import Settings
+from ..device import Driver, Settings
 from ..device.simulation import Simulation
-from ..physics import Design, Drive
+from ..physics import Chain, Design, HeldCell
 from ..physics.potential import Array
 from .frames import PLAY, SAMPLES, VERSION, Frame, Kind
 from .hello import Hello
 from .link import Link
+from .sensors import Sensors
 
 BUFFER = 1 << 18
 """Samples of set-points that it can hold."""
@@ -28,7 +29,7 @@ FALLS_SILENT = 50_000.0
 """Time units after which an idle element has come to rest and is no longer computed."""
 
 
-_Tick = tuple[Array, Drive | None]  # displacements of the substrate's end, and a held end
+_Tick = tuple[Array, HeldCell | None]  # displacements of the substrate's end, and a held end
 
 
 class EmulatedRig:
@@ -38,38 +39,44 @@ class EmulatedRig:
         self,
         design: Design,
         settings: Settings,
+        element: Driver | None = None,
+        sensors: Sensors | None = None,
         *,
-        unit: float = 1.0,
-        zero: tuple[float, float] = (0.0, 0.0),
         numbers: str = '<f8',
         drift: float = 0.0,
         at_once: bool = False,
     ) -> None:
-        """Make a rig around a blank element.
+        """Make a rig around an element.
 
         Args:
-            design: The element.
+            design: What the element is meant to be.
             settings: Tick, scale and integrator are used.
-            unit: Unit of its displacements, in cells.
-            zero: Reading of the left and the right end at displacement 0, in that unit.
+            element: What it is; by default a blank one, exactly as designed.
+            sensors: What it measures with; by default ideal ones, in cells.
             numbers: Type of its numbers: '<f4' or '<f8'.
             drift: Fraction by which its clock is fast.
             at_once: Play set-points as soon as they arrive, without a clock; the element stands
                 still in between.
         """
         scale = settings.scale
-        self.chain = Simulation.of(design, settings.time).chain
-        self.chain.rest(0)  # compiles it
-        self._simulation = Simulation(self.chain)
-        self._samples = round(settings.time.tick / self.chain.dt)
+        self.element = element or Simulation.of(design, settings.time)
+        self.sensors = sensors or Sensors()
+        self.element.advance(np.zeros(0))  # compiles it
+        dt, unit = self.element.dt, self.sensors.unit
+        self._samples = round(settings.time.tick / dt)
         self.tick_seconds = settings.time.tick * scale.time / (1.0 + drift)
-        self._at_once, self._unit, self._zero = at_once, unit, np.array(zero)
+        self._at_once = at_once
         self._hello = Hello(
-            VERSION, 'emulated', self.chain.dt, self._samples, self.chain.dt * scale.time,
-            unit * scale.length, BUFFER, scale.stiffness * scale.length, zero,
-            self.chain.integrator.nodes, numbers,
+            VERSION, 'emulated', dt, self._samples, dt * scale.time, unit * scale.length, BUFFER,
+            scale.stiffness * scale.length, self.sensors.zero, self.element.nodes, numbers,
         )  # fmt: skip
         self._begin(lambda data: None)
+
+    @property
+    def chain(self) -> Chain:
+        """The element, if it is one of the package's own chains."""
+        assert self.element.chain is not None
+        return self.element.chain
 
     def begin(self, send: Callable[[bytes], object]) -> None:
         """Serve a new client; the set-points of the previous one are dropped.
@@ -94,11 +101,11 @@ class EmulatedRig:
 
     def let_go(self) -> None:
         """Ramp the strain to zero and let the element come to rest."""
-        chain, nodes = self.chain, self.chain.integrator.substeps
-        falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / chain.dt))
-        if chain.V_N:
-            chain.advance(chain.V_N * falling)
-            chain.rest(round(SETTLE / chain.dt))
+        element, nodes = self.element, len(self.element.nodes)
+        falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / element.dt))
+        if element.V_N:
+            element.advance(element.V_N * falling)
+            element.advance(np.zeros(nodes * round(SETTLE / element.dt)))
 
     @property
     def playing(self) -> bool:
@@ -108,10 +115,10 @@ class EmulatedRig:
     def take(self, data: bytes) -> None:
         """Take bytes off the line."""
         for frame in self._link.feed(data):
-            if frame.kind is Kind.HELLO:
+            if frame.kind == Kind.HELLO:
                 self._restart(json.loads(frame.payload)['ahead'])
                 self._link.send(Kind.HELLO, self._hello.payload())
-            elif frame.kind is Kind.PLAY:
+            elif frame.kind == Kind.PLAY:
                 self._store(frame)
 
     def _store(self, frame: Frame) -> None:
@@ -126,12 +133,12 @@ class EmulatedRig:
         self._next += samples
         V_N, motion = numbers[: nodes * samples], numbers[nodes * samples :].reshape(2, driven)
         if site:
-            motion = motion - np.array([[self._zero[0 if site == 1 else 1]], [0.0]])
+            motion = self.sensors.held(site, motion)
         for number in range(ticks):
             part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
-            held = motion[:, part] * self._unit
-            drive = Drive(site, held) if site and held.shape[1] else None
-            self._ticks.append((V_N[part] * self._unit, drive))
+            held = motion[:, part]
+            held_cell = HeldCell(site, held) if site and held.shape[1] else None
+            self._ticks.append((V_N[part] * self.sensors.unit, held_cell))
 
     def pass_time(self, seconds: float) -> None:
         """Advance by the time of an exact clock: play what is due and send the samples."""
@@ -157,27 +164,32 @@ class EmulatedRig:
         if not ticks:
             return
         ends = np.concatenate([self._pass(self._ticks.popleft()) for _ in range(ticks)], axis=1)
-        readings = ends / self._unit + self._zero[:, None]
+        readings, force = self.sensors.readings(ends), self.element.force()
         head = SAMPLES.pack(
-            self._played, ends.shape[1], min(self._missed, 2**32 - 1), self._simulation.force()
-        )
+            self._played, ends.shape[1], min(self._missed, 2**32 - 1),
+            float('nan') if force is None else force,
+        )  # fmt: skip
         self._link.send(Kind.SAMPLES, head + readings.astype(self._hello.numbers).tobytes())
         self._played += ends.shape[1]
         self._missed = 0
 
     def _pass(self, tick: _Tick) -> Array:
-        V_N, drive = tick
-        whole = drive is not None and drive.motion.shape[1] == len(V_N)
-        self._held = (drive.site, float(drive.motion[0, -1])) if drive and whole else None
-        return self.chain.advance(V_N, drive)
+        V_N, held_cell = tick
+        whole = held_cell is not None and held_cell.motion.shape[1] == len(V_N)
+        self._held = (
+            (held_cell.site, float(held_cell.motion[0, -1])) if held_cell and whole else None
+        )
+        return self.element.advance(V_N, held_cell)
 
     def _idle(self, ticks: int) -> None:
         """Hold the set-points while there is nothing to play; the element moves on."""
-        if self._missed * self.chain.dt < FALLS_SILENT:
-            V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.chain.V_N)
-            drive = None
+        if self._missed * self.element.dt < FALLS_SILENT:
+            V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.element.V_N)
+            held_cell = None
             if self._held is not None:
                 site, position = self._held
-                drive = Drive(site, np.stack((np.full_like(V_N, position), np.zeros_like(V_N))))
-            self.chain.advance(V_N, drive)
+                held_cell = HeldCell(
+                    site, np.stack((np.full_like(V_N, position), np.zeros_like(V_N)))
+                )
+            self.element.advance(V_N, held_cell)
         self._missed += ticks * self._samples

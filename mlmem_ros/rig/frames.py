@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..clipped import clipped
 from ..physics.potential import Array
 
 VERSION = 1
@@ -44,13 +45,10 @@ class Kind(IntEnum):
     FAULT = 5  # text: the rig has stopped, and why
 
 
-KINDS = frozenset(Kind)
-
-
 class Frame(NamedTuple):
-    """A received frame."""
+    """A received frame; its kind may be one that is not known here."""
 
-    kind: Kind
+    kind: int
     number: int
     payload: bytes
 
@@ -71,7 +69,7 @@ class Played(NamedTuple):
     force: float
 
 
-def encode(kind: Kind, number: int, payload: bytes = b'') -> bytes:
+def encode(kind: int, number: int, payload: bytes = b'') -> bytes:
     """Return a frame as bytes."""
     frame = _header(kind, number, len(payload)) + payload
     return frame + CHECK.pack(zlib.crc32(frame))
@@ -87,10 +85,13 @@ class Parser:
 
     Attributes:
         skipped: Bytes outside any frame.
+        wrong: What was wrong with the last of these; empty without any.
     """
 
     def __init__(self) -> None:
         self.skipped = 0
+        self.wrong = ''
+        self._lost = False  # whether the last bytes were skipped
         self._buffer = b''
 
     def feed(self, data: bytes) -> list[Frame]:
@@ -103,9 +104,11 @@ class Parser:
             raw, check = self._buffer[: size - CHECK.size], self._buffer[size - CHECK.size : size]
             if size and CHECK.pack(zlib.crc32(raw)) == check:
                 _, kind, number, *_ = HEADER.unpack_from(raw)
-                found.append(Frame(Kind(kind), number, raw[HEADER.size :]))
-                self._buffer = self._buffer[size:]
+                found.append(Frame(kind, number, raw[HEADER.size :]))
+                self._buffer, self._lost = self._buffer[size:], False
             else:
+                self._complain(size, raw, check)
+                self._lost = True
                 start = self._buffer.find(MAGIC[:1], 1)
                 start = len(self._buffer) if start < 0 else start
                 self.skipped += start
@@ -115,10 +118,28 @@ class Parser:
     def _size(self) -> int:
         """Return the size of the frame at the start of the buffer, or 0 if there is none."""
         magic, kind, number, length, _ = HEADER.unpack_from(self._buffer)
-        if magic != MAGIC or kind not in KINDS or length > MOST_PAYLOAD:
+        if magic != MAGIC or length > MOST_PAYLOAD:
             return 0
         whole = self._buffer.startswith(_header(kind, number, length))
         return HEADER.size + length + CHECK.size if whole else 0
+
+    def _complain(self, size: int, raw: bytes, check: bytes) -> None:
+        """Keep what is wrong with the bytes at the start of the buffer."""
+        magic, kind, number, length, head = HEADER.unpack_from(self._buffer)
+        if size:
+            said = int.from_bytes(check, 'little')
+            self.wrong = (
+                f'a frame of kind {kind} and {length} bytes ends with the CRC {said:#010x}; '
+                f'expected {zlib.crc32(raw):#010x}'
+            )
+        elif magic != MAGIC:
+            if not self._lost:  # or it would be the rest of a damaged frame
+                self.wrong = f'no frame begins with {clipped(self._buffer[:16])}'
+        elif length > MOST_PAYLOAD:
+            self.wrong = f'a payload may have at most {MOST_PAYLOAD} bytes; got {length}'
+        else:
+            *_, due = HEADER.unpack(_header(kind, number, length))
+            self.wrong = f'a header ends with the CRC {head:#06x}; expected {due:#06x}'
 
 
 def play(first: int, samples: int, V_N: Array, site: int, motion: Array, kind: str) -> bytes:

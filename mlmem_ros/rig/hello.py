@@ -7,6 +7,8 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +20,47 @@ NEEDED = ('strain', 'left', 'right')
 """What a rig must be able to do: strain the substrate, and drive and sense either end."""
 
 FORMATS = ('<f4', '<f8')
+
+
+def _number(value: Any) -> bool:
+    return type(value) in (int, float) and abs(value) <= sys.float_info.max
+
+
+def _positive(value: Any) -> bool:
+    return _number(value) and value > 0.0
+
+
+def _count(value: Any) -> bool:
+    return type(value) is int and value >= 1
+
+
+def _list_of(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, list) and bool(value) and all(map(fits, value))
+
+
+def _shares(value: Any) -> bool:
+    rising = _list_of(_positive)(value) and value == sorted(set(value))
+    return rising and bool(value[-1] == 1.0)
+
+
+WANTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    'protocol': (str(VERSION), lambda value: value == VERSION),
+    'name': ('a text', lambda value: isinstance(value, str)),
+    'dt': ('a number above 0, the time units of a sample', _positive),
+    'samples': ('a whole number above 0, the samples of a tick', _count),
+    'seconds': ('a number above 0, the seconds of a sample', _positive),
+    'length': ('a number above 0, the m of a unit of displacement', _positive),
+    'buffer': ('a whole number above 0, the samples it can hold', _count),
+    'force': ('a number above 0, the N of a unit of force', _positive),
+    'zero': (
+        'a list of two numbers, the readings of the left and the right end at displacement 0',
+        lambda value: _list_of(_number)(value) and len(value) == 2,
+    ),
+    'nodes': ('a list of rising numbers above 0, the last one 1', _shares),
+    'numbers': (' or '.join(FORMATS), lambda value: value in FORMATS),
+    'can': ('a list of texts', _list_of(lambda value: isinstance(value, str))),
+}
+"""What each key of a hello must be: in words, and as a check."""
 
 
 @dataclass(frozen=True)
@@ -61,43 +104,48 @@ class Hello:
         """Read the payload of a frame.
 
         Raises:
-            DriverError: It is not the hello of a rig of this version.
+            DriverError: It is not the hello of a rig of this version; the message names the key.
         """
         try:
-            said: dict[str, Any] = json.loads(payload)
-            if said['protocol'] != VERSION:
-                raise DriverError(
-                    f'the rig uses protocol version {clipped(said["protocol"])}, '
-                    f'this driver {VERSION}'
-                )
-            lists: dict[str, Any] = {
-                name: tuple(said[name]) for name in ('zero', 'nodes', 'can') if name in said
-            }
-            hello = cls(**{**said, **lists})
-            numbers = (hello.dt, hello.seconds, hello.length, hello.force)
-            good = (
-                all(0.0 < number < math.inf for number in numbers)
-                and hello.samples >= 1
-                and hello.numbers in FORMATS
-                and len(hello.zero) == 2
-                and all(map(math.isfinite, hello.zero))
-                and hello.nodes[0] > 0.0
-                and list(hello.nodes) == sorted(set(hello.nodes))
-                and hello.nodes[-1] == 1.0
-            )
-        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
+            said = json.loads(payload)
+        except (ValueError, RecursionError) as error:
             raise DriverError(
-                f'the rig sent no valid hello: {clipped(repr(error), 200)}'
-            ) from error
-        if not good:
-            raise DriverError(f'the hello of the rig is out of range: {clipped(said, 300)}')
-        return hello
+                f'the hello of the rig must be a JSON object; got {clipped(payload)}: {error}'
+            ) from None
+        if not isinstance(said, dict):
+            raise DriverError(f'the hello of the rig must be a JSON object; got {clipped(said)}')
+        if said.get('protocol', VERSION) != VERSION:
+            raise DriverError(
+                f'the rig uses protocol version {clipped(said["protocol"])}, this driver {VERSION}'
+            )
+        fields = {field.name: field for field in dataclasses.fields(cls)}
+        for name, field in fields.items():
+            what, fits = WANTED[name]
+            if name not in said:
+                if field.default is dataclasses.MISSING:
+                    raise DriverError(f'the hello of the rig lacks {name}: it must be {what}')
+            elif not fits(said[name]):
+                raise DriverError(
+                    f'{name} in the hello of the rig must be {what}; got {clipped(said[name])}'
+                )
+        if unknown := sorted(said.keys() - fields.keys()):
+            raise DriverError(
+                f'{clipped(unknown[0])} in the hello of the rig is not one of {", ".join(fields)}'
+            )
+        values: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in said.items()
+        }
+        return cls(**values)
 
     def check(self, settings: Settings) -> None:
         """Raise `SettingsError` if settings do not fit this rig."""
         time, scale = settings.time, settings.scale
         if missing := [name for name in NEEDED if name not in self.can]:
-            raise SettingsError(f'the rig {self.name} lacks {missing}')
+            raise SettingsError(
+                f'can in the hello of the rig must have {", ".join(NEEDED)}; it lacks '
+                f'{", ".join(missing)}'
+            )
         if not math.isclose(self.samples * self.dt, time.tick, rel_tol=1e-9):
             raise SettingsError(
                 f'time.tick must be that of the rig, {self.samples * self.dt:.10g}; '

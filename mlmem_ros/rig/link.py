@@ -34,6 +34,7 @@ class Link:
         """
         self._answers = answers
         self.asked = self.repeated = 0
+        self._wrong = ''
         self._send = send
         self._parser = Parser()
         self._sent: deque[bytes] = deque(maxlen=KEPT)
@@ -46,7 +47,12 @@ class Link:
         """Received bytes outside any frame."""
         return self._parser.skipped
 
-    def send(self, kind: Kind, payload: bytes) -> None:
+    @property
+    def wrong(self) -> str:
+        """What was wrong with the last bytes outside any frame, or with the last frame dropped."""
+        return self._parser.wrong or self._wrong
+
+    def send(self, kind: int, payload: bytes) -> None:
         """Send a frame."""
         self._sent.append(encode(kind, self._next_out, payload))
         self._next_out += 1
@@ -72,14 +78,14 @@ class Link:
         yield from filter(self._in_turn, self._parser.feed(data))
 
     def _in_turn(self, frame: Frame) -> bool:
-        if frame.kind is Kind.AGAIN:
+        if frame.kind == Kind.AGAIN:
             missing = max(0, self._next_out - frame.number)
             if missing > len(self._sent):
                 raise DriverError('the rig requests frames that it has answered: it has restarted')
             for sent in list(self._sent)[-missing:] if missing else ():
                 self._send(sent)
             return False
-        if self._answers and frame.kind is Kind.HELLO:
+        if self._answers and frame.kind == Kind.HELLO:
             self._next_in = self._next_out = 0
             self._sent.clear()
         if frame.number == self._next_in:
@@ -87,6 +93,7 @@ class Link:
             self._missed = None
             return True
         self.repeated += 1
+        self._wrong = f'a frame has number {frame.number}; expected {self._next_in}'
         if frame.number > self._next_in:
             if self._missed != self._next_in or frame.number <= self._seen:  # lost, or lost again
                 self._missed = self._next_in

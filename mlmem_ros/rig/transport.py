@@ -112,8 +112,10 @@ class Serial:
         raise EOFError('the port has gone')
 
     def close(self) -> None:
-        """Close the port."""
-        os.close(self._port)
+        """Close the port; closing again does nothing."""
+        port, self._port = self._port, -1
+        if port >= 0:
+            os.close(port)
 
 
 FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'

@@ -12,6 +12,8 @@ from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
+from .. import doors
+
 
 def events_executor(context: Context | None = None) -> Executor:
     """Return an executor that builds no wait set and takes only microseconds for a callback.
@@ -22,13 +24,10 @@ def events_executor(context: Context | None = None) -> Executor:
         context: The ROS context, by default that of the process.
 
     Raises:
-        ImportError: rclpy is older than 7.1.4.
+        ImportError: rclpy is too old for it, or has changed (see `doors`).
     """
     context = context or rclpy.get_default_context()
-    if not hasattr(rclpy_implementation, 'EventsExecutor'):
-        raise ImportError(
-            'rclpy must be 7.1.4 or later; update it: sudo apt upgrade ros-jazzy-rclpy'
-        )
+    doors.look('rclpy')
     executor: Executor = rclpy_implementation.EventsExecutor(context)
     context.on_shutdown(executor.wake)
     return executor

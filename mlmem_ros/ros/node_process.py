@@ -5,13 +5,19 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager
 from os import PathLike
-from typing import Any
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+T = TypeVar('T')
 
 PATIENCE = 20.0
 """Seconds that a process may take to end before it is killed."""
@@ -39,10 +45,12 @@ def child(
         arguments: Its command line.
         streams: `stdout` and `stderr` for `subprocess.Popen`.
     """
-    process = subprocess.Popen(
-        [sys.executable, '-m', module, *arguments],
-        stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams,
-    )  # fmt: skip
+    command = [sys.executable, '-m', module, *arguments]
+    process = _PARENT.call(
+        lambda: subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, preexec_fn=_end_with_parent, **streams
+        )
+    )
     try:
         yield process
     finally:
@@ -52,6 +60,38 @@ def child(
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+
+
+class _Parent:
+    """A thread as old as its process: what is killed with its parent dies with the thread that
+    started it.
+    """
+
+    def __init__(self) -> None:
+        self._work: SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = SimpleQueue()
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+
+    def call(self, make: Callable[[], T]) -> T:
+        """Call a function in that thread; return or raise what it does."""
+        with self._lock:
+            if self._thread is None or not self._thread.is_alive():  # dead in a forked process
+                self._thread = threading.Thread(target=self._run, name='mlmem-parent', daemon=True)
+                self._thread.start()
+        answer: Future[T] = Future()
+        self._work.put((make, answer))
+        return answer.result()
+
+    def _run(self) -> None:
+        while True:
+            make, answer = self._work.get()
+            try:
+                answer.set_result(make())
+            except BaseException as error:
+                answer.set_exception(error)
+
+
+_PARENT = _Parent()
 
 
 def _end_with_parent() -> None:
@@ -78,4 +118,4 @@ def _literal(value: bool | float | str) -> str:
     """Return a value in the syntax of the ROS command line."""
     if isinstance(value, bool):
         return str(value).lower()
-    return f"'{value}'" if isinstance(value, str) else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -19,11 +19,14 @@ from ..bag.reader import BagReader
 from ..clipped import clipped
 from ..contract import received, topics
 from ..contract.commands import OF_TOPIC, Make
-from ..device import Command, Refused, Settings
+from ..contract.values import numbers, shot_of
+from ..device import Command, Refused, Settings, Shot
 from ..device.units import Units
 from ..physics import Design
 from .messages import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
 from .records import Header, StateHash, naming, read_command, read_header, read_state_hash
+from .streams import START, Recorded
+from .timeline import timed
 
 Array = NDArray[np.float64]
 
@@ -53,7 +56,6 @@ class SessionData:
 
     Attributes:
         node: Full name of the node.
-        start: Log time of the first message in nanoseconds.
         header: Where a replay starts, or None for another recorder's bag.
         stamped: Commands with the tick at which they took effect; empty without a header.
         commands: Messages on the command topics: seconds and the requested command.
@@ -64,12 +66,13 @@ class SessionData:
         strain_time: Seconds of every `end_displacement`.
         end_displacement: Displacement of the substrate's end in metres.
         echoes: Every probe, in order.
+        shots: Shots of surveys, in order.
         outcomes: Outcome of every procedure: seconds, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
+        streams: Numbers of the streams that a replay compares, by topic; see `streams`.
     """
 
     node: str
-    start: int
     header: Header | None
     stamped: list[tuple[int, Command]] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
@@ -80,8 +83,10 @@ class SessionData:
     strain_time: list[float] = field(default_factory=list)
     end_displacement: list[float] = field(default_factory=list)
     echoes: list[RecordedEcho] = field(default_factory=list)
+    shots: list[Shot] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
+    streams: dict[str, list[Recorded]] = field(default_factory=dict)
 
     @property
     def design(self) -> Design:
@@ -142,11 +147,10 @@ def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
     """
     reader = path if isinstance(path, BagReader) else BagReader(path)
     node = node or _only_node(reader)
-    session = SessionData(node, reader.span[0] if reader.span else 0, None)
+    session = SessionData(node, None)
     collector = _Collector(session)
     handlers = {f'{node}/{name}': handler for name, handler in collector.handlers().items()}
-    for message in reader.messages(handlers):
-        seconds = (message.log_time - session.start) / 1e9
+    for seconds, message in timed(reader, node, handlers):
         kind, handler = handlers[message.topic]
         with naming(f'{message.topic} at {seconds:.3f} s'):
             if message.type != kind:
@@ -167,6 +171,7 @@ class _Collector:
         self._session = session
         self._level_is_due = False  # for the last echo
         self._dropped = 0
+        self._hashed = START
 
     def handlers(self) -> dict[str, tuple[str, Handler]]:
         """Return the type and the handler of every topic below the node's name."""
@@ -181,7 +186,10 @@ class _Collector:
                     (topics.FIELD, self._field),
                     (topics.JOINT_STATES, self._joint_states),
                     (topics.ECHO, self._echo),
+                    (topics.WAVEFORM, self._waveform),
                     (topics.LEVEL, self._level),
+                    (topics.RANGE, self._range),
+                    (topics.WALL, self._wall),
                     (topics.OUTCOME, self._outcome),
                     *((topic, self._command(OF_TOPIC[topic.name])) for topic in topics.COMMANDS),
                 )
@@ -201,6 +209,7 @@ class _Collector:
 
     def _hash(self, _: float, message: Any) -> None:
         self._session.hashes.append(read_state_hash(message.data))
+        self._hashed = self._session.hashes[-1].tick
 
     def _field(self, seconds: float, message: Any) -> None:
         configuration = np.asarray(message.data, dtype=np.float32)
@@ -209,17 +218,35 @@ class _Collector:
             raise BagError(f'data must have {len(known[0])} cells; got {len(configuration)}')
         self._session.field_time.append(seconds)
         known.append(configuration)
+        self._stream(topics.FIELD, configuration)
+
+    def _range(self, _: float, message: Any) -> None:
+        self._stream(topics.RANGE, [message.range])
+
+    def _wall(self, _: float, message: Any) -> None:
+        self._stream(topics.WALL, message.data)
+
+    def _stream(self, topic: topics.Topic, content: Any) -> None:
+        self._session.streams.setdefault(topic.name, []).append((self._hashed, content))
 
     def _joint_states(self, seconds: float, message: Any) -> None:
         self._session.end_displacement.append(received.displacement(message))
         self._session.strain_time.append(seconds)
+        parts = message.position, message.velocity, message.effort
+        self._stream(topics.JOINT_STATES, np.concatenate(parts))
 
     def _echo(self, seconds: float, message: Any) -> None:
         t, v_m, v_c = received.echo(message)
         self._session.echoes.append(RecordedEcho(seconds, t, v_m, v_c, None))
         self._level_is_due = True
 
+    def _waveform(self, _: float, message: Any) -> None:
+        shot = shot_of(message.data, message.layout.data_offset)
+        self._session.shots.append(shot)
+        self._stream(topics.WAVEFORM, numbers(shot))
+
     def _level(self, _: float, message: Any) -> None:
+        self._stream(topics.LEVEL, [message.data])
         self._set_level(int(message.data))
 
     def _set_level(self, level: int) -> None:
@@ -233,6 +260,7 @@ class _Collector:
         if _is_decoded(values):  # from the echo just before
             self._set_level(int(values['level']))
         self._session.outcomes.append((seconds, values))
+        self._stream(topics.OUTCOME, (message.message, values))
         self._level_is_due = False
 
     def _count_dropped(self, _: float, message: Any) -> None:

@@ -31,10 +31,19 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
         silence: The most ticks that may lie between two of its records.
 
     Raises:
-        BagError: A record has an implausible tick, or belongs to another element.
+        BagError: A record has an implausible tick, or belongs to another element; or the records
+            are not in the order of their ticks.
     """
     hashed = [recorded.tick for recorded in session.hashes]
-    ticks = sorted([first, *hashed, *(tick for tick, _ in session.stamped)])
+    commanded = [tick for tick, _ in session.stamped]
+    for before, tick in itertools.chain(itertools.pairwise(hashed), itertools.pairwise(commanded)):
+        if tick < before:
+            raise BagError(
+                f'the records of a session must be in the order of their ticks; got {tick} after '
+                f'{before}: if the clock went back meanwhile, a copy sorted by time cannot be '
+                'replayed, but the recorded bag can'
+            )
+    ticks = sorted([first, *hashed, *commanded])
     if ticks[0] < first:
         raise BagError(
             f'the records of a session must start at tick {first} or later; got {ticks[0]}'
@@ -51,4 +60,4 @@ def last_tick(session: SessionData, first: int, silence: int) -> int:
                 f'the state hash of tick {recorded.tick} must have N = {session.design.N} '
                 f'cells; got {len(recorded.v)}'
             )
-    return max([first, *hashed, *(tick + 1 for tick, _ in session.stamped)])
+    return max([first, *hashed, *(tick + 1 for tick in commanded)])

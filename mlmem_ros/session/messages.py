@@ -48,6 +48,10 @@ KEYS = {
         'settings': 'settings of the device, by group and parameter',
         'parameters': 'parameters of the node, for information',
         'initial': 'state of the device; see the snapshot in a state file',
+        'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
+        's_factor, mass, offset and eta_factor over a design, and damped_by_substrate if it is; '
+        'one number stands for equal ones',
+        'forecast': 'the calibration that a twin foretells; absent without a twin',
     },
     COMMAND: {
         'tick': 'tick at which it took effect',
@@ -90,6 +94,11 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
     Raises:
         Refused: A procedure runs.
     """
+    made, special = element.made, {}
+    if made.design != element.design or not made.ideal:
+        special['specimen'] = made.as_dict()
+    if element.forecast is not None:
+        special['forecast'] = element.forecast.as_dict()
     return _string(
         {
             'format': FORMAT,
@@ -100,6 +109,7 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
             'settings': element.settings.as_dict(),
             'parameters': dict(parameters),
             'initial': snapshot.take(element),
+            **special,
         }
     )
 

@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from ..bag.errors import BagError
 from ..clipped import clipped, printable
-from ..device import Command, Refused, Settings
+from ..device import Calibration, Command, Refused, Settings
 from ..device import commands as device_commands
 from ..device.simulation import steps_per_tick
-from ..physics import Design
+from ..physics import Design, Specimen
 from .messages import FORMAT
+from .streams import PERIODIC
 
 MOST_TICKS = 2**53
 """Ticks of a device's clock: 500 000 years at the default pace."""
@@ -44,6 +45,9 @@ class Header:
         initial: The state of the device, which `snapshot.restore` checks.
         versions: Versions of all that the results may depend on, by name.
         hash_every: Ticks between two hashes.
+        publish_every: Ticks between two messages of a periodic stream, by topic; 0: never.
+        made: The simulated element.
+        forecast: The calibration that a twin foretold, or None.
     """
 
     design: Design
@@ -51,6 +55,9 @@ class Header:
     initial: Mapping[str, Any]
     versions: Mapping[str, str]
     hash_every: int
+    publish_every: Mapping[str, int]
+    made: Specimen
+    forecast: Calibration | None = None
 
     @property
     def simulated(self) -> bool:
@@ -97,7 +104,18 @@ def read_header(text: str) -> Header:
         design = Design(**_mapping(values, 'design'))
     with naming('settings'):
         settings = Settings.from_dict(_mapping(values, 'settings'))
-        steps_per_tick(design, settings.time)  # which refuses too long a tick
+    with naming('specimen'):
+        given = values.get('specimen')
+        made = Specimen(design) if given is None else Specimen.from_dict(given)
+        if made.design.cells != design.cells:
+            raise BagError('it must have the cells and defects of the design')
+    with naming('settings'):
+        steps_per_tick(made, settings.time)  # which refuses too long a tick
+    forecast = None
+    if 'forecast' in values:
+        with naming('forecast'):
+            forecast = Calibration.from_dict(_mapping(values, 'forecast'))
+            forecast.check(design.levels)
     versions = _mapping(values, 'versions')
     for name, version in versions.items():
         if not isinstance(version, str):
@@ -106,7 +124,15 @@ def read_header(text: str) -> Header:
     hash_every = 500
     if 'record.hash_every' in parameters:
         hash_every = _whole(parameters, 'record.hash_every', 1, MOST_HASH_EVERY)
-    return Header(design, settings, _mapping(values, 'initial'), versions, hash_every)
+    intervals = {
+        topic.name: _whole(parameters, topic.interval, 0, 10**6)
+        for topic in PERIODIC
+        if topic.interval in parameters
+    }
+    return Header(
+        design, settings, _mapping(values, 'initial'), versions, hash_every, intervals, made,
+        forecast,
+    )  # fmt: skip
 
 
 def read_command(text: str) -> tuple[int, Command]:

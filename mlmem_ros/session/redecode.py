@@ -72,7 +72,7 @@ def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -
     """
     end = min(End, key=lambda end: _misfit(echo, end.probe(settings)))
     detector = EchoDetector(end.probe(settings), float(echo.t[1] - echo.t[0]))
-    detector.feed(echo.v_m)
+    detector.take(echo.v_m)
     if detector.delay is None or end not in calibration.ends:
         return Redecoded(end, None, None, 0.0, detector.threshold_margin)
     level, margin = calibration.table(end).nearest(detector.delay)
@@ -80,7 +80,10 @@ def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -
 
 
 def _misfit(echo: RecordedEcho, probe: ProbeSettings) -> float:
-    """Return how much the start of a waveform differs from the pulse of an end."""
-    driven = echo.t <= pulse_duration(probe)
-    pulse = np.abs(Pulse(0.0, probe).at(echo.t[driven])[0])
-    return float(np.mean((echo.v_m[driven] - pulse) ** 2) / np.mean(pulse**2))
+    """Return how much the start of a waveform differs from the pulse of an end, as it is heard."""
+    heard = EchoDetector(probe, float(echo.t[1] - echo.t[0]))
+    duration = pulse_duration(probe)
+    heard.feed(np.where(echo.t <= duration, Pulse(0.0, probe).at(echo.t)[0], 0.0))
+    n = int(np.searchsorted(echo.t, duration))
+    pulse = heard.echo(End.LEFT).v_m[:n]
+    return float(np.mean((echo.v_m[:n] - pulse[:n]) ** 2) / np.mean(pulse[:n] ** 2))

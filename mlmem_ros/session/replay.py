@@ -15,18 +15,21 @@ from ..device import (
     Calibration,
     Command,
     DelayTable,
-    Heard,
+    EchoReceived,
     MemoryElement,
+    Outcome,
     Refused,
     snapshot,
 )
 from ..device.instrument import LONGEST_RUN
+from ..device.simulation import Simulation
 from ..physics import StateError
 from .data import SessionData
 from .length import last_tick, longest_silence
 from .messages import versions
 from .records import StateHash, naming
 from .report import Difference, ReplayReport, ending
+from .streams import START, Streams
 
 Progress = Callable[[int, int], None]
 """Called periodically with the ticks done and the ticks to do."""
@@ -52,7 +55,10 @@ def element_of(session: SessionData) -> MemoryElement:
         )
     unknown = DelayTable(tuple(float(level) for level in range(header.design.levels)))
     with naming('the initial state in the session header'):
-        element = MemoryElement(header.design, header.settings, Calibration(unknown, unknown))
+        driver = Simulation.of(header.made, header.settings.time)
+        known = Calibration(unknown, unknown)
+        element = MemoryElement(header.design, header.settings, known, driver)
+        element.forecast = header.forecast
         initial = dict(header.initial)
         # The delays belong to exactly these settings, even if a later version changes the key.
         initial.pop('calibration_key', None)
@@ -88,7 +94,7 @@ def replay_commands(
     """Run the commands in any recorder's bag through a device, at their stamps.
 
     Args:
-        element: The device.
+        element: The element.
         session: Content of the bag.
         progress: Called periodically.
 
@@ -125,6 +131,16 @@ class _Player:
         self._echoes = session.echoes
         self._hashes = {recorded.tick: recorded for recorded in session.hashes}
         self._stops = sorted(self._hashes)
+        self._streams: Streams | None = None
+        if (header := session.header) is not None:
+            self._streams = Streams(
+                session.streams,
+                header.publish_every,
+                report.streams,
+                last_hash=max(self._hashes, default=START),
+                whole=report.whole,
+                texts=not report.other_build,
+            )
 
     def play(
         self, stamped: Sequence[tuple[int, Command]], last: int, progress: Progress | None
@@ -174,36 +190,43 @@ class _Player:
         begun = self._element.ticks
         place = bisect_right(self._stops, begun)
         stop = min([last, *self._stops[place : place + 1]])
+        if self._streams is not None:
+            stop = min(stop, begun + self._streams.until_due(begun))
         try:
             events = self._element.advance(min(LONGEST_RUN, stop - begun))
         except (StateError, ArithmeticError) as error:
             raise BagError(f'tick {self._element.ticks} cannot be replayed: {error}') from error
         for event in events:
-            if isinstance(event, Heard):
+            if isinstance(event, EchoReceived):
                 self._compare_echo(event)
-            else:
+            elif isinstance(event, Outcome):
                 self._report.outcomes.append(event)
         self._report.ticks += self._element.ticks - begun
+        if self._streams is not None:
+            self._streams.tick(self._element, events)
         recorded = self._hashes.get(self._element.ticks)
         if recorded is not None:
             self._compare_state(recorded)
 
-    def _compare_echo(self, heard: Heard) -> None:
+    def _compare_echo(self, event: EchoReceived) -> None:
         index = len(self._report.levels)
-        self._report.levels.append(heard.reading.level)
+        self._report.levels.append(event.reading.level)
         if index >= len(self._echoes):
             return
-        recorded = self._echoes[index].v_c
-        v_c = heard.echo.v_c.astype(np.float32)  # as it was published
-        if len(v_c) != len(recorded):
+        recorded, echo = self._echoes[index], event.echo
+        there = np.stack((recorded.t, recorded.v_m, recorded.v_c))
+        here = np.stack((echo.t, echo.v_m, echo.v_c)).astype(np.float32)  # as it was published
+        if here.shape != there.shape:
             self._report.other_echoes += 1
             return
-        difference = float(np.abs(v_c - recorded).max())
+        difference = float(np.abs(here - there).max())
         self._report.equal_echoes += difference == 0.0
         self._report.echo_difference = max(self._report.echo_difference, difference)
 
     def _compare_state(self, recorded: StateHash) -> None:
         self._report.hashes += 1
+        if self._streams is not None:
+            self._streams.hashed(recorded.tick)
         if snapshot.digest(self._element) == recorded.hash:
             self._report.equal_hashes += 1
             return

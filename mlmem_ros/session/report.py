@@ -5,17 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from ..bag.contents import NOT_CLOSED
 from ..device import BLANK, UNDECODABLE, Outcome
-
-ROUNDING = 1e-6
-"""Greatest difference, in cells, that another build's rounding can cause.
-
-Rounding every displacement at every tick, by four times a processor's rounding, changes the golden
-sessions by less than 1e-12 cells. A greater difference has another cause.
-"""
+from .streams import ROUNDING, Compared
 
 
 @dataclass(frozen=True)
@@ -50,6 +45,7 @@ class ReplayReport:
         other_echoes: Recorded echoes with another number of samples than the replayed ones.
         outcomes: How the procedures ended in the replay.
         recorded_endings: How they ended in the recording; see `ending`.
+        streams: How the published streams of a session agree, by topic.
         lost: What is missing from the recording, one line each.
         foreign: Whether another recorder wrote the bag: then levels are compared, not bits.
         other_build: Differences in the versions that the bits may depend on.
@@ -69,6 +65,7 @@ class ReplayReport:
     other_echoes: int = 0
     outcomes: list[Outcome] = field(default_factory=list)
     recorded_endings: Sequence[str] = ()
+    streams: dict[str, Compared] = field(default_factory=dict)
     lost: Sequence[str] = ()
     foreign: bool = False
     other_build: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -96,19 +93,24 @@ class ReplayReport:
 
     @property
     def exact(self) -> bool:
-        """Whether all recorded states, echoes and levels are the same to the bit."""
-        return (
-            self.difference is None
-            and self.echo_difference == 0.0
-            and not self.other_echoes
-            and self.levels_agree
-        )
+        """Whether all recorded states, echoes, levels and streams are the same to the bit."""
+        same = self.difference is None and self.echo_difference == 0.0 and not self.other_echoes
+        return same and self.levels_agree and all(each.exact for each in self.streams.values())
 
     @property
     def rounded(self) -> bool:
         """Whether states and echoes differ by no more than another build's rounding."""
         difference = max(self.state_difference, self.echo_difference)
         return difference <= ROUNDING and not self.other_echoes
+
+    @property
+    def other_streams(self) -> list[str]:
+        """The streams that differ by more than the build explains."""
+        return [
+            f'~/{name}'
+            for name, each in self.streams.items()
+            if not (each.exact or (self.other_build and each.rounded))
+        ]
 
     @property
     def passed(self) -> bool:
@@ -119,7 +121,7 @@ class ReplayReport:
         """
         if not self.compared or not self.levels_agree:
             return False
-        close = self.exact or (bool(self.other_build) and self.rounded)
+        close = self.exact or (bool(self.other_build) and self.rounded and not self.other_streams)
         return self.foreign or (close and not self.refused)
 
     @property
@@ -138,6 +140,8 @@ class ReplayReport:
         if not self.levels_agree:
             return 'THE LEVELS DIFFER from those that were recorded'
         if not self.passed:
+            if self.rounded and not self.refused and (streams := self.other_streams):
+                return f'THE STREAMS DIFFER from what the states give: {", ".join(streams)}'
             return f'THE BITS DIFFER{self._beyond}; all levels agree'
         agree = 'the levels agree'
         if not self.foreign:
@@ -145,8 +149,7 @@ class ReplayReport:
                 f'the levels agree, and the bits but for rounding (less than {ROUNDING:g} cells)'
             )
             agree = 'exact: the same bits' if self.exact else other
-        lost = '' if self.whole else 'NOT WHOLE: part of the recording is lost; in what remains, '
-        return lost + agree
+        return remains(self.lost) + agree
 
     def as_dict(self) -> dict[str, Any]:
         """Return the report as plain values, for programs."""
@@ -169,6 +172,7 @@ class ReplayReport:
                 'recorded': len(self.recorded_levels), 'equal': self.equal_echoes,
                 'greatest_difference': self.echo_difference, 'other_length': self.other_echoes,
             },
+            'streams': {name: asdict(each) for name, each in self.streams.items()},
             'levels': {'recorded': list(self.recorded_levels), 'replayed': self.levels},
             'procedures': {'recorded': list(self.recorded_endings), 'replayed': self.endings},
             'other_build': {name: list(pair) for name, pair in self.other_build.items()},
@@ -181,6 +185,15 @@ class ReplayReport:
         if self.rounded:
             return ''
         return ' by more than rounding: design, settings or commands are not the recorded ones'
+
+
+def remains(lost: Sequence[str]) -> str:
+    """Return how a verdict begins if this is missing from the recording."""
+    if not lost:
+        return ''
+    if all(NOT_CLOSED in line for line in lost):
+        return 'NOT WHOLE: the end of the recording is missing; up to there, '
+    return 'NOT WHOLE: part of the recording is lost; in what remains, '
 
 
 def ending(values: Mapping[str, Any]) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from ..device import Faults
 from ..device.settings import ActuatorSettings, ScaleSettings
 from ..physics import Design
+from ..procedures import PROCEDURES
 
 ROWS = 512
 """Most cells in a picture; of a longer chain every second, third ... one is shown."""
@@ -107,6 +108,10 @@ class About:
                 for end, probe in probes.items()
             },
             'faults': groups.get('faults', {}),
+            'procedures': {
+                name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}
+                for name, row in PROCEDURES.items()
+            },
             'speed': groups.get('time', {}).get('speed', 1.0),
         }
         return cls(design, actuator, scale, stride, json)

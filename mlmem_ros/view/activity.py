@@ -8,13 +8,13 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
+from ..procedures import PROCEDURES
+
 LATE = 0.3
 """Seconds by which feedback may come after the outcome of its procedure."""
 
 STALE = 1.5
 """Age in seconds that a report in the diagnostics may have; they come once a second."""
-
-PROCEDURES = ('write', 'read', 'erase', 'calibrate', 'self_test', 'abort')
 
 
 class Activity:

@@ -21,7 +21,7 @@ from .activity import Activity
 from .frames import packed, thinned
 from .pages import Page, Pages
 from .pictures import Pictures
-from .requests import Requests, answered
+from .requests import Requests
 
 if TYPE_CHECKING:
     from ..ros.client import MemoryClient
@@ -32,7 +32,6 @@ PARAMETERS = topics.Topic(
     topics.EVERY_ONE,
     'parameters that were set',
 )
-STREAMS = (topics.FIELD, topics.WALL, topics.JOINT_STATES)
 
 SILENCE = 2.5
 """Seconds of silence after which a node counts as gone; it reports its health every second."""
@@ -63,7 +62,7 @@ class Live:
         self.requests = Requests(client, self._activity)
         self._latest: dict[str, bytes] = {}  # what a new page gets first
         self._pictures = Pictures(self._loop, self._show)
-        self._heard, self._present, self._ticks = -SILENCE, False, 0.0
+        self._last_message, self._present, self._ticks = -SILENCE, False, 0.0
         self._meeting: asyncio.Task[None] | None = None
         self._left = time.monotonic()
         self._streams: list[Any] = []
@@ -126,7 +125,7 @@ class Live:
         if on and not self._streams:
             self._streams = [
                 listen(self._client, topic, partial(self._pictures.take, topic))
-                for topic in STREAMS
+                for topic in topics.PERIODIC
             ]
         elif not on:
             while self._streams:
@@ -176,7 +175,7 @@ class Live:
         self._announce('health', {'parts': {name: asdict(part) for name, part in parts.items()}})
 
     def _hear(self) -> None:
-        self._heard = time.monotonic()
+        self._last_message = time.monotonic()
         if not self._present:
             self._present = True
             self._meet()
@@ -192,7 +191,7 @@ class Live:
     async def _ask_parameters(self) -> None:
         await asyncio.sleep(0.05)  # they change by the dozen
         try:
-            parameters = await answered(self._client.parameters(*WANTED, timeout=3.0))
+            parameters = await self._client.parameters(*WANTED, timeout=3.0)
             about = About.of(grouped(parameters), self._client.name)
         except (RequestError, ValueError) as error:
             self._link(str(error))
@@ -215,7 +214,7 @@ class Live:
         while True:
             await asyncio.sleep(0.25)
             now = time.monotonic()
-            if self._present and now - self._heard > SILENCE:
+            if self._present and now - self._last_message > SILENCE:
                 self._present = False
                 self._activity.ended()
                 self._link(f'{self._client.name} is silent')

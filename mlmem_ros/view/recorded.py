@@ -19,6 +19,7 @@ from ..contract.commands import OF_REQUEST
 from ..device import Command, Disturb, FollowTrajectory, Read, SetFaults, SetStrain, Write
 from ..session.messages import COMMAND, HEADER
 from ..session.records import Header, naming, read_command, read_header
+from ..session.timeline import timed
 from .about import About
 from .frames import counts, packed, thinned
 
@@ -80,16 +81,15 @@ def load(path: str | Path) -> Recorded:
     node, header = _header(reader)
     groups = {'design': asdict(header.design), **header.settings.as_dict()}
     about = About.of(groups, node)
-    begin, end = reader.span or (0, 0)
     collector = _Collector(about)
-    collector.take(reader, begin)
+    collector.take(reader)
     head = {
         'k': 'session',
         'name': Path(path).resolve().name,
         'element': about.json,
         'delays': _delays(header),
         'lost': list(map(str, reader.losses)),
-        'duration': (end - begin) / 1e9,
+        'duration': collector.duration,
     }
     parameters = {
         f'{group}.{name}': value
@@ -128,9 +128,10 @@ class _Collector:
         self._levels: list[tuple[float, int]] = []
         self._echoes: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
+        self.duration = 0.0
 
-    def take(self, reader: BagReader, begin: int) -> None:
-        """Take all messages; `begin` is the time of the first one in nanoseconds."""
+    def take(self, reader: BagReader) -> None:
+        """Take all messages."""
         takers = {
             topics.FIELD.name: self._field,
             topics.JOINT_STATES.name: self._joints,
@@ -140,9 +141,10 @@ class _Collector:
             topics.OUTCOME.name: self._outcome,
             COMMAND: self._command,
         }
-        takers = {f'{self._about.json["node"]}/{name}': take for name, take in takers.items()}
-        for message in reader.messages(takers):
-            seconds = (message.log_time - begin) / 1e9
+        node = self._about.json['node']
+        takers = {f'{node}/{name}': take for name, take in takers.items()}
+        for seconds, message in timed(reader, node, takers):
+            self.duration = seconds
             with naming(f'{message.topic} at {seconds:.3f} s'):
                 takers[message.topic](seconds, reader.deserialize(message))
 

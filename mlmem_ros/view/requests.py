@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-import asyncio
-import math
+import logging
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -13,7 +12,9 @@ from time import strftime
 from typing import TYPE_CHECKING, Any
 
 from ..contract.errors import NoAnswer, RequestError, RequestRefused
+from ..described import problems
 from ..device import Faults
+from ..procedures import PROCEDURES, Procedure
 from .about import About
 from .activity import Activity
 
@@ -25,10 +26,12 @@ Asked = Mapping[str, Any]
 """A page's message: `do`, which names the request, and its arguments."""
 
 PATIENCE = 600.0
-"""Longest wait in seconds for procedures that write every level."""
+"""Longest wait in seconds for procedures; some write every level."""
 
 HASTE = 1.65
 """Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
+
+LOG = logging.getLogger(__name__)
 
 HEALTHY = {f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'}
 
@@ -58,12 +61,23 @@ class Requests:
     async def ask(self, asked: Asked) -> dict[str, Any]:
         """Do what a page asks for; return the reply, whatever the result."""
         try:
+            return await self._ask(asked)
+        except Exception as error:
+            LOG.exception('a request of a page failed; this is a fault in the software')
+            return {
+                'ok': False,
+                'kind': 'failed',
+                'text': f'a fault in the software: {error!r}'[:200],
+            }
+
+    async def _ask(self, asked: Asked) -> dict[str, Any]:
+        try:
             reply = self.send(asked)
         except ValueError as error:
             return {'ok': False, 'kind': 'refused', 'text': str(error)}
         began = self._activity.asked(asked)
         try:
-            answer = await answered(reply)
+            answer = await reply
         except RequestError as error:
             kind = {RequestRefused: 'refused', NoAnswer: 'silent'}.get(type(error), 'failed')
             if began and kind != 'failed':
@@ -86,21 +100,8 @@ class Requests:
         """
         client = self._client
         match asked.get('do'):
-            case 'write':
-                return client.write(_whole(asked, 'level', 0, 2**16 - 1))
-            case 'read':
-                end = asked.get('end', '')
-                if end not in ('', 'left', 'right', 'both'):
-                    raise ValueError('end must be left, right or both')
-                return client.read(end=end)
-            case 'erase':
-                return client.erase()
-            case 'calibrate':
-                return client.calibrate(PATIENCE)
-            case 'self_test':
-                return client.self_test(PATIENCE)
-            case 'abort':
-                return client.abort()
+            case str(name) if name in PROCEDURES:
+                return client.procedure(name, PATIENCE, **_arguments(asked, PROCEDURES[name]))
             case 'strain':
                 return self._strain(_number(asked, 'strain', -1.0, 1.0))
             case 'pause':
@@ -132,30 +133,26 @@ class Requests:
         return self._client.follow([seconds], [strain], [0.0])
 
 
-async def answered(reply: Any) -> Any:
-    """Return the answer to a request, which another thread delivers; raise its error."""
-    loop, done = asyncio.get_running_loop(), asyncio.Event()
-    reply.add_done_callback(lambda _: loop.call_soon_threadsafe(done.set))
-    await done.wait()
-    return reply.result()
-
-
 def _number(asked: Asked, name: str, low: float, high: float) -> float:
     value = asked.get(name)
     if (
         not isinstance(value, int | float)
         or isinstance(value, bool)
-        or not (math.isfinite(value) and low <= value <= high)
+        or not low <= value <= high  # also of NaN, and of an integer that no float can hold
     ):
         raise ValueError(f'{name} must be a number from {low:g} to {high:g}')
     return float(value)
 
 
-def _whole(asked: Asked, name: str, low: int, high: int) -> int:
-    number = _number(asked, name, low, high)
-    if number != int(number):
-        raise ValueError(f'{name} must be a whole number')
-    return int(number)
+def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
+    """Return the arguments of a procedure that a page names."""
+    names = [name for name, *_ in row.arguments]
+    given = {name: asked[name] for name in names if name in asked}
+    if missing := [name for name in row.required if name not in given]:
+        raise ValueError(f'{", ".join(missing)} must be given')
+    if wrong := problems(row.command(**given)):
+        raise ValueError('; '.join(wrong))
+    return given
 
 
 def _fault(asked: Asked) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from ..bag.errors import BagError
 from .differences import differences
@@ -196,6 +198,19 @@ def _parsed(text: str) -> dict[str, Any] | None:
     return asked if isinstance(asked, dict) else None
 
 
+def running(server: Server) -> web.AppRunner:
+    """Return what runs a server. It logs its own failures, not those of whoever speaks to it."""
+    log = logging.getLogger(__name__)
+    log.addFilter(_of_ours)
+    return web.AppRunner(server.application, access_log=None, logger=log, shutdown_timeout=1.0)
+
+
+def _of_ours(record: logging.LogRecord) -> bool:
+    """Return whether a failure is not that of a malformed request, which is answered with 400."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, HttpProcessingError)
+
+
 async def serve(
     server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
@@ -211,7 +226,7 @@ async def serve(
     Raises:
         OSError: The port is not available.
     """
-    runner = web.AppRunner(server.application, access_log=None, shutdown_timeout=1.0)
+    runner = running(server)
     await runner.setup()
     try:
         site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)

@@ -11,8 +11,6 @@ from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_file import McapFile
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 
 def records(path, **options):
     with path.open('rb') as stream:

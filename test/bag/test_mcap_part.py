@@ -17,8 +17,6 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_file import McapFile
 from mlmem_ros.bag.mcap_part import McapPart
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 
 @pytest.fixture
 def whole(tmp_path):

@@ -13,8 +13,6 @@ from mlmem_ros.bag import jazzy
 from mlmem_ros.bag.qos import LATCHED, RELIABLE, offered
 from mlmem_ros.bag.writer import BagWriter
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 message = jazzy.message
 stamp = message('builtin_interfaces/msg/Time', sec=1, nanosec=2)
 header = message('std_msgs/msg/Header', stamp=stamp, frame_id='substrate')

@@ -18,8 +18,6 @@ from mlmem_ros.bag.qos import offered, renewed
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 FLOAT = 'std_msgs/msg/Float64'
 
 

@@ -16,8 +16,6 @@ from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 TOPIC = '/mlmem/dropped'
 
 

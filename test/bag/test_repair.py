@@ -11,8 +11,6 @@ from mlmem_ros.bag.metadata import LOST
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.repairing import repair
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 
 @pytest.fixture
 def damaged(record):

@@ -19,8 +19,6 @@ from mlmem_ros.bag.metadata import read_metadata
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.bag.writer import BagWriter
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 SECOND = 1_000_000_000
 
 

@@ -6,20 +6,22 @@ import contextlib
 
 import legal
 
-from mlmem_ros.device import MemoryElement, Refused, SettingsError
-from mlmem_ros.device.calibration import Calibration, DelayTable
-from mlmem_ros.device.commands import (
+from mlmem_ros.device import (
     Abort,
     Calibrate,
     Disturb,
     Erase,
     FollowTrajectory,
+    MemoryElement,
     Read,
+    Refused,
     SelfTest,
     SetFaults,
     SetStrain,
+    SettingsError,
     Write,
 )
+from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.faults import Faults
 
 

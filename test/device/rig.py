@@ -93,7 +93,7 @@ def bits(element):
         actuator.motion,
         transducer.recent.tobytes(),
         transducer.driving,
-        transducer.detector is None,
+        not transducer.detectors,
         element.procedure,
         element.reading,
         element.calibration,

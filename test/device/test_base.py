@@ -23,7 +23,6 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.base import Base, BaseState
 from mlmem_ros.device.settings import DisturbanceSettings, ScaleSettings
-from mlmem_ros.paper.figures.retention import harmonic
 from mlmem_ros.physics import CASE_II, Chain, StateError, level_of
 
 from . import rig
@@ -99,9 +98,11 @@ def test_a_constant_acceleration_displaces_a_blank_element_by_a_over_its_stiffne
 
 
 def shaken(element, omega, amplitude):
-    """Shake a device tick by tick as the study shakes a chain, and let it rest."""
+    """Shake a device tick by tick as the map of retention shakes a chain, and let it rest."""
     for tick in range(125):  # 2500 time units
-        element.apply(Disturb(amplitude * float(harmonic(omega, np.array((tick + 1) * TICK)))))
+        t = (tick + 1) * TICK
+        x = min(t / 500.0, (2500.0 - t) / 500.0, 1.0)  # rises and falls
+        element.apply(Disturb(amplitude * x * x * (3.0 - 2.0 * x) * math.sin(omega * t)))
         element.advance()
     element.apply(Disturb(0.0))
     rig.ticks(element, 75)

@@ -16,6 +16,7 @@ from . import rig
 
 RISING = DelayTable((100.0, 200.0, 320.0, 400.0))
 FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
+SHAPED = DelayTable((100.0, 200.0), shapes=((95.0, 107.5, 4.2), (190.0, None, 1.2)))
 
 
 @pytest.mark.parametrize(
@@ -24,19 +25,37 @@ FALLING = DelayTable((400.0, 320.0, 200.0, 100.0), blank=500.0)
         ((), 'finite, one for every level; got []'),
         ((1.0, math.nan), 'finite'),
         ((math.inf,), 'finite'),
-        ((1.0, 2.0, 2.0), r'rise or fall from level to level.*got \[1.0, 2.0, 2.0\]'),
-        ((1.0, 3.0, 2.0), 'rise or fall'),
     ],
 )
-def test_a_table_that_does_not_distinguish_levels_is_refused(delays, message):
+def test_a_table_of_no_delays_is_refused(delays, message):
     with pytest.raises(SettingsError, match=message.replace('[]', r'\[\]')):
         DelayTable(delays)
 
 
+@pytest.mark.parametrize('delays', [(1.0, 2.0, 2.0), (1.0, 3.0, 2.0)])
+def test_the_end_that_names_the_level_must_tell_all_apart(delays):
+    """The other end only confirms it: two levels near it may have the same delay."""
+    alike, message = DelayTable(delays), f'rise or fall from level to level.*got {list(delays)}'
+    message = message.replace('[', r'\[').replace(']', r'\]')
+    apart = DelayTable((1.0, 2.0, 3.0))
+    with pytest.raises(SettingsError, match=message):
+        alike.check()
+    Calibration(alike, apart).check(3, End.RIGHT)
+    Calibration(apart, alike).check(3, End.LEFT)
+    Calibration(alike, alike).check(3)
+    for tables, first in (((alike, apart), End.LEFT), ((apart, alike), End.RIGHT)):
+        with pytest.raises(SettingsError, match=message):
+            Calibration(*tables).check(3, first)
+
+
 @pytest.mark.parametrize('blank', [math.nan, math.inf, 200.0])
 def test_a_blank_delay_equal_to_a_level_is_refused(blank):
-    with pytest.raises(SettingsError, match='blank must be a finite delay that no level has'):
+    """But for level 0, which the phase of the left end tells from it."""
+    message = 'blank must be a finite delay that no level but 0 has'
+    with pytest.raises(SettingsError, match=message):
         DelayTable(RISING.delays, blank)
+    assert DelayTable(FALLING.delays, blank=400.0).nearest(400.0, -1) == (0, 1.0)
+    assert DelayTable(FALLING.delays, blank=400.0).nearest(400.0, 0) == (-1, 1.0)
 
 
 @pytest.mark.parametrize('table', [RISING, FALLING])
@@ -97,6 +116,27 @@ def test_the_nearest_entry_is_the_nearest(delays, falling, delay):
         assert margin >= -1e-9
 
 
+@pytest.mark.parametrize(
+    ('delay', 'level', 'margin'),
+    [
+        (200.0, 1, 1.0),
+        (225.0, 1, 0.5),  # the spacings about it are 100, 120 and 80: a quarter of 100
+        (250.0, 2, -0.4),  # a level that it is not
+        (100.0, 3, -5.0),
+    ],
+)
+def test_a_level_is_agreed_with_by_the_median_spacing_about_it(delay, level, margin):
+    offset = delay - RISING.delays[level]
+    assert RISING.margin(level, offset, 0.0) == pytest.approx(margin)
+
+
+def test_a_level_is_agreed_with_within_the_spacing_of_the_fastest_waves():
+    """Where delays are nearly the same, and for an element of one level."""
+    alike = DelayTable((100.0, 101.0))
+    assert alike.margin(0, 1.0, 80.0) == pytest.approx(1.0 - 2.0 / 80.0)
+    assert DelayTable((100.0,)).margin(0, 20.0, 80.0) == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize('table', [RISING, FALLING])
 def test_the_distance_is_interpolated_between_the_levels(table):
     distances = [10.0, 30.0, 50.0, 70.0] if table is RISING else [70.0, 50.0, 30.0, 10.0]
@@ -106,7 +146,7 @@ def test_the_distance_is_interpolated_between_the_levels(table):
     assert table.distance(900.0, distances) == 70.0
 
 
-@pytest.mark.parametrize('table', [RISING, FALLING])
+@pytest.mark.parametrize('table', [RISING, FALLING, SHAPED])
 def test_a_table_survives_a_file(table):
     assert DelayTable.from_dict(json.loads(json.dumps(table.as_dict()))) == table
 
@@ -115,12 +155,22 @@ def test_a_table_survives_a_file(table):
     ('data', 'message'),
     [
         ({}, 'needs delays and blank'),
-        ({'delays': [1.0]}, "needs delays and blank; KeyError.'blank'."),
+        ({'delays': [1.0]}, "needs delays and blank, .*; KeyError.'blank'."),
         ({'delays': 7, 'blank': None}, 'needs delays and blank'),
         ({'delays': ['x'], 'blank': None}, 'needs delays and blank'),
         ({'delays': [1.0], 'blank': []}, 'needs delays and blank'),
+        ({'delays': [1.0], 'blank': None, 'shapes': [[1.0, 2.0, 0.0]]}, 'louder than 0'),
+        ({'delays': [1.0], 'blank': None, 'shapes': [[1.0]]}, 'needs delays and blank'),
+        (
+            {'delays': [1.0], 'blank': None, 'shapes': [[1.0, math.nan, 2.0]]},
+            'shapes must be finite',
+        ),
+        (
+            {'delays': [1.0], 'blank': None, 'shapes': [[1, 2, 3], [3, 4, 5]]},
+            'must be 1, .*; got 2',
+        ),
         (None, 'needs delays and blank'),
-        ({'delays': [2.0, 2.0], 'blank': None}, '^delays must rise or fall'),
+        ({'delays': [], 'blank': None}, '^delays must be finite, one for every level'),
     ],
     ids=str,
 )

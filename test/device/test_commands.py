@@ -14,11 +14,14 @@ from mlmem_ros.device import (
     Erase,
     Faults,
     FollowTrajectory,
+    Locate,
     Read,
     Refused,
+    Reset,
     SelfTest,
     SetFaults,
     SetStrain,
+    Survey,
     Write,
 )
 from mlmem_ros.device.commands import KINDS, as_dict, from_dict
@@ -26,7 +29,8 @@ from mlmem_ros.device.commands import KINDS, as_dict, from_dict
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
     FollowTrajectory((0.1,), (0.1 + 0.2,), (-5e-324,), 'substrate'),
-    Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(),
+    Write(7), Read(), Read('right'), Erase(), Calibrate(), SelfTest(), Locate(), Reset(),
+    Survey(),
     Abort(), Abort('the device is shut down'),
     Disturb(1.0 / 3.0), SetFaults(Faults()), SetFaults(Faults(sensor_noise=0.1, weak_cell=7)),
 ]  # fmt: skip

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mlmem_ros.checks.echo_forecast import forecast_echo
 from mlmem_ros.device import (
     ProcedureFailed,
     Read,
@@ -16,9 +17,13 @@ from mlmem_ros.device import (
     new_element,
 )
 from mlmem_ros.device.end import End
+from mlmem_ros.device.instrument import Instrument
 from mlmem_ros.device.procedures import listening
+from mlmem_ros.device.procedures.blocks import run
 from mlmem_ros.device.settings import ProbeSettings, ReadSettings
-from mlmem_ros.physics import CASE_I, CASE_II
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
+from mlmem_ros.physics.equilibrium import resting_wall
 
 from . import rig
 
@@ -52,6 +57,32 @@ def test_from_the_left_the_fastest_part_of_the_pulse_arrives_first():
     fastest = 2 * 25 / group_velocity(2.1 - 3 / 8.0, k_s2)
     assert fastest < steps.min()
     assert steps.max() < slowest
+
+
+@pytest.mark.parametrize('end', list(End))
+def test_the_delays_are_those_of_linear_waves(end):
+    """Another route to them: the equation of motion, linearised about the wall and solved for
+    every frequency, without steps. Its samples are 0.25 apart, those of the device 0.5.
+    """
+    settings = Settings()
+    delays = factory_calibration(CASE_II, settings).table(end).delays
+    for level, delay in enumerate(delays):
+        wall = resting_wall(Specimen(CASE_II), level)
+        exact = forecast_echo(CASE_II, wall, end.probe(settings), end, dt=0.0).delay
+        assert delay == pytest.approx(exact, abs=1.5), level
+
+
+@pytest.mark.parametrize('level', range(8))
+def test_the_delays_are_the_same_at_half_the_step(level):
+    """But for a sample of 0.5 or two: an echo's front crosses the threshold between samples."""
+    settings = Settings()
+    known = factory_calibration(CASE_II, settings)
+    driver = Simulation(Chain(CASE_II, 0.25, PEFRL))
+    twin = Instrument(CASE_II, settings, driver)
+    twin.chain.place(resting_wall(Specimen(CASE_II), level))
+    twin.transducer.settle()
+    for end, echo in run(twin, listening.pulse_echo(twin, tuple(End))).items():
+        assert echo.delay == pytest.approx(known.table(end).delays[level], abs=1.5)
 
 
 def test_a_blank_element_echoes_from_its_far_end():

@@ -26,9 +26,10 @@ from mlmem_ros.device import (
     snapshot,
 )
 from mlmem_ros.device.end import End
-from mlmem_ros.device.faults import worn
+from mlmem_ros.device.faults import with_faults
 from mlmem_ros.device.presets import preset
-from mlmem_ros.physics import CASE_II, StateError
+from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.physics import CASE_II, Specimen, StateError
 
 from . import rig
 
@@ -262,9 +263,10 @@ def test_the_largest_offset_may_come_and_go_without_a_lost_tick():
     """A compression by 0.1 at the highest rate left no cell where a step is stable."""
     settings = preset('case_2').settings
     element = suffering(rig.device(3, **settings.groups()), actuator_offset=-0.1)
-    assert strains(element, 60)[-1] == pytest.approx(-0.1)
+    one_way = math.ceil(0.1 / settings.actuator.by_hand / element.tick)
+    assert strains(element, one_way)[-1] == pytest.approx(-0.1)
     element.apply(HEALTHY)
-    assert strains(element, 60)[-1] == pytest.approx(0.0)
+    assert strains(element, one_way)[-1] == pytest.approx(0.0)
     rig.succeed(element, Erase())
 
 
@@ -307,7 +309,9 @@ def test_a_self_test_finds_the_fault_of_the_actuator(written):
 
 
 def test_the_material_is_worn_at_the_stated_cells():
-    specimen = worn(CASE_II, Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2))
+    specimen = with_faults(
+        Specimen(CASE_II), Faults(weak_cell=7, weak_factor=0.3, stuck_cell=9, damping_factor=2)
+    )
     factor = np.ones(CASE_II.N)
     factor[6] = 0.3
     np.testing.assert_array_equal(specimen.alpha, CASE_II.alpha * factor)
@@ -317,7 +321,8 @@ def test_the_material_is_worn_at_the_stated_cells():
 
 def test_disorder_depends_on_the_seed():
     one, same, other = (
-        worn(CASE_II, Faults(disorder_alpha=0.1, disorder_s=0.1, seed=seed)) for seed in (1, 1, 2)
+        with_faults(Specimen(CASE_II), Faults(disorder_alpha=0.1, disorder_s=0.1, seed=seed))
+        for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(one.alpha, same.alpha)
     np.testing.assert_array_equal(one.s, same.s)
@@ -335,10 +340,11 @@ def test_a_weak_cell_off_the_defects_traps_the_wall():
 
 
 def test_a_stuck_cell_lets_no_wall_pass(written):
-    element = suffering(written(1), stuck_cell=63)
+    """Further attempts begin with an erase, whose kink leaves more walls behind."""
+    element = suffering(written(1, write=WriteSettings(attempts=1)), stuck_cell=63)
     outcome = rig.run(element, Write(2))
     assert not outcome.success
-    assert rig.wall(element) is None or rig.wall(element) < 64
+    assert rig.wall(element) < 64
 
 
 def test_stronger_damping_hides_far_echoes(written):

@@ -1,45 +1,56 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A device with the fourth-order integrator, beside one with the paper's."""
+"""A device with the paper's integrator, beside one with the fourth-order one, the default."""
 
 import pytest
 
-from mlmem_ros.analysis.checks import Report, material
-from mlmem_ros.analysis.checks.subject import Subject
-from mlmem_ros.analysis.echo_forecast import forecast_echo
-from mlmem_ros.device import Erase, Settings, SettingsError, Write, new_element
+from mlmem_ros.checks import Report, material
+from mlmem_ros.checks.echo_forecast import forecast_echo
+from mlmem_ros.checks.subject import Subject
+from mlmem_ros.device import Erase, Read, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.device.snapshot import digest, restore, take
-from mlmem_ros.physics import CASE_II, PEFRL, Specimen, StateError
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Specimen, StateError
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.verdict import Verdict
 
 from .rig import run
 
-FOURTH = Settings(time=TimeSettings(integrator='pefrl'))
+FOURTH, PAPER = Settings(), Settings(time=TimeSettings(integrator='noh_bathe'))
 
 
-def test_every_level_is_written_and_read_with_half_the_steps():
-    element = new_element(CASE_II, FOURTH)
-    assert element.chain.integrator is PEFRL
-    assert element.chain.dt == 0.5
+@pytest.mark.parametrize(('settings', 'step'), [(FOURTH, 0.5), (PAPER, 0.25)], ids=['4', '2'])
+def test_every_level_is_written_and_read(settings, step):
+    """Its margin is the lesser of both ends, and a wall just written may be a cell off."""
+    element = new_element(CASE_II, settings)
+    assert element.chain.integrator is INTEGRATORS[settings.time.integrator]
+    assert element.chain.dt == step
     for level in range(8):
         outcome = run(element, Write(level))
         assert (outcome.success, outcome.attempts) == (True, 1)
         assert outcome.reading.level == level
-        assert outcome.reading.level_margin > 0.9
+        assert outcome.reading.level_margin > 0.7
     assert run(element, Erase()).success
 
 
 def test_the_delays_are_free_of_numerical_dispersion():
-    """At its step the paper's method slows the carrier, and damps it by a third of eta."""
-    paper, fourth = new_element(CASE_II), new_element(CASE_II, FOURTH)
-    wall = resting_wall(Specimen(CASE_II), 7)
-    exact = forecast_echo(CASE_II, wall, FOURTH.probe, End.LEFT, dt=0.0).delay  # by linear waves
-    assert fourth.calibration.left.delays[-1] == pytest.approx(exact, abs=1.0)  # two samples
-    assert abs(paper.calibration.left.delays[-1] - exact) > 2.0
+    """At its step the paper's method slows the carrier, and damps it by a third of eta.
+
+    The factory measures with the fourth-order method whatever the device uses, because the delays
+    are those of the element.
+    """
+    paper, fourth = new_element(CASE_II, PAPER), new_element(CASE_II, FOURTH)
+    assert paper.calibration == fourth.calibration
+    heard = {}
+    for element in (paper, fourth):
+        element.chain.place(resting_wall(Specimen(CASE_II), 7))
+        element.transducer.settle()
+        heard[element] = run(element, Read()).reading.left_delay
+    exact = forecast_echo(CASE_II, element.chain.v, FOURTH.probe, End.LEFT, dt=0.0).delay
+    assert heard[fourth] == pytest.approx(exact, abs=1.0)  # two samples
+    assert abs(heard[paper] - exact) > 2.0
 
 
 def test_a_snapshot_goes_on_to_the_bit():
@@ -53,7 +64,7 @@ def test_a_snapshot_goes_on_to_the_bit():
 
 
 def test_a_snapshot_of_the_other_integrator_is_refused():
-    element = new_element(CASE_II)
+    element = new_element(CASE_II, PAPER)
     run(element, Write(1))
     other = new_element(CASE_II, FOURTH)
     before = digest(other)
@@ -63,16 +74,15 @@ def test_a_snapshot_of_the_other_integrator_is_refused():
 
 
 def test_delays_of_one_integrator_do_not_apply_to_the_other():
-    assert calibration_key(CASE_II, FOURTH) != calibration_key(CASE_II, Settings())
+    assert calibration_key(CASE_II, FOURTH) != calibration_key(CASE_II, PAPER)
 
 
 def test_the_design_check_judges_the_damping_by_the_method():
-    third, fourth = (
-        Report(tuple(material.check(Subject(CASE_II, each))))['step']
-        for each in (Settings(), FOURTH)
+    paper, fourth = (
+        Report(tuple(material.check(Subject(CASE_II, each))))['step'] for each in (PAPER, FOURTH)
     )
     assert fourth.verdict is Verdict.PASS
-    own = [step.values['own damping'] for step in (third, fourth)]
+    own = [step.values['own damping'] for step in (paper, fourth)]
     assert own[1] < 1e-2 * own[0] < 0.65 * CASE_II.eta
 
 

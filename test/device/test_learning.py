@@ -15,7 +15,6 @@ from mlmem_ros.device import (
     Settings,
     SettingsError,
     Write,
-    calibration_file,
     new_element,
     preset,
     snapshot,
@@ -31,6 +30,7 @@ from mlmem_ros.device.trims import (
     schedule_of,
     trimmed,
 )
+from mlmem_ros.host import calibration_file
 from mlmem_ros.physics import StateError, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
@@ -82,15 +82,15 @@ def test_an_ideal_element_has_nothing_to_learn():
 
 
 def test_a_step_that_runs_over_skips_no_level(monkeypatch):
-    element, drive, late = new_element(BITS_2), climbing.drive, [1]
+    element, go_to_level, late = new_element(BITS_2), climbing.go_to_level, [1]
 
     def too_far(element, place, level, **how):
-        yield from drive(element, place, level, **how)
+        yield from go_to_level(element, place, level, **how)
         if level in late:
             late.remove(level)
             element.chain.place(resting_wall(element.chain.specimen, level + 1))
 
-    monkeypatch.setattr(climbing, 'drive', too_far)
+    monkeypatch.setattr(climbing, 'go_to_level', too_far)
     assert element.perform(Calibrate()).success
     assert not late
     element.calibration.check(BITS_2.design.levels)

@@ -18,9 +18,9 @@ from mlmem_ros.device import (
     Abort,
     Calibrate,
     Disturb,
+    EchoReceived,
     Erase,
     Faults,
-    Heard,
     Loop,
     Outcome,
     Read,
@@ -71,6 +71,13 @@ def until(condition):
         time.sleep(1e-3)
 
 
+def restless(**settings):
+    """Return a device whose material never rests, so that its ticks have to be computed."""
+    element = rig.device(**settings)
+    element.driver.rests = lambda _: False
+    return element
+
+
 @pytest.fixture
 def start():
     """Start loops, by default as fast as possible, and stop them after the test."""
@@ -87,12 +94,13 @@ def start():
         loop.stop()
 
 
-def result(future):
-    return future.result(PATIENCE)
+def result(asked):
+    """Return the answer to a request, or the result of a future."""
+    return getattr(asked, 'answer', asked).result(PATIENCE)
 
 
-def refusal(future):
-    error = future.exception(PATIENCE)
+def refusal(asked):
+    error = getattr(asked, 'answer', asked).exception(PATIENCE)
     assert isinstance(error, Refused)
     return str(error)
 
@@ -132,12 +140,10 @@ def test_the_scale_sets_the_pace(start):
     assert begun == pytest.approx([float(n) for n in range(11)], abs=1e-9)
 
 
-def test_the_ticks_of_a_resting_device_run_together(start):
+def test_the_ticks_of_an_idle_device_run_together(start):
     """Four run when the fourth is due; the fifth, which a listener waits for, runs on time."""
     clock, begun = Clock(end=0.0481), []
-    loop = start(
-        rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, batch=5
-    )
+    loop = start(restless(), lambda *_: begun.append(clock.time), pacer=clock, speed=1.0, batch=5)
     until(lambda: len(begun) == 25)
     loop.stop()
     expected = [(5 * (n // 5) + (4 if n % 5 == 4 else 3)) * PERIOD for n in range(25)]
@@ -176,7 +182,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
         if len(begun) == 20:
             clock.time += late
 
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0, batch=20)
+    loop = start(restless(), listen, pacer=clock, speed=1.0, batch=20)
     until(lambda: len(begun) >= 40)
     assert loop.statistics.overruns == overruns
     assert begun[20:40] == pytest.approx([following - PERIOD] * 19 + [following])
@@ -186,7 +192,7 @@ def test_a_rest_that_ends_late_is_a_longer_rest(start, late, overruns, following
 def test_a_rest_is_short_and_ends_with_a_published_tick(start, speed, together):
     """At most 0.04 s, and a divisor of the 20 ticks."""
     clock, begun = Clock(), []
-    start(rig.device(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, batch=20)
+    start(restless(), lambda *_: begun.append(clock.time), pacer=clock, speed=speed, batch=20)
     until(lambda: len(begun) >= 40)
     rests = [1] * 20 if together == 1 else [together - 1, 1] * (20 // together)
     assert [begun.count(time) for time in sorted(set(begun[:20]))] == rests
@@ -198,7 +204,7 @@ def test_a_listener_is_called_at_published_ticks_with_the_same_bits(start):
     So too while the strain moves, except for the tick in which it began.
     """
     clock, heard = Clock(end=0.1191), []  # tick 60 is due at 0.118
-    element, other = rig.device(), rig.device()
+    element, other = restless(), restless()
 
     def listen(*_):
         heard.append(element.ticks)
@@ -223,7 +229,7 @@ def test_ticks_of_a_rest_equal_single_ticks(faults):
     """After a strain by hand, while the element still rings: the whole state."""
     devices = rig.device(), rig.device()
     for device in devices:
-        device.suffer(faults)
+        device.set_faults(faults)
         device.apply(SetStrain(0.01))
         while not device.resting:
             device.advance()
@@ -238,10 +244,10 @@ def test_ticks_of_a_rest_equal_single_ticks(faults):
 
 def test_all_ticks_are_deferred_while_nobody_listens(start):
     """Twenty, in runs of ten; when somebody listens again, tick 30 is on time."""
-    clock, element, heard, told = Clock(end=0.0381), rig.device(), [], []
+    clock, element, heard, told = Clock(end=0.0381), restless(), [], []
     start(
         element, lambda *_: told.append((element.ticks, clock.time)),
-        pacer=clock, speed=1.0, batch=10, publish_every=10, heard=lambda: bool(heard),
+        pacer=clock, speed=1.0, batch=10, publish_every=10, has_subscribers=lambda: bool(heard),
     )  # fmt: skip
     until(lambda: len(told) == 2)
     heard.append('somebody')
@@ -255,7 +261,7 @@ def test_all_ticks_are_deferred_while_nobody_listens(start):
 def test_lost_time_is_skipped_while_nobody_listens_too(start):
     """The machine slept for ten seconds, which are counted and skipped."""
     clock = Clock(end=0.0381)
-    loop = start(rig.device(), pacer=clock, speed=1.0, batch=10, heard=lambda: False)
+    loop = start(restless(), pacer=clock, speed=1.0, batch=10, has_subscribers=lambda: False)
     until(lambda: loop.element.ticks == 20)
     clock.end = clock.time = 10.0381
     until(lambda: loop.element.ticks == 40)
@@ -263,6 +269,113 @@ def test_lost_time_is_skipped_while_nobody_listens_too(start):
     time.sleep(0.05)
     assert loop.element.ticks == 40
     assert loop.statistics.overruns == pytest.approx(4980, abs=1)
+
+
+def asleep(ticks=40):
+    """Return a device at rest, which knows it from a tick that it has computed."""
+    element = rig.device()
+    rig.ticks(element, ticks)
+    assert element.at_rest
+    return element
+
+
+def test_a_device_at_rest_wakes_for_published_ticks_alone(start):
+    """All twenty run when the last is due, which the listener waits for."""
+    clock, told, element = Clock(), [], asleep()
+    start(
+        element, lambda *_: told.append((element.ticks, clock.time)),
+        pacer=clock, speed=1.0, batch=20, publish_every=20,
+    )  # fmt: skip
+    until(lambda: len(told) >= 4)
+    assert told[:4] == [
+        (40 + 20 * n, pytest.approx(0.04 * n - PERIOD, abs=1e-12)) for n in (1, 2, 3, 4)
+    ]
+
+
+def test_a_device_at_rest_sleeps_while_nobody_watches(start):
+    """For two seconds; then a call finds it in the present tick, and a command in its own."""
+    clock, element, told = Clock(end=3.0051), asleep(), []
+    loop = start(
+        element, lambda commands, _: told.append((element.ticks, clock.time, *commands)),
+        pacer=clock, speed=1.0, batch=20, publish_every=10,
+        has_subscribers=lambda: False, watched=lambda: False,
+    )  # fmt: skip
+    until(lambda: clock.time == clock.end)
+    assert told == [(1040, pytest.approx(1.998))]
+    assert result(loop.call(lambda: element.ticks)) == 40 + 1502
+    loop.submit(SetStrain(0.03))
+    until(lambda: len(told) >= 2 and told[-1][2:])
+    assert told[-1][2:] == ((40 + 1502, SetStrain(0.03)),)
+    assert loop.statistics.overruns == 0
+
+
+@pytest.mark.parametrize('speed', [0.0, 0.5, 10.0])
+def test_a_changed_speed_finds_a_device_at_rest_in_its_present_tick(start, speed):
+    """What it slept through passed at the speed of then: tick 502 was due at 1.004."""
+    clock, element = Clock(end=1.0051), asleep()
+    loop = start(
+        element, pacer=clock, speed=1.0, batch=20, publish_every=10,
+        has_subscribers=lambda: False, watched=lambda: False,
+    )  # fmt: skip
+    until(lambda: clock.time == clock.end)
+    seen, advance = [], element.advance
+
+    def follow(most):
+        seen.append((element.ticks, loop._period))
+        return advance(most)
+
+    element.advance = follow
+    loop.set_speed(speed)
+    until(lambda: element.ticks >= 40 + 503)
+    loop.stop()
+    assert loop.failure is None
+    assert loop.statistics.overruns == 0
+    assert seen[0] == (40, PERIOD)
+    if speed:
+        assert element.ticks == 40 + 503
+
+
+def test_an_acceleration_wakes_a_device_at_rest(start):
+    """It takes effect in the tick in which it arrives, and the bits are those of single ticks."""
+    clock, element, other, stamped = Clock(end=1.0051), asleep(), asleep(), []
+    loop = start(
+        element, lambda commands, _: stamped.extend(commands),
+        pacer=clock, speed=1.0, batch=20, publish_every=10,
+        has_subscribers=lambda: False, watched=lambda: False,
+    )  # fmt: skip
+    until(lambda: clock.time == clock.end)
+    loop.submit(Disturb(1e-6))
+    until(lambda: element.ticks == 40 + 502)  # it is up, and defers ticks as a shaken device
+    clock.end = 1.3
+    until(lambda: element.ticks >= 640)
+    assert stamped == [(40 + 502, Disturb(1e-6))]
+    loop.stop()
+    while other.ticks < element.ticks:
+        if other.ticks == 40 + 502:
+            other.apply(Disturb(1e-6))
+        other.advance()
+    assert snapshot.take(element) == snapshot.take(other)
+    assert loop.statistics.overruns == 0
+
+
+def test_a_device_at_rest_runs_a_thousand_ticks_at_once_without_a_pace(start):
+    element, told = asleep(), []
+    loop = start(element, lambda *_: told.append(element.ticks), speed=0.0, publish_every=10,
+                 watched=lambda: False)  # fmt: skip
+    until(lambda: len(told) >= 5)
+    loop.stop()
+    assert {b - a for a, b in itertools.pairwise(told)} == {1000}
+
+
+@pytest.mark.parametrize('speed', [1e4, 1e6])
+def test_a_speed_beyond_the_machine_leaves_no_request_waiting(start, speed):
+    """Nobody listens, so 40 ms of time are deferred: at this speed 10^5 ticks and more."""
+    loop = start(rig.device(), speed=speed, has_subscribers=lambda: False)
+    first = result(loop.call(lambda: loop.element.ticks))
+    until(lambda: loop.statistics.ticks > first)
+    begun = time.monotonic()
+    assert result(loop.submit(Abort())).success
+    assert time.monotonic() - begun < 5.0  # a few times a thousand ticks
 
 
 def test_a_procedure_resumes_on_time_and_ticks_between_are_deferred(start):
@@ -466,7 +579,7 @@ def test_a_call_during_a_pause_lets_no_tick_run(start):
             clock.time += 10 * PERIOD
             counted.append(loop.pause(True))
 
-    loop = start(rig.device(), listen, pacer=clock, speed=1.0, heard=lambda: False)
+    loop = start(rig.device(), listen, pacer=clock, speed=1.0, has_subscribers=lambda: False)
     ticks = hold(loop)
     stepping.set()
     assert result(loop.single_tick()) == ticks + 1
@@ -545,7 +658,7 @@ def test_a_command_waits_for_the_single_tick(start):
     stamped = []
     loop = start(rig.device(), lambda commands, events: stamped.extend(commands))
     ticks = hold(loop)
-    answer = loop.submit(SetStrain(0.01))
+    answer = loop.submit(SetStrain(0.01)).answer
     time.sleep(0.02)
     assert not answer.done()
     result(loop.single_tick())
@@ -582,7 +695,12 @@ def test_a_procedure_is_answered_when_it_ends(start):
     assert outcome.success
     assert outcome.reading.level == 2
     loop.stop()
-    assert [type(event) for event in events] == [Heard, Heard, Outcome]
+    assert [type(event) for event in events] == [
+        EchoReceived,
+        EchoReceived,
+        EchoReceived,
+        Outcome,
+    ]  # blank, both ends
     assert events[-1] is outcome
     assert rig.holds(loop.element, 2)
 
@@ -596,7 +714,7 @@ def test_a_procedure_is_answered_after_its_outcome_was_published(start):
 
     loop = start(rig.device(), publish)
     hold(loop)
-    answer = loop.submit(Read())
+    answer = loop.submit(Read()).answer
     loop.pause(False)
     assert result(answer).success
     assert answered == [False]
@@ -639,13 +757,12 @@ def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
     stamped = []
     loop = start(rig.device(1), lambda commands, _: stamped.extend(commands), speed=1.0)
     hold(loop)
-    mine = Write(5)
-    answer = loop.submit(mine)
-    for _ in range(3):
+    mine = loop.submit(Write(5))
+    for _ in range(80):  # it has read what is there, and strains
         result(loop.single_tick())
     canceled = loop.cancel(mine)
     began = result(loop.single_tick())
-    assert result(answer).error == 'aborted: canceled by its client'
+    assert result(mine).error == 'aborted: canceled by its client'
     assert loop.element.procedure == 'abort'
     loop.pause(False)
     loop.set_speed(0.0)
@@ -657,14 +774,13 @@ def test_a_cancel_ends_the_procedure_of_its_own_command_in_the_next_tick(start):
 def test_a_cancel_does_not_end_another_clients_procedure(start):
     loop = start(rig.device(1))
     hold(loop)
-    mine, equal = Read(), Read()
-    read, other = loop.submit(mine), loop.submit(equal)
+    mine, equal = loop.submit(Read()), loop.submit(Read())
     result(loop.single_tick())
-    assert 'busy' in refusal(other)
+    assert 'busy' in refusal(equal)
     late = loop.cancel(equal)
     loop.pause(False)
     assert result(late) is None
-    assert result(read).success
+    assert result(mine).success
     assert result(loop.cancel(mine)) is None  # it has ended
 
 
@@ -674,7 +790,7 @@ def test_a_withdrawn_request_is_not_executed(start):
     hold(loop)
     withdrawn, kept = loop.submit(Write(1)), loop.submit(SetStrain(0.0))
     step = loop.single_tick()
-    assert withdrawn.cancel()
+    assert withdrawn.answer.cancel()
     result(step)
     assert result(kept) is None
     assert [command for _, command in stamped] == [SetStrain(0.0)]
@@ -686,7 +802,7 @@ def test_a_request_in_progress_cannot_be_withdrawn(start):
     hold(loop)
     answer = loop.submit(Read())
     result(loop.single_tick())
-    assert not answer.cancel()
+    assert not answer.answer.cancel()
     loop.pause(False)
     assert result(answer).success
 
@@ -731,10 +847,13 @@ def test_a_material_that_fails_stops_the_loop_with_the_reason(start):
     assert refusal(loop.submit(Read())).startswith('the device has stopped: the chain')
 
 
-def test_a_listener_that_fails_stops_the_loop(start):
+@pytest.mark.parametrize('kind', [RuntimeError, SystemExit, KeyboardInterrupt])
+def test_a_listener_that_fails_stops_the_loop(start, kind):
+    """Whatever it raises: a thread that ends in silence would leave its clients waiting."""
+
     def listen(commands, events):
         if commands:
-            raise RuntimeError('no room left')
+            raise kind('no room left')
 
     loop = start(rig.device(), listen)
     answer = loop.submit(Erase())
@@ -790,9 +909,9 @@ def test_pending_requests_are_refused_when_the_loop_stops(started):
     running = None
     if started:
         loop.start()
-        running = loop.submit(Calibrate())
+        running = loop.submit(Calibrate()).answer
         result(loop.single_tick())
-    waiting = [loop.submit(command) for command in (Write(1), SetStrain(0.0), Abort())]
+    waiting = [loop.submit(each).answer for each in (Write(1), SetStrain(0.0), Abort())]
     called = None if started else loop.call(int)
     loop.stop()
     for answer in filter(None, (running, called, *waiting)):
@@ -812,7 +931,7 @@ def test_every_request_is_answered_when_the_loop_stops(start):
         def ask(loop=loop, answers=answers, ready=ready):
             ready.wait()
             for n in range(40):
-                answers.append(loop.submit(SetStrain(0.0) if n % 4 else Read()))
+                answers.append(loop.submit(SetStrain(0.0) if n % 4 else Read()).answer)
 
         threads = [threading.Thread(target=ask) for _ in range(16)]
         for thread in threads:
@@ -843,7 +962,7 @@ def test_finishing_brings_the_strain_to_zero_without_waiting_for_the_clock(start
     writing = loop.submit(Write(3))
     clock.end = 0.3  # and again in the middle of the write, in tick 150
     until(lambda: clock.time >= 0.3)
-    assert not writing.done()
+    assert not writing.answer.done()
     assert abs(element.actuator.strain) > 0.01
     loop.finish()
     assert result(writing).error == 'aborted: the device is shut down'
@@ -883,7 +1002,7 @@ def test_a_newer_acceleration_replaces_a_pending_one(start):
     asked = [SetStrain(0.01), *(Disturb(1e-6 * n) for n in range(1000))]
     answers = [loop.submit(command) for command in asked]
     with pytest.raises(Refused, match='acceleration must be'):
-        loop.submit(Disturb(math.nan)).result(0.0)
-    assert all(answer.result(0.0) is None for answer in answers[1:-1])
+        loop.submit(Disturb(math.nan)).answer.result(0.0)
+    assert all(request.answer.result(0.0) is None for request in answers[1:-1])
     loop.single_tick().result(PATIENCE)
     assert [command for _, command in stamped] == [asked[0], asked[-1]]

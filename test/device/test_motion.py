@@ -92,6 +92,6 @@ def test_two_half_steps_leave_an_oscillator_of_their_period_at_rest():
 def test_an_actuator_makes_a_move_in_two_half_steps_in_the_same_time():
     actuator = Actuator(ActuatorSettings(max_rate=1.0))
     actuator.ramp_to(PEAK, 40.0, 6.7)
-    assert actuator.left == pytest.approx(40.0)
+    assert actuator.remaining == pytest.approx(40.0)
     actuator.ramp_to(0.0, 5.0, 6.7)  # too short for it
-    assert actuator.left == 5.0
+    assert actuator.remaining == 5.0

@@ -7,7 +7,7 @@ import itertools
 
 import pytest
 
-from mlmem_ros.analysis.bare import moved
+from mlmem_ros.checks.bare import moved
 from mlmem_ros.device import PRESETS, preset
 from mlmem_ros.device.moves import (
     How,
@@ -97,6 +97,23 @@ def test_strokes_begin_at_their_lowest_level_and_end_at_existing_levels():
     assert found == {1: [], 2: [], 3: [5, 1], 7: [5]}
 
 
+def test_a_move_is_not_used_from_levels_that_are_barred():
+    """Without its throw a write erases, which listens; a stroke is left out."""
+    design, settings = preset('case_2')
+    assert ways(design, settings, 7, 0) == [How.ERASE, How.LAUNCH]
+    plain = dataclasses.replace(settings, throw=dataclasses.replace(settings.throw, not_from=''))
+    assert ways(design, plain, 7, 0) == [How.THROW, How.LAUNCH]
+    barred = dataclasses.replace(settings.down_odd, not_from='3 7')
+    settings = dataclasses.replace(settings, down_odd=barred)
+    assert [strokes(settings, start) for start in (3, 5, 7)] == [[5], [7, 4], []]
+
+
+@pytest.mark.parametrize('text', ['1, 7', '-1', '1.5', 'all', '9' * 6])
+def test_barred_levels_are_whole_numbers(text):
+    with pytest.raises(SettingsError, match=r'not_from must be levels separated by spaces'):
+        StrokeSettings(not_from=text)
+
+
 def test_a_peak_beyond_the_actuator_is_refused():
     with pytest.raises(SettingsError, match=r'throw.peak must be within actuator.max_strain'):
         dataclasses.replace(preset('case_2').settings, throw=preset_throw(0.2))
@@ -113,8 +130,8 @@ def test_every_stroke_and_every_throw_of_the_presets_ends_where_it_should(name):
     for level in range(0, design.levels, 1 if design.levels <= 16 else 3):
         for move in moves_from(design, settings, level):
             if move.how in (How.STROKE, How.THROW):
-                left = moved(design, cycle_of(design, settings, move), level, dt=1.0)
-                assert left == move.target
+                after = moved(design, cycle_of(design, settings, move), level, dt=1.0)
+                assert after == move.target
 
 
 def test_a_throw_leaves_a_blank_element_blank():

@@ -87,14 +87,16 @@ def test_the_attempts_of_a_called_procedure_do_not_count():
     assert progress.attempts == 1
 
 
-def test_a_procedure_belongs_to_exactly_one_command(written):
+def test_a_procedure_runs_until_it_has_an_outcome(written):
     element = written(0)
-    mine, equal = Read(), Read()
-    element.apply(mine)
+    mine = element.apply(Read())
     assert element.runs(mine)
-    assert not element.runs(equal)
-    element.apply(Abort())
+    assert mine.outcome is None
+    aborting = element.apply(Abort())
     assert not element.runs(mine)
+    assert mine.outcome.error == 'aborted'
+    assert element.runs(aborting)
+    assert not element.runs(None)
 
 
 def test_feedback_changes_no_bit(written):

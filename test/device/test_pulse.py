@@ -76,10 +76,10 @@ def test_the_pulse_is_enforced_at_the_end_of_the_real_chain(end, omega_c, rest):
     heard = []
     for tick in range(1, 5):  # to 80 of 96 time units
         element.advance()
-        heard.append(element.transducer.recent[row, -80:])
+        heard.append(element.transducer.recent[row, -element.steps_per_tick :])
         velocity = element.chain.velocity[cell]
         assert velocity == pytest.approx(derivative(pulse, np.array([20.0 * tick]))[0], abs=1e-10)
-    t = np.arange(1, 321) * 0.25
+    t = np.arange(1, 4 * element.steps_per_tick + 1) * element.driver.dt
     np.testing.assert_allclose(np.concatenate(heard) - rest_here, printed(t, omega_c), atol=1e-14)
 
 
@@ -91,8 +91,8 @@ def test_the_end_is_free_after_the_pulse(end, omega_c, rest):
     rest_here = element.transducer.rest(end)
     element.transducer.fire(end)
     rig.ticks(element, 5)
-    v = element.transducer.recent[row, -80:] - rest_here
-    t = 80.0 + np.arange(1, 81) * 0.25
+    v = element.transducer.recent[row, -element.steps_per_tick :] - rest_here
+    t = 80.0 + np.arange(1, element.steps_per_tick + 1) * element.driver.dt
     held = t <= 96.0
     np.testing.assert_allclose(v[held], printed(t, omega_c)[held], atol=1e-14)
     # it would be within 0.01 exp(-18) = 1.5e-10 of rest if it were still held
@@ -118,14 +118,15 @@ def test_the_cell_is_moved_at_constant_speed_and_let_go(end):
     row, cell = (0, 0) if end == 'left' else (1, -1)
     element.transducer.move(end, 0.0, speed=0.05)
     start = element.design.D_s1
-    element.advance()  # of -start / 0.05 = 19.96 time units, that is 79.8 steps
-    t = np.arange(1, 81) * 0.25
-    v = element.transducer.recent[row, -80:]
-    np.testing.assert_allclose(v[:79], start + 0.05 * t[:79], atol=1e-14)
+    samples = element.steps_per_tick
+    element.advance()  # of -start / 0.05 = 19.96 time units: all steps of a tick but the last
+    t = np.arange(1, samples + 1) * element.driver.dt
+    v = element.transducer.recent[row, -samples:]
+    np.testing.assert_allclose(v[:-1], start + 0.05 * t[:-1], atol=1e-14)
     assert not element.transducer.driving
     element.advance()
-    later = element.transducer.recent[row, -80:]
-    assert np.abs(later - v[79]).max() > 1e-3, 'it is still held'
+    later = element.transducer.recent[row, -samples:]
+    assert np.abs(later - v[-1]).max() > 1e-3, 'it is still held'
     assert abs(element.chain.velocity[cell]) > 1e-6
 
 

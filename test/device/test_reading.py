@@ -9,36 +9,54 @@ import re
 import numpy as np
 import pytest
 
-from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable
-from mlmem_ros.device.echo import Echo
+from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
+from mlmem_ros.device.echo import Echo, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.reading import decode, phase_of
-from mlmem_ros.device.settings import ProbeSettings, ReadSettings
+from mlmem_ros.device.settings import ReadSettings
 from mlmem_ros.physics import CASE_II
 
 CALIBRATION = Calibration(
-    DelayTable(tuple(100.0 * (level + 1) for level in range(8))),
-    DelayTable(tuple(500.0 - 50.0 * level for level in range(8)), blank=600.0),
+    DelayTable(tuple(200.0 + 100.0 * level for level in range(8))),
+    DelayTable(tuple(630.0 - 70.0 * level for level in range(8)), blank=780.0),
 )
+"""Nearly those of Case II: levels are 110 apart at the left, and 67 at the right."""
 
 STORED, EMPTY = (1, 0), (0, 0)
 """Phases of the left and right end with a wall between them, and of a blank element."""
 
+PROBES = {end: end.probe(Settings()) for end in End}
 
-def echo(delay, end=End.LEFT, margin=3.0):
+
+def echo(delay, end=End.LEFT, margin=3.0, **values):
     nothing = np.zeros(0)
-    return Echo(end, ProbeSettings(), nothing, nothing, nothing, delay, margin)
+    return Echo(end, PROBES[end], nothing, nothing, nothing, delay, margin, **values)
 
 
 def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **settings):
+    """Decode an echo at one end alone."""
     calibration = dataclasses.replace(CALIBRATION, right=right)
-    return decode(CASE_II, ReadSettings(**settings), calibration, echo(delay, end), phases)
+    echoes = {end: echo(delay, end)}
+    return decode(CASE_II, ReadSettings(**settings), calibration, echoes, phases)
+
+
+def both(left, right, names='left', calibration=CALIBRATION, end='', **settings):
+    """Decode echoes at both ends, given as delays or as they are."""
+    echoes = {
+        each: given if isinstance(given, Echo) else echo(given, each)
+        for each, given in zip(End, (left, right), strict=True)
+    }
+    chosen = ReadSettings(end=names, **settings)
+    return decode(CASE_II, chosen, calibration, echoes, STORED, end)
+
+
+# --- one end ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize('level', range(8))
 @pytest.mark.parametrize('end', list(End))
 def test_a_calibrated_delay_is_its_level(level, end):
-    delay = 100.0 * (level + 1) if end == 'left' else 500.0 - 50.0 * level
+    delay = 200.0 + 100.0 * level if end == 'left' else 630.0 - 70.0 * level
     reading = decoded(delay, end)
     assert (reading.level, reading.code) == (level, f'{level:03b}')
     assert (reading.end, reading.delay, reading.reason) == (end, delay, '')
@@ -49,19 +67,24 @@ def test_a_calibrated_delay_is_its_level(level, end):
 
 @pytest.mark.parametrize(
     ('delay', 'level', 'margin', 'distance'),
-    [(120.0, 0, 0.6, 29.0), (180.0, 1, 0.6, 44.0), (239.0, 1, 0.22, 58.75), (70.0, 0, 0.4, 24.0)],
+    [
+        (220.0, 0, 0.6, 29.0),
+        (280.0, 1, 0.6, 44.0),
+        (339.0, 1, 0.22, 58.75),
+        (170.0, 0, 0.4, 24.0),
+    ],
 )
 def test_a_delay_near_a_level_is_that_level_with_a_margin(delay, level, margin, distance):
     """25 cells are 100 time units here, so the distance goes with the delay: 24 + 0.25 x 20."""
-    reading = decoded(delay)
+    reading = decoded(delay, min_margin=0.2)
     assert reading.level == level
     assert reading.level_margin == pytest.approx(margin)
     assert reading.distance == pytest.approx(distance)
 
 
-@pytest.mark.parametrize('delay', [150.0, 159.0, 141.0, 55.0, 0.0, 845.0, 2000.0])
+@pytest.mark.parametrize('delay', [250.0, 274.0, 226.0, 174.0, 926.0, 2000.0])
 def test_a_delay_between_two_levels_is_undecodable(delay):
-    """At 41 of 100 the margin is 0.18 < 0.2."""
+    """At 26 of 100 the margin is 0.48 < 0.5."""
     reading = decoded(delay)
     assert reading.level == UNDECODABLE
     assert 'lies between levels' in reading.reason
@@ -69,22 +92,39 @@ def test_a_delay_between_two_levels_is_undecodable(delay):
     assert (reading.code, reading.delay, reading.distance) == ('', delay, math.inf)
 
 
+def test_the_place_of_what_answers_between_levels_is_reported():
+    """At 250 half-way from cell 25 to 50, and at 595 from the right half-way from 50 to 25."""
+    assert decoded(250.0).reason.endswith('what answers is near cell 38')
+    assert decoded(595.0, End.RIGHT).reason.endswith('what answers is near cell 38')
+
+
 def test_the_least_margin_is_a_setting():
-    assert decoded(141.0, min_margin=0.15).level == 0
-    assert decoded(120.0, min_margin=0.7).level == UNDECODABLE
+    assert decoded(241.0, min_margin=0.15).level == 0
+    assert decoded(220.0, min_margin=0.7).level == UNDECODABLE
+
+
+def test_what_is_heard_when_listening_begins_is_no_level():
+    """The window is clear of the pulse at 108.0; a level is that near only by its own delay."""
+    assert 'and no level is so near' in decoded(108.5, min_margin=0.0).reason
+    near = dataclasses.replace(CALIBRATION, left=DelayTable((108.5, *range(300, 1000, 100))))
+    for delay, level in ((108.5, 0), (108.0, UNDECODABLE)):
+        echoes = {End.LEFT: echo(delay)}
+        assert decode(CASE_II, ReadSettings(), near, echoes, STORED).level == level
 
 
 def test_blank_is_an_answer():
-    reading = decoded(595.0, End.RIGHT, EMPTY)
+    reading = decoded(775.0, End.RIGHT, EMPTY)
     assert (reading.level, reading.code, reading.reason) == (BLANK, '', '')
-    assert reading.level_margin == pytest.approx(1.0 - 2.0 * 5.0 / 150.0)  # not level 0 beside it
+    assert reading.level_margin == pytest.approx(
+        1.0 - 2.0 * 5.0 / 220.0
+    )  # level 0 beside it is none
     assert reading.distance == math.inf
 
 
 def test_the_phase_of_the_left_end_distinguishes_equal_echoes():
     """Blank and level 0 are the farthest from the right: no wall is blank, no kink at level 0."""
-    alike = dataclasses.replace(CALIBRATION.right, blank=503.0)
-    for delay in (498.0, 502.0, 504.0):
+    alike = dataclasses.replace(CALIBRATION.right, blank=633.0)
+    for delay in (628.0, 632.0, 634.0):
         assert decoded(delay, End.RIGHT, STORED, right=alike).level == 0
         assert decoded(delay, End.RIGHT, EMPTY, right=alike).level == BLANK
 
@@ -94,14 +134,14 @@ def test_the_phase_of_the_left_end_distinguishes_equal_echoes():
     [
         (None, End.LEFT, STORED, 'no echo came back'),
         (None, End.RIGHT, EMPTY, 'no echo came back'),
-        (1000.0, End.LEFT, (1, 1), 'the right end is active: the wall has left the element'),
-        (300.0, End.LEFT, (1, 1), 'the left one hears a wall at level 2: there are two walls'),
+        (1100.0, End.LEFT, (1, 1), 'the right end is active: the wall has left the element'),
+        (400.0, End.LEFT, (1, 1), 'the left one hears a wall at level 2: there are two walls'),
         (None, End.RIGHT, (0, 1), 'the right end is active: the wall has left the element'),
-        (300.0, End.LEFT, (None, 0), 'the left end rests in neither phase'),
-        (300.0, End.LEFT, (1, None), 'the right end rests in neither phase'),
-        (300.0, End.LEFT, EMPTY, 'the left end is inactive and hears nothing: probe the right'),
-        (350.0, End.RIGHT, EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
-        (600.0, End.RIGHT, STORED, 'the delay 600.00 lies between levels'),
+        (400.0, End.LEFT, (None, 0), 'the left end rests in neither phase'),
+        (400.0, End.LEFT, (1, None), 'the right end rests in neither phase'),
+        (400.0, End.LEFT, EMPTY, 'the left end is inactive and hears nothing: probe the right'),
+        (420.0, End.RIGHT, EMPTY, 'the left end is inactive, but .* is that of a wall at level 3'),
+        (780.0, End.RIGHT, STORED, 'the delay 780.00 at the right end lies between levels'),
     ],
 )
 def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
@@ -110,6 +150,236 @@ def test_inconsistent_observations_are_undecodable(delay, end, phases, reason):
     assert reading.level_margin == 0.0
     assert reading.distance == math.inf
     assert re.search(reason, reading.reason)
+
+
+# --- both ends --------------------------------------------------------------------------------
+
+NAMES = pytest.mark.parametrize('names', ['left', 'right', 'both'])
+"""The end in the settings; both are listened to, and with `both` the left names the level."""
+
+
+@NAMES
+@pytest.mark.parametrize('level', range(8))
+def test_a_level_that_both_ends_hear_is_read(names, level):
+    delays = 200.0 + 100.0 * level, 630.0 - 70.0 * level
+    reading = both(*delays, names)
+    assert (reading.level, reading.code, reading.walls) == (level, f'{level:03b}', 1)
+    assert (reading.left_delay, reading.right_delay) == delays
+    assert (reading.end, reading.delay) == (names, delays[names == 'right'])
+    assert (reading.level_margin, reading.threshold_margin, reading.reason) == (1.0, 3.0, '')
+
+
+@NAMES
+@pytest.mark.parametrize('end', ['left', 'right', 'both'])
+def test_another_end_may_be_asked_for(names, end):
+    """Only whose delay and distance are reported changes."""
+    reading = both(510.0, 421.0, names, end=end)
+    assert (reading.level, reading.end) == (3, end)
+    assert reading.delay == (421.0 if end == 'right' else 510.0)
+    assert reading.distance == pytest.approx(125.0 + 25 / 70 if end == 'right' else 101.5)
+    own = both(510.0, 421.0, names)
+    same = {'end': '', 'delay': 0.0, 'distance': 0.0}
+    assert dataclasses.replace(reading, **same) == dataclasses.replace(own, **same)
+
+
+def test_the_lesser_margins_count():
+    """10 of 50 off at the left, and 14 of 35 at the right."""
+    reading = both(echo(510.0, margin=2.5), echo(434.0, End.RIGHT))
+    assert reading.level == 3
+    assert reading.level_margin == pytest.approx(0.6)
+    assert (reading.threshold_margin, reading.confidence) == (2.5, pytest.approx(0.6))
+
+
+@pytest.mark.parametrize('off', [-28.5, 28.5, 100.0])
+def test_a_level_that_the_other_end_does_not_hear_is_undecodable(off):
+    """28 off at the right is a margin of 0.2: far from an end an echo is drawn out."""
+    reading = both(500.0, 420.0 + off)
+    assert (reading.level, reading.code, reading.distance) == (UNDECODABLE, '', math.inf)
+    assert 'the left end hears a wall at level 3, near cell 100, and the right' in reading.reason
+
+
+@pytest.mark.parametrize('off', [-17.0, 17.0])
+def test_a_level_that_the_other_end_hears_nearly_is_read(off):
+    reading = both(500.0, 420.0 + off)
+    assert (reading.level, reading.walls) == (3, 1)
+    assert reading.level_margin == pytest.approx(1.0 - 17.0 / 35.0)
+
+
+@pytest.mark.parametrize('off', [-18.0, 18.0])
+def test_both_ends_must_hear_a_level_with_the_least_margin(off):
+    """A strong cell before a wall has both ends hear it towards the next level."""
+    reading = both(500.0, 420.0 + off)
+    assert reading.level == UNDECODABLE
+    assert reading.reason.endswith('near cell 100, and the right end one near cell 100')
+
+
+@NAMES
+def test_walls_that_are_heard_in_order_are_three(names):
+    """Each end hears its own, and neither can tell by itself: at 50 and 150 of 225."""
+    reading = both(300.0, 280.0, names)
+    assert (reading.level, reading.walls) == (UNDECODABLE, 3)
+    first, second = ('right', 'left') if names == 'right' else ('left', 'right')
+    cells = {'left': (1, 50), 'right': (5, 150)}
+    assert reading.reason == (
+        f'the {first} end hears a wall at level {cells[first][0]}, near cell {cells[first][1]}, '
+        f'and the {second} end one near cell {cells[second][1]}: something else answers at one of '
+        'them, or there are three walls, or more'
+    )
+
+
+def test_impossible_places_are_undecodable():
+    """The first wall from the left cannot lie beyond the first from the right."""
+    reading = both(600.0, 420.0)
+    assert (reading.level, reading.walls) == (UNDECODABLE, None)
+    assert 'near cell 125, and the right end one near cell 100' in reading.reason
+
+
+@pytest.mark.parametrize(
+    ('left', 'right', 'reason'),
+    [
+        (None, 420.0, 'no echo came back'),
+        (500.0, None, 'level 3 is not confirmed: no echo came back'),
+        (550.0, 420.0, 'lies between levels'),
+    ],
+)
+def test_the_end_that_does_not_hear_a_level_is_given_as_the_reason(left, right, reason):
+    reading = both(left, right)
+    assert reading.level == UNDECODABLE
+    assert reason in reading.reason
+    assert (reading.left_delay, reading.right_delay) == (left, right)
+
+
+def test_two_levels_near_the_other_end_may_have_the_same_delay():
+    """As in elements with nine cells between levels: the end that names them tells them apart.
+
+    A delay is compared with the spacing about the level, 100; that of the two is 3.
+    """
+    left = DelayTable((200.0, 203.0, *(300.0 + 100.0 * n for n in range(6))))
+    near = dataclasses.replace(CALIBRATION, left=left)
+    for level, heard in ((0, 200.0), (1, 203.0), (0, 203.0), (1, 200.0)):
+        reading = both(heard, 630.0 - 70.0 * level, 'right', near)
+        assert reading.level == level
+        assert reading.level_margin > 0.9
+    assert both(200.0, 630.0 - 8.0, 'right', near).level == 0  # a margin of 0.77
+    unclear = both(200.0, 630.0 - 10.0, 'right', near)
+    assert unclear.level == UNDECODABLE
+    assert 'the left end cannot tell it from the next' in unclear.reason
+    assert both(400.0, 630.0 - 70.0 * 3 - 10.0, 'right', near).level == 3  # it can
+
+
+def bumps(early, late):
+    """An echo in two bumps, at 400 and 500, of heights in thresholds; they are 2 wide."""
+    t = np.arange(1.0, 1000.0)
+    height = np.where(np.abs(t - 400.0) < 2.0, early, np.where(np.abs(t - 500.0) < 2.0, late, 0.0))
+    v_c = height * threshold(PROBES[End.LEFT], t)
+    delay = float(t[np.argmax(height > 1.0)])
+    return dataclasses.replace(echo(delay), t=t, v_m=v_c, v_c=v_c)
+
+
+@pytest.mark.parametrize(
+    ('early', 'late', 'levels'),
+    [
+        (0.5, 2.0, {3}),
+        (0.9, 2.0, {3}),
+        (1.1, 2.0, {2, 3}),  # either, 20 % louder or more: the other end says which
+        (1.5, 2.0, {2}),
+    ],
+)
+def test_a_bump_that_just_reaches_the_threshold_confirms_with_it_or_without(early, late, levels):
+    """Level 2 has one bump at 400; level 3 one of 0.9 thresholds there, and then one at 500.
+
+    Of the crossings of 0.8, 1 and 1.25 thresholds two must agree.
+    """
+    shapes = [(delay, delay, 3.0) for delay in CALIBRATION.left.delays]
+    shapes[3] = (400.0, 500.0, 3.0)
+    bumpy = dataclasses.replace(CALIBRATION.left, shapes=tuple(shapes))
+    calibration = dataclasses.replace(CALIBRATION, left=bumpy)
+    heard = bumps(early, late)
+    confirmed = {
+        level
+        for level in (2, 3)
+        if both(heard, 630.0 - 70.0 * level, 'right', calibration).level >= 0
+    }
+    assert confirmed == levels
+
+
+@pytest.mark.parametrize('end', list(End))
+def test_an_echo_much_louder_than_calibrated_is_not_that_of_the_wall_alone(end):
+    """The echoes of the tests are 3 thresholds loud; noise makes any louder."""
+    table = CALIBRATION.table(end)
+    for loud, floor, level in ((2.5, 0.0, 3), (2.3, 0.0, UNDECODABLE), (2.3, 1e-6, 3)):
+        known = dataclasses.replace(table, shapes=((None, None, loud),) * 8)
+        calibration = dataclasses.replace(CALIBRATION, **{end.value: known})
+        reading = both(
+            echo(500.0, floor=floor), echo(420.0, End.RIGHT, floor=floor), 'left', calibration
+        )
+        assert reading.level == level
+        told = f'the {end} end hears an echo 1.30 times as loud as that of level 3'
+        assert (told in reading.reason) == (level == UNDECODABLE)
+
+
+def test_an_echo_that_begins_before_listening_confirms_only_a_level_that_near():
+    """Then its delay says no more than that: here the wall is within 24 cells of the left end."""
+    left = DelayTable((108.5, *(300.0 + 100.0 * n for n in range(7))))
+    near = dataclasses.replace(CALIBRATION, left=left)
+    for level in (0, 1):
+        reading = both(108.0, 630.0 - 70.0 * level, 'right', near)
+        assert reading.level == (0 if level == 0 else UNDECODABLE)
+
+
+@pytest.mark.parametrize('end', list(End))
+@pytest.mark.parametrize(
+    ('values', 'reason'),
+    [
+        ({'floor': 1e-3}, 'hides when the echo began'),
+        ({'spoiled': True, 'shaken': True}, 'the base began to shake while the {} end listened'),
+    ],
+)
+def test_a_doubtful_echo_at_either_end_is_undecodable(end, values, reason):
+    """A floor of 1e-3 raises both thresholds, 1.6e-4 and 7e-4, more than 1.4 times."""
+    heard = [
+        echo(delay, each, **(values if each is end else {}))
+        for each, delay in zip(End, (500.0, 420.0), strict=True)
+    ]
+    reading = both(*heard)
+    assert reading.level == UNDECODABLE
+    assert reason.format(end) in reading.reason
+
+
+def test_a_shaken_echo_needs_more_margin():
+    """15 of 50 off is a margin of 0.7, less than 0.8."""
+    shaken = echo(515.0, shaken=True), echo(420.0, End.RIGHT, shaken=True)
+    assert both(*shaken, shaken_margin=0.8).level == UNDECODABLE
+    assert both(*shaken, shaken_margin=0.6).level == 3
+    assert both(515.0, 420.0, shaken_margin=0.8).level == 3
+
+
+# --- confidence -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ('level_margin', 'threshold_margin', 'confidence'),
+    [
+        (1.0, 4.0, 0.75),  # three quarters of the echo may be lost
+        (0.3, 4.0, 0.3),  # the delay may shift by 0.3 of the way to half-way
+        (1.0, 2.0, 0.5),
+        (1.0, 1.0, 0.0),
+        (0.9, 0.5, 0.0),
+        (-0.1, 4.0, 0.0),
+    ],
+)
+def test_confidence_is_the_loss_that_leaves_the_answer_unchanged(
+    level_margin, threshold_margin, confidence
+):
+    reading = Reading(3, '011', 'left', 300.0, level_margin, threshold_margin, 99.0)
+    assert reading.confidence == pytest.approx(confidence)
+
+
+def test_confidence_is_zero_if_nothing_is_decoded():
+    assert Reading(UNDECODABLE, '', 'left', None, 0.9, 4.0, math.inf).confidence == 0.0
+
+
+# --- phases -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 """The transducers: what they hold, when they release it, and what counts as rest."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -14,10 +15,14 @@ from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.device.settings import ProbeSettings, Settings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer, upper_edge
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell
 from mlmem_ros.physics.dispersion import band
 
 from . import rig
+
+XI, CHI = 0.1786178958448091, -0.06626458266981849
+STAGES = np.array([XI + CHI, XI, 1.0 - XI, 1.0 - XI - CHI, 1.0])
+"""When the stages of a step of the fourth-order method end, in order of time."""
 
 
 def test_the_ends_are_sites_1_and_N():
@@ -30,41 +35,41 @@ def test_a_new_device_assumes_that_its_ends_rest():
         assert element.transducer.rest(end) == pytest.approx(element.design.D_s1, abs=1e-14)
         assert element.transducer.unrest(end) < 1e-14
     assert not element.transducer.driving
-    assert element.transducer.detector is None
+    assert not element.transducer.detectors
 
 
-@pytest.mark.parametrize('piece', [1, 7, 80, 384, 1000])
+@pytest.mark.parametrize('piece', [1, 7, 80, 192, 1000])
 def test_the_drive_does_not_depend_on_the_division_of_time(piece):
-    """Sub-steps end at p dt = 0.135 and dt = 0.25; the pulse holds all of them up to 96."""
+    """The stages of a step of 0.5 end at five times; the pulse holds all of them up to 96."""
     transducer = rig.device(level=0).transducer
     transducer.fire(End.LEFT)
     pieces = []
     for _ in range(0, 1000, piece):
-        drive = transducer.drive(piece)
-        if drive is not None:
-            assert isinstance(drive, Drive)
-            assert drive.site == 1
-            pieces.append(drive.motion)
+        held_cell = transducer.held_cell(piece)
+        if held_cell is not None:
+            assert isinstance(held_cell, HeldCell)
+            assert held_cell.site == 1
+            pieces.append(held_cell.motion)
     motion = np.concatenate(pieces, axis=1)
-    t = np.sort(np.concatenate((np.arange(384) * 0.25 + 0.54 * 0.25, np.arange(1, 385) * 0.25)))
+    t = 0.5 * np.sort((np.arange(192)[:, None] + STAGES).ravel())
     expected = Pulse(transducer.rest(End.LEFT), transducer.probes[End.LEFT]).at(t)
-    assert motion.shape == expected.shape == (2, 768)
+    assert motion.shape == expected.shape == (2, 960)
     np.testing.assert_allclose(motion, expected, atol=1e-15)  # rounding of the times
     assert not transducer.driving
 
 
 def test_a_move_may_end_within_a_step():
-    """The sub-step after 10.0 ends at 10.0 + 0.54 x 0.25 = 10.135: within 10.15, not 10.1."""
+    """The first stages after 10.0 end at 10.056 and 10.089: beyond 10.05, and within 10.07."""
     element = rig.device()
     start = element.design.D_s1
-    element.transducer.move(End.LEFT, start + 1.01, speed=0.1)
-    drive = element.transducer.drive(80)
-    assert drive.motion.shape == (2, 80)  # 40 whole steps to 10.0
-    assert drive.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
-    element.transducer.move(End.LEFT, start + 1.015, speed=0.1)
-    drive = element.transducer.drive(80)
-    assert drive.motion.shape == (2, 81)  # and the first half of the next, to 10.135
-    assert drive.motion[0, -1] == pytest.approx(start + 1.0135, abs=1e-14)
+    element.transducer.move(End.LEFT, start + 1.005, speed=0.1)
+    held_cell = element.transducer.held_cell(40)
+    assert held_cell.motion.shape == (2, 100)  # 20 whole steps to 10.0
+    assert held_cell.motion[0, -1] == pytest.approx(start + 1.0, abs=1e-14)
+    element.transducer.move(End.LEFT, start + 1.007, speed=0.1)
+    held_cell = element.transducer.held_cell(40)
+    assert held_cell.motion.shape == (2, 101)  # and the first stage of the next, to 10.056
+    assert held_cell.motion[0, -1] == pytest.approx(start + 1.0 + 0.05 * STAGES[0], abs=1e-14)
 
 
 def test_release_frees_the_cell_at_once_and_stops_listening():
@@ -73,22 +78,40 @@ def test_release_frees_the_cell_at_once_and_stops_listening():
     element.advance()
     element.transducer.release()
     assert not element.transducer.driving
-    assert element.transducer.drive(80) is None
-    assert element.transducer.detector is None
+    assert element.transducer.held_cell(80) is None
+    assert not element.transducer.detectors
     element.advance()  # nothing is fed to a detector that is gone
 
 
-def test_the_detector_gets_displacements_from_rest_from_the_first_step():
+def test_the_detector_hears_the_carrier_of_displacements_from_rest_from_the_first_step():
+    """The filter convolves the envelope, 8 wide, with a Gaussian of one period, 3 wide."""
     element = rig.device(level=5)
-    rest = element.transducer.rest(End.RIGHT)
-    detector = element.transducer.fire(End.RIGHT)
-    rig.ticks(element, 3)  # 60 time units: the pulse's 12 sigma
-    t = np.arange(1, 241) * 0.25
-    pulse = 0.01 * np.exp(-0.5 * ((t - 30.0) / 5.0) ** 2) * np.sin(0.7 * t)
-    v_m = detector.echo(End.RIGHT).v_m
-    assert len(v_m) == 240 - round(4 * np.pi / 0.7 / 0.25)  # half of four periods
-    np.testing.assert_allclose(v_m, np.abs(pulse)[: len(v_m)], atol=1e-14)
-    assert rest == pytest.approx(element.design.D_s1, abs=1e-3)
+    rest = element.transducer.rest(End.LEFT)
+    detector = element.transducer.fire(End.LEFT)
+    rig.ticks(element, 8)
+    v_m = detector.echo(End.LEFT).v_m
+    wide = math.hypot(8.0, 2.0 * math.pi / 2.1)
+    t = np.arange(1, 193) * 0.5
+    envelope = 0.01 * 8.0 / wide * np.exp(-0.5 * ((t - 48.0) / wide) ** 2)
+    pulse = np.abs(envelope * np.sin(2.1 * t))
+    np.testing.assert_allclose(v_m[:192], pulse, atol=2e-4)
+    assert rest == pytest.approx(element.design.D_s2, abs=1e-3)
+
+
+def test_both_ends_listen_at_once():
+    """Each to its own carrier, since its own pulse. What it knows ends four periods of the filter
+    and half a window of eight periods ago, or of four at the right: 29.9 and 53.9 time units.
+    """
+    element = rig.device(level=3)
+    left = element.transducer.fire(End.LEFT)
+    rig.ticks(element, 5)
+    right = element.transducer.fire(End.RIGHT)
+    assert element.transducer.detectors == {End.LEFT: left, End.RIGHT: right}
+    rig.ticks(element, 40)
+    assert left.time == pytest.approx(900.0 - 8.0 * 2.0 * math.pi / 2.1, abs=1.0)  # two samples
+    assert right.time == pytest.approx(800.0 - 6.0 * 2.0 * math.pi / 0.7, abs=1.0)
+    element.transducer.release()
+    assert not element.transducer.busy
 
 
 def test_the_rest_displacement_includes_the_strain():
@@ -104,15 +127,15 @@ def test_the_rest_displacement_includes_the_strain():
 
 
 def test_the_newest_samples_are_kept_and_judged():
-    """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 288 steps are kept."""
+    """Eight periods of the slower carrier, 16 pi / 0.7 = 71.8, so 144 steps are kept."""
     transducer = rig.device().transducer
-    assert transducer.recent.shape == (2, 288)
+    assert transducer.recent.shape == (2, 144)
     samples = np.random.default_rng(1).normal(size=(2, 700))
-    for piece in np.split(samples, [5, 85, 165, 600], axis=1):  # shorter and longer than 288
+    for piece in np.split(samples, [5, 85, 165, 600], axis=1):  # shorter and longer than 144
         transducer.record(piece)
-    np.testing.assert_array_equal(transducer.recent, samples[:, -288:])
+    np.testing.assert_array_equal(transducer.recent, samples[:, -144:])
     for row, end in enumerate(End):
-        kept = samples[row, -288:]
+        kept = samples[row, -144:]
         assert transducer.rest(end) == pytest.approx(kept.mean(), abs=1e-15)
         deviation = np.abs(kept - kept.mean()).mean()
         assert transducer.unrest(end) == pytest.approx(deviation, rel=1e-14)

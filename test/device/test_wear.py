@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from mlmem_ros.device import Abort, Erase, Read, SetStrain, Write, snapshot
+from mlmem_ros.device import Abort, Erase, Faults, Read, SetFaults, SetStrain, Write, snapshot
 from mlmem_ros.device.settings import WriteSettings
 
 from . import rig
@@ -113,15 +113,19 @@ def test_a_weak_strain_by_hand_does_not_move_the_wall(wait):
 
 
 def test_the_history_of_an_element_is_counted():
+    """A blank element is read from its right end, whichever is asked; not in loud noise."""
     element = rig.device(1, write=WriteSettings(tension=0.034))
     for command in (Write(2), Write(2), Read(), Read('left'), Write(1), Erase(), Read('left')):
         rig.run(element, command)
+    element.apply(SetFaults(Faults(sensor_noise=0.01)))  # as loud as the pulse
+    assert not rig.run(element, Read()).success
+    element.apply(SetFaults(Faults()))
     element.apply(Write(5))
     rig.ticks(element, 10)
     rig.run(element, Abort())
     counted = element.statistics
     assert (counted.writes, counted.first_try, counted.retries, counted.failures) == (3, 2, 1, 0)
-    assert (counted.reads, counted.undecodable) == (3, 1)  # blank, the left end is deaf
+    assert (counted.reads, counted.undecodable) == (4, 1)  # the last in noise
     assert (counted.erases, counted.aborted) == (1, 1)
     assert counted.level_writes == [0, 1, 2, 0, 0, 0, 0, 0]
     assert counted.cycles >= 2 + 2 + 1

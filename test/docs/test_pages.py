@@ -11,12 +11,20 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'docs' / 'testing.md',
-    ROOT / 'docs' / 'time_and_bits.md',
+    ROOT / 'docs' / 'sessions.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
 
 
-@pytest.mark.parametrize('path', PAGES, ids=lambda path: path.stem)
+SLOW = ('own_element',)
+"""Pages with a fit."""
+
+
+@pytest.mark.parametrize(
+    'path',
+    [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW)) for path in PAGES],
+    ids=lambda path: path.stem,
+)
 def test_a_page_works_as_printed(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Page(path).run()

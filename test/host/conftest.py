@@ -10,15 +10,20 @@ import pytest
 
 from mlmem_ros.device import Faults, Settings, factory, new_element
 from mlmem_ros.device.pacing import SteadyPacer
-from mlmem_ros.host import Host, Journal, SessionPlan
+from mlmem_ros.host import Host, SessionPlan, ThrottledLog
+from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import (
-    FileSettings,
     Parameters,
     PublishSettings,
     RecordSettings,
     StateSettings,
 )
 from mlmem_ros.physics import CASE_II
+
+
+@pytest.fixture(scope='module', autouse=True)
+def owned_devices(one_owner):
+    """See `one_owner`."""
 
 
 class Lines(list):
@@ -43,8 +48,8 @@ def log():
 
 
 @pytest.fixture
-def journal(log):
-    return Journal(log)
+def throttled(log):
+    return ThrottledLog(log)
 
 
 @pytest.fixture(scope='session')

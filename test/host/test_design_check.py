@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A design is checked before it is built, once in a process."""
 
-from mlmem_ros.analysis.checks import Finding, Report, Verdict
+from mlmem_ros import checks
+from mlmem_ros.checks import Finding, Report, Verdict
 from mlmem_ros.device import Settings
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.host import design_check
@@ -10,7 +11,7 @@ from mlmem_ros.host.design_check import check_design
 from mlmem_ros.physics import CASE_I, CASE_II
 
 
-def test_a_design_is_checked_only_once(monkeypatch, journal, log):
+def test_a_design_is_checked_only_once(monkeypatch, throttled, log):
     found = Finding('carrier_left', {}, '', Verdict.WARN, 'close to the edge of its band', '')
     checked = []
 
@@ -18,11 +19,11 @@ def test_a_design_is_checked_only_once(monkeypatch, journal, log):
         checked.append(settings)
         return Report((found,))
 
-    monkeypatch.setattr(design_check, 'check', check)
+    monkeypatch.setattr(checks, 'check', check)
     monkeypatch.setattr(design_check, '_path', lambda: None)
     one, other = (Settings(scale=ScaleSettings(time=time)) for time in (0.123, 0.124))
     for settings in (one, one, other, one):
-        check_design(CASE_II, settings, 'refuse', journal)
+        check_design(CASE_II, settings, 'refuse', throttled)
     assert checked == [one, other]
     assert len(log.of('warning')) == 4  # its findings are logged each time
 
@@ -45,7 +46,7 @@ def test_findings_are_kept_for_the_next_process(monkeypatch, tmp_path):
         assert (name, verdict, text) == ('carrier', 'warn', 'text')
         return len(checked) > before
 
-    monkeypatch.setattr(design_check, 'check', check)
+    monkeypatch.setattr(checks, 'check', check)
     monkeypatch.setattr(design_check, '_path', lambda: path)
     assert [asked_anew(design) for design in (CASE_II, CASE_II, CASE_I)] == [True, False, True]
     with monkeypatch.context() as changed:

@@ -15,8 +15,8 @@ import time
 import pytest
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot, state_file
-from mlmem_ros.host import Overdue, State
+from mlmem_ros.device import Faults, Read, Refused, SetStrain, Write, snapshot
+from mlmem_ros.host import Overdue, State, state_file
 from mlmem_ros.host import recording as recording_module
 from mlmem_ros.host import worker as worker_module
 from mlmem_ros.host.settings import RecordSettings, StateSettings
@@ -52,11 +52,45 @@ def hung(monkeypatch):
 
 def test_a_write_is_on_the_disk_before_it_is_answered(serve, file, kept):
     host = serve(**kept).activate()
-    outcome = host.submit(Write(0)).result(SOON)
+    outcome = host.submit(Write(0)).answer.result(SOON)
     assert outcome.success
     saved = state_file.load(file)
     assert saved['reading']['level'] == 0
     assert saved['statistics']['writes'] == 1
+
+
+def test_the_loops_thread_takes_the_state_however_slow_the_caller(serve, file, kept, monkeypatch):
+    """Before the caller goes on, the write has ended: its outcome is saved all the same."""
+    take, takers = snapshot.take, []
+
+    def watched(element):
+        takers.append(threading.current_thread().name)
+        return take(element)
+
+    monkeypatch.setattr(snapshot, 'take', watched)
+    host = serve(**kept).activate()
+    request = host.submit(Write(0))
+    while not request.answer.done():
+        host.on_timer()
+    told = []
+    request.answer.add_done_callback(lambda done: told.append(done.result().success))
+    assert told == [True]
+    assert takers == ['mlmem-loop']
+    assert state_file.load(file)['reading']['level'] == 0
+
+
+def test_a_write_is_saved_before_the_next_command_takes_effect(serve, file, kept):
+    """Though five have arrived meanwhile."""
+    host = serve(**kept).activate()
+    host.pause(True).result(SOON)
+    write = host.submit(Write(0))
+    host.step().result(SOON)
+    for _ in range(5):
+        host.submit(SetStrain(0.0))
+    host.pause(False)
+    outcome = write.answer.result(SOON)
+    assert outcome.success
+    assert state_file.load(file)['ticks'] == outcome.end_tick + 1
 
 
 def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
@@ -65,35 +99,55 @@ def test_a_write_that_cannot_be_saved_fails(serve, file, kept, monkeypatch):
 
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save', full)
-    outcome = host.submit(Write(0)).result(SOON)
+    outcome = host.submit(Write(0)).answer.result(SOON)
     assert not outcome.success
     assert outcome.reading.level == 0
     assert outcome.error.startswith('write succeeded, but is not saved: the state cannot be saved')
-    assert host.submit(Read()).result(SOON).success  # a read changes nothing that has to be saved
+    assert host.submit(Read()).answer.result(SOON).success  # a read saves nothing
 
 
 def test_a_write_whose_disk_hangs_is_answered(serve, kept, monkeypatch, hung):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
-    answer = host.submit(Write(0))
+    answer = host.submit(Write(0)).answer
     while not answer.done():
-        host.tend()
+        host.on_timer()
     assert 'the disk does not answer' in answer.result().error
-    assert host.submit(Read()).result(SOON).success
+    assert host.submit(Read()).answer.result(SOON).success
 
 
 def test_a_node_that_ends_with_a_hung_disk_says_what_is_lost(serve, kept, monkeypatch, hung, log):
     host = serve(**kept).activate()
     monkeypatch.setattr(state_file, 'save', lambda *_: hung.wait())
     host.close()
-    assert host.lost == 1
+    assert host.lost
     assert any('the disk does not answer' in text for text in log.of('error'))
+
+
+def test_a_later_save_makes_good_what_one_could_not(serve, file, kept, monkeypatch):
+    """The exit status tells of the content as it is."""
+
+    def full(path, taken):
+        raise StateError('the state cannot be saved: No space left on device')
+
+    service = serve(**kept)
+    host = service.activate()
+    assert host.submit(Write(0)).answer.result(SOON).success
+    with monkeypatch.context() as patch:
+        patch.setattr(state_file, 'save', full)
+        host.deactivate()
+    assert host.lost
+    host.release()
+    service.activate()
+    host.close()
+    assert not host.lost
+    assert state_file.load(file)['reading']['level'] == 0
 
 
 def test_a_command_is_refused_with_a_state_file_too(serve, kept):
     host = serve(**kept).activate()
     with pytest.raises(Refused, match='level must be'):
-        host.submit(Write(8)).result(SOON)
+        host.submit(Write(8)).answer.result(SOON)
     assert host.refused == 1
 
 
@@ -102,9 +156,9 @@ def test_a_second_element_on_the_same_file_is_refused_by_the_name_of_the_first(s
     host = first.activate()
     with pytest.raises(StateError, match=r'element\.json is in use by /mlmem \(process \d+\)'):
         second.activate()
-    assert host.submit(Write(0)).result(SOON).success
+    assert host.submit(Write(0)).answer.result(SOON).success
     host.close()
-    assert second.activate().submit(Read()).result(SOON).reading.level == 0
+    assert second.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
 # --- a device that fails ----------------------------------------------------------------------
@@ -118,18 +172,20 @@ def poison(host):
 def test_a_device_that_fails_is_released_and_its_state_file_is_kept(serve, kept, file, log):
     service = serve(**kept)
     host = service.activate()
-    assert host.submit(Write(0)).result(SOON).success
+    assert host.submit(Write(0)).answer.result(SOON).success
     before = state_file.load(file)
     poison(host)
     assert service.failed.wait(SOON)
     with pytest.raises(Refused, match='the device has stopped'):
-        host.submit(Read()).result(SOON)
+        host.submit(Read()).answer.result(SOON)
     host.fail()
     assert host.element is None
     assert host.loop is None
+    with pytest.raises(Refused, match=r'^inactive: the device has stopped: .*; conf'):
+        host.submit(Read()).answer.result(SOON)
     assert state_file.load(file)['reading'] == before['reading']
     assert any('configure and activate to go on' in text for text in log.of('error'))
-    assert service.activate().submit(Read()).result(SOON).reading.level == 0
+    assert service.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
 class Clock:
@@ -151,8 +207,8 @@ def failed(serve, log):
     """An element in service whose loop has failed after a write; it has no state file."""
     service, clock = serve(), Clock()
     host = service.activate(clock)
-    assert host.submit(Write(0)).result(SOON).success
-    assert host.submit(SetStrain(0.01)).result(SOON) is None
+    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
     clock.gone = True
     assert service.failed.wait(SOON)
     element = host.element
@@ -163,7 +219,7 @@ def failed(serve, log):
 
 
 def test_a_loop_that_fails_keeps_the_content_of_a_healthy_device(failed):
-    assert failed.activate().submit(Read()).result(SOON).reading.level == 0
+    assert failed.activate().submit(Read()).answer.result(SOON).reading.level == 0
 
 
 def test_another_design_does_not_get_the_content_of_a_failed_one(failed, log):
@@ -176,9 +232,9 @@ def test_a_listener_that_fails_stops_nothing(serve, log):
     service = serve()
     service.events = type('Full', (list,), {'extend': lambda *_: 1 / 0})()
     host = service.activate()
-    assert host.submit(Write(0)).result(SOON).success
-    assert host.journal.caught > 0
-    assert 'publishing failed; this is a defect' in log.of('error')[0]
+    assert host.submit(Write(0)).answer.result(SOON).success
+    assert host.log.caught > 0
+    assert 'publishing failed; this is a fault in the software' in log.of('error')[0]
 
 
 # --- recording --------------------------------------------------------------------------------
@@ -195,7 +251,7 @@ def test_one_of_many_starts_and_stops_at_once_succeeds(serve, record):
     started = [host.record(service.plan(record)) for _ in range(20)]
     paths = [future.result(SOON) for future in started if future.exception(SOON) is None]
     assert [str(path) for path in paths] == [record.path]
-    assert host.submit(Read()).result(SOON).success
+    assert host.submit(Read()).answer.result(SOON).success
     stopped = [host.record(None) for _ in range(20)]
     assert sum(future.exception(SOON) is None for future in stopped) == 1
     assert host.refused == 38
@@ -261,10 +317,10 @@ def test_a_disk_that_hangs_while_a_recording_begins_blocks_nothing_else(
     monkeypatch.setattr(recording_module, 'Recording', slow)
     begun = host.record(service.plan(record))
     while not begun.done():
-        host.tend()
+        host.on_timer()
     with pytest.raises(Overdue):
         begun.result()
-    assert host.submit(Write(0)).result(SOON).success
+    assert host.submit(Write(0)).answer.result(SOON).success
     hung.set()  # too late: the request has been answered, so there is no recording
     while host.sessions.state is not State.IDLE:
         time.sleep(0.01)
@@ -277,11 +333,11 @@ def test_stopping_a_failed_recording_reports_the_failure(serve, record):
     path = host.record(service.plan(dataclasses.replace(record, sync_interval=0.0))).result(SOON)
     shutil.rmtree(path)
     while host.sessions.current.status.error is None:
-        assert host.submit(SetStrain(0.0)).result(SOON) is None
+        assert host.submit(SetStrain(0.0)).answer.result(SOON) is None
     with pytest.raises(BagError, match=r'was deleted while being written|No such file'):
         host.record(None).result(SOON)
     assert host.sessions.state is State.IDLE
-    assert host.submit(Read()).result(SOON).success
+    assert host.submit(Read()).answer.result(SOON).success
 
 
 # --- its life ---------------------------------------------------------------------------------
@@ -291,15 +347,16 @@ def test_a_request_to_a_host_that_is_not_active_is_refused(serve, record):
     service = serve()
     host = service.host
     for answer in (
-        host.submit(Read()), host.step(), host.pause(True), host.record(service.plan(record)),
-        host.record(None), host.submit_scaled(lambda scale: Read()),
+        host.submit(Read()).answer, host.step(), host.pause(True),
+        host.record(service.plan(record)), host.record(None),
+        host.submit_scaled(lambda scale: Read()).answer,
     ):  # fmt: skip
         with pytest.raises(Refused, match='inactive'):
             answer.result(0.0)
     assert host.refused == 6
     host.set_speed(2.0)
-    host.be_faulty(Faults(sensor_noise=1e-6))
-    host.tend()
+    host.set_faults(Faults(sensor_noise=1e-6))
+    host.on_timer()
     host.close()
 
 
@@ -313,16 +370,16 @@ def test_impossible_faults_refuse_the_configuration(serve):
 def test_the_content_survives_release_and_configuration(serve, kept):
     service = serve(**kept)
     host = service.activate()
-    assert host.submit(Write(0)).result(SOON).success
+    assert host.submit(Write(0)).answer.result(SOON).success
     host.deactivate()
     digest = snapshot.digest(host.element)
     host.release()
     assert snapshot.digest(service.host.configure(service.given)) == digest
-    assert host.lost == 0
+    assert not host.lost
 
 
 def test_the_content_is_saved_at_intervals(serve, file, monkeypatch):
     host = serve(state=StateSettings(path=str(file), interval=1e-3)).activate()
     while not file.exists():
-        host.tend()
+        host.on_timer()
     assert state_file.load(file)['ticks'] > 0

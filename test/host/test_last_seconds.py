@@ -43,8 +43,8 @@ def test_nothing_is_kept_by_default(serve):
 def test_a_session_begins_with_the_last_seconds(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(5)).result(SOON).success
-    reading = host.submit(Read())  # a session may begin while a procedure runs
+    assert host.submit(Write(5)).answer.result(SOON).success
+    reading = host.submit(Read()).answer  # a session may begin while a procedure runs
     path = host.record(service.plan(RecordSettings(path=str(tmp_path / 'session')))).result(SOON)
     assert reading.result(SOON).reading.level == 5
     assert host.record(None).result(SOON) == path
@@ -60,8 +60,8 @@ def test_the_last_seconds_before_a_failure_are_saved(serve, tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(2)).result(SOON).success
-    assert host.submit(SetStrain(0.01)).result(SOON) is None
+    assert host.submit(Write(2)).answer.result(SOON).success
+    assert host.submit(SetStrain(0.01)).answer.result(SOON) is None
     host.loop.call(lambda: host.element.chain.v.__setitem__(100, math.nan)).result(SOON)
     assert service.failed.wait(SOON)
     host.fail()
@@ -79,7 +79,7 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
     service = serve(record=SHORT)
     host = service.activate()
     for level in (1, 6):
-        assert host.submit(Write(level)).result(SOON).success
+        assert host.submit(Write(level)).answer.result(SOON).success
     session = recorded(service, tmp_path / 'written')
     (outcome,) = replay(session).outcomes
     assert outcome.reading.level == 6
@@ -97,9 +97,9 @@ def test_old_seconds_are_dropped_but_a_long_write_is_kept_whole(serve, tmp_path)
 def test_it_starts_over_after_a_session(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(3)).result(SOON).success
+    assert host.submit(Write(3)).answer.result(SOON).success
     first = recorded(service, tmp_path / 'first')
-    assert host.submit(Read()).result(SOON).success
+    assert host.submit(Read()).answer.result(SOON).success
     second = recorded(service, tmp_path / 'second')
     assert begun(second) >= max(each.tick for each in first.hashes)
     assert commands(second) == [Read()]
@@ -109,7 +109,7 @@ def test_it_starts_over_after_a_session(serve, tmp_path):
 def test_a_session_that_cannot_be_written_loses_nothing(serve, tmp_path):
     service = serve(record=LONG)
     host = service.activate()
-    assert host.submit(Write(4)).result(SOON).success
+    assert host.submit(Write(4)).answer.result(SOON).success
     (tmp_path / 'file').touch()
     with pytest.raises(BagError):
         recorded(service, tmp_path / 'file' / 'session')
@@ -123,8 +123,8 @@ def test_the_memory_of_the_last_seconds_is_limited(serve, tmp_path, monkeypatch)
     monkeypatch.setattr(last_seconds, 'MOST_BYTES', 50_000)
     service = serve(record=RecordSettings(last_seconds=3600.0, hash_every=50))
     host = service.activate()
-    ended = host.submit(Write(1)).result(SOON).end_tick
-    assert host.submit(Read()).result(SOON).success
+    ended = host.submit(Write(1)).answer.result(SOON).end_tick
+    assert host.submit(Read()).answer.result(SOON).success
     host.pause(True).result(SOON)
     assert host.sessions.last.kept['last_bytes'] <= 50_000
     session = recorded(service, tmp_path / 'session')

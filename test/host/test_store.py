@@ -8,9 +8,10 @@ import threading
 
 import pytest
 
-from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot, state_file
+from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot
 from mlmem_ros.device.settings import ProbeSettings
-from mlmem_ros.host import Journal
+from mlmem_ros.host import ThrottledLog, state_file
+from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import StateSettings
 from mlmem_ros.host.store import Store
 from mlmem_ros.host.worker import Worker
@@ -40,8 +41,8 @@ def kept():
 
 def _store(file):
     settings = StateSettings(path=str(file) if file else '', interval=0.0)
-    journal = Journal(logging.getLogger('test'))
-    return Store(settings, '', journal, Worker('test-store', journal))
+    throttled = ThrottledLog(logging.getLogger('test'))
+    return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
 
 def test_a_kept_state_is_on_the_disk_before_the_answer(file, kept):
@@ -51,6 +52,19 @@ def test_a_kept_state_is_on_the_disk_before_the_answer(file, kept):
         element.advance()
         assert store.keep(element).result(20.0) is None
         assert state_file.load(file)['ticks'] == element.ticks
+
+
+def test_a_link_leads_to_the_file_that_is_kept(file, kept, tmp_path):
+    link, element = tmp_path / 'link.json', new_element(CASE_II)
+    link.symlink_to(file)
+    element.advance()
+    kept(link).keep(element).result(20.0)
+    assert link.is_symlink()
+    assert state_file.load(file)['ticks'] == 1
+    loop = tmp_path / 'loop.json'
+    loop.symlink_to(loop)
+    with pytest.raises(StateError, match=r'loop\.json'):
+        kept(loop).restore(element)
 
 
 def test_states_are_saved_in_order(file, monkeypatch, kept):

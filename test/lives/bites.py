@@ -12,7 +12,8 @@ from mlmem_ros import durable, threads
 from mlmem_ros.bag import mcap_file
 from mlmem_ros.device import actuator, element, loop, mailbox
 from mlmem_ros.device.errors import Refused
-from mlmem_ros.host import host, sessions, store, worker
+from mlmem_ros.device.request import Request
+from mlmem_ros.host import sessions, store, worker
 
 BITES = {}
 """Context managers that put a fault back, by what it is."""
@@ -66,8 +67,8 @@ def queue_cleared_between_look_and_pop(end, _):
     def take(self, queue):
         if queue:
             threads.monotonic()
-            taken = queue.popleft()
-            return taken if taken[-1].set_running_or_notify_cancel() else None
+            request = queue.popleft()
+            return request if request.taken_up() else None
         return None
 
     return hasty_end, take
@@ -76,16 +77,16 @@ def queue_cleared_between_look_and_pop(end, _):
 @_bite((mailbox.Mailbox, 'call'))
 def lost_wake_up(_):
     def call(self, function, paused=None):
-        answer = threads.Future()
+        request = Request(function)
         with self.changed:
             closed = self._closed
             self.paused = self.paused if paused is None else paused
             self.changed.notify_all()
         if closed is None:
-            self.calls.append((function, answer))
+            self.calls.append(request)
         else:
-            answer.set_exception(closed)
-        return answer
+            request.refuse(closed)
+        return request.answer
 
     return call
 
@@ -202,16 +203,12 @@ def state_written_in_place(_):
     return write
 
 
-@_bite((host.Host, '_kept'))
-def answer_before_it_is_saved(kept):
-    def hasty(self, loop, command):
-        def keep(_):
-            if self._store is not None and not loop.element.procedure:
-                self._store.keep(loop.element)
-
-        answer = loop.submit(command)
-        answer.add_done_callback(keep)
-        return answer
+@_bite((store.Store, 'settle'))
+def answer_before_it_is_saved(settle):
+    def hasty(self, request, element):
+        request.settle(request.outcome)
+        if not element.procedure:
+            self.keep(element)
 
     return hasty
 
@@ -235,17 +232,17 @@ def newer_state_overwritten_by_an_older_one(keep):
     return keep_at_once
 
 
-@_bite((store.Store, 'tend'))
+@_bite((store.Store, 'on_timer'))
 def state_taken_within_a_tick(_):
-    def tend(self, loop):
-        self._worker.tend()
+    def on_timer(self, loop):
+        self._worker.on_timer()
         if self.path is not None and loop is not None and not loop.element.procedure:
             self._keep_if_idle(loop.element)
 
-    return tend
+    return on_timer
 
 
-@_bite((worker.Worker, 'tend'))
+@_bite((worker.Worker, 'on_timer'))
 def who_waits_for_a_hanging_disk_is_not_told(_):
     return lambda self: None
 

@@ -1,13 +1,24 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The element of the lives: two levels and strong damping, so that a write takes some 40 ticks."""
+"""The elements of the lives: most often two levels and strong damping, so that a write takes some
+40 ticks; else shipped presets of up to 32 levels.
+"""
 
 import math
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
-from mlmem_ros.device import Faults, MemoryElement, Settings, Write, factory, preset, snapshot
+from mlmem_ros.device import (
+    Faults,
+    MemoryElement,
+    Settings,
+    Write,
+    factory_calibration,
+    preset,
+    snapshot,
+)
+from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import (
-    FileSettings,
     Parameters,
     PublishSettings,
     RecordSettings,
@@ -15,66 +26,78 @@ from mlmem_ros.host.settings import (
 )
 from mlmem_ros.physics import Design
 
-DESIGN = Design(
-    N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
-)
-
-_FASTER = {
-    'write': {'final_settle': 300.0},
-    'erase': {'settle': 300.0},
-    'read': {'rest': 50.0},
-    'probe_right': {'gain_decay': DESIGN.eta / 2},
-    'time': {'tick': 50.0},
-    'scale': {'time': 2e-3},  # a tick is 0.1 s: a second costs 10 of them
-}
-
-
-def _settings():
-    _, schedule = preset('bits_1')
-    given = schedule.as_dict()
-    for group, values in _FASTER.items():
-        given[group] |= values
-    return Settings.from_dict(given)
-
-
-SETTINGS = _settings()
-CALIBRATION = factory.factory_calibration(DESIGN, SETTINGS)
-
-TICK_SECONDS = SETTINGS.time.tick * SETTINGS.scale.time
 PUBLISH = PublishSettings(4, 4, 4, 8, 40, 8)
 
 
-def parameters(*, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20):
-    """Return all parameters of a host."""
-    return Parameters(
-        design=DESIGN,
-        check='skip',
-        settings=SETTINGS,
-        publish=PUBLISH,
-        record=RecordSettings(record, sync_interval=sync_interval, hash_every=hash_every),
-        state=StateSettings(state, interval),
-        faults=Faults(),
-        files=FileSettings(),
+@dataclass(frozen=True)
+class Kind:
+    """A design with the settings of its instrument."""
+
+    design: Design
+    settings: Settings
+
+    @cached_property
+    def calibration(self):
+        """Its factory calibration."""
+        return factory_calibration(self.design, self.settings)
+
+    def parameters(self, *, record='', state='', interval=0.0, sync_interval=0.2, hash_every=20):
+        """Return all parameters of a host."""
+        return Parameters(
+            design=self.design,
+            check='skip',
+            settings=self.settings,
+            publish=PUBLISH,
+            record=RecordSettings(record, sync_interval=sync_interval, hash_every=hash_every),
+            state=StateSettings(state, interval),
+            faults=Faults(),
+            files=FileSettings(),
+        )
+
+    @cache  # noqa: B019 (there are five)
+    def written(self, level):
+        """Return the snapshot of an element on which a level was written, or of a blank one."""
+        element = MemoryElement(self.design, self.settings, self.calibration)
+        if level >= 0:
+            assert element.perform(Write(level)).reading.level == level
+        return snapshot.take(element)
+
+    def restored(self, taken):
+        """Return a new element in the state of a snapshot."""
+        element = MemoryElement(self.design, self.settings, self.calibration)
+        snapshot.restore(element, taken)
+        return element
+
+
+def _quick():
+    """Return an element that is written within seconds of its life: a tick is 0.1 s."""
+    design = Design(
+        N=81, gamma=-3e-5, beta=-1 / 20, J=9, J_s=18, j_0=6.84, d=0.0380, eta=1 / 80, tail=54
     )
+    given = preset('bits_1').settings.as_dict()
+    given['write'] |= {'final_settle': 300.0}
+    given['erase'] |= {'settle': 300.0}
+    given['read'] |= {'rest': 50.0}
+    given['probe_right'] |= {'gain_decay': design.eta / 2}
+    given['time'] |= {'tick': 50.0}
+    given['scale'] |= {'time': 2e-3}
+    return Kind(design, Settings.from_dict(given))
 
 
-@cache
-def written(level):
-    """Return the snapshot of an element on which a level was written, or of a blank one."""
-    element = MemoryElement(DESIGN, SETTINGS, CALIBRATION)
-    if level >= 0:
-        element.apply(Write(level))
-        while not element.released:
-            element.advance()
-        assert element.reading.level == level
-    return snapshot.take(element)
+def _shipped(name):
+    """Return a preset at a pace of twenty ticks a second: a write takes 15 to 25 of them."""
+    design, settings = preset(name)
+    scale = replace(settings.scale, time=0.05 / settings.time.tick)
+    return Kind(design, replace(settings, scale=scale))
 
 
-def restored(taken):
-    """Return a new element in the state of a snapshot."""
-    element = MemoryElement(DESIGN, SETTINGS, CALIBRATION)
-    snapshot.restore(element, taken)
-    return element
+QUICK = _quick()
+
+KINDS = {2: QUICK} | {
+    _shipped(name).design.levels: _shipped(name)
+    for name in ('bits_2', 'case_2', 'bits_4', 'bits_5')
+}
+"""The elements, by the number of their levels."""
 
 
 def finite(element):

@@ -27,16 +27,16 @@ class Executor:
         longest: Name and seconds of the callback that took longest.
     """
 
-    def __init__(self, scheduler, tend, failed):
+    def __init__(self, scheduler, on_timer, failed):
         """Begin, with nothing to do.
 
         Args:
             scheduler: The scheduler under which it runs.
-            tend: Called every `TEND` seconds.
+            on_timer: Called every `TEND` seconds.
             failed: Called with the name and the exception of a callback that raised.
         """
         self.longest = '', 0.0
-        self._tend = tend
+        self._on_timer = on_timer
         self._failed = failed
         self._waiting = deque()
         self._ending = False
@@ -69,19 +69,19 @@ class Executor:
                 self._failed(name, failure)
             took = threads.monotonic() - begun
             self.longest = max(self.longest, (name, took), key=lambda pair: pair[1])
-            if name == 'tend':
+            if name == 'on_timer':
                 due = threads.monotonic() + TEND
 
     def _next(self, due):
         while not self._waiting:
             if self._ending:
                 return None
-            left = due - self._scheduler.now
-            self._idle = left > 0.0
-            woken = self._idle and self._scheduler.block('something to do', left)
+            remaining = due - self._scheduler.now
+            self._idle = remaining > 0.0
+            woken = self._idle and self._scheduler.block('something to do', remaining)
             self._idle = False
             if not woken:
-                return 'tend', self._tend
+                return 'on_timer', self._on_timer
         return self._waiting.popleft()
 
 

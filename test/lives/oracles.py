@@ -7,10 +7,10 @@ import traceback
 from pathlib import Path
 from types import NoneType
 
-from mlmem_ros.device import Outcome, Refused, state_file
-from mlmem_ros.device.commands import Procedures
-from mlmem_ros.host import REFUSALS
+from mlmem_ros.device import Outcome, Refused
+from mlmem_ros.host import REFUSALS, state_file
 from mlmem_ros.physics import level_of
+from mlmem_ros.procedures import Procedures
 
 from . import bags
 from . import element as small
@@ -80,7 +80,9 @@ class Oracles:
 
     def error(self, message):
         self.info(message)
-        if 'defect' in message or ('device has stopped' in message and not self.broken):
+        if 'fault in the software' in message or (
+            'device has stopped' in message and not self.broken
+        ):
             self.find(message)
         if 'its content is saved' in message and self._life.script.state:
             self._acknowledged = self._life.element.ticks, None, None
@@ -113,6 +115,8 @@ class Oracles:
             self._served(ticket, error, ticket_time)
         elif error is None and isinstance(outcome := ticket.future.result(), Outcome):
             self._ended(ticket, outcome)
+        elif error is None and isinstance(ticket.what, Procedures):
+            self.find(f'{ticket} was answered without an outcome')
 
     def _served(self, ticket, error, after):
         name, given = ticket.what
@@ -204,7 +208,7 @@ class Oracles:
             had = saved and saved['ticks']
             self.find(f'what was acknowledged at tick {ticks} is lost: the file has tick {had}')
         elif level is not None and number == self.truth.asked:
-            element = small.restored(saved)
+            element = self._life.kind.restored(saved)
             truth = level_of(element.design, element.chain.configuration)
             if truth != level:
                 self.find(f'level {level} was acknowledged; {truth} is on the disk')

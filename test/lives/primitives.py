@@ -129,10 +129,10 @@ class Condition:
     def wait_for(self, predicate, timeout=None):
         end = None if timeout is None else self._scheduler.now + timeout
         while not (result := predicate()):
-            left = None if end is None else end - self._scheduler.now
-            if left is not None and left <= 0.0:
+            remaining = None if end is None else end - self._scheduler.now
+            if remaining is not None and remaining <= 0.0:
                 break
-            self.wait(left)
+            self.wait(remaining)
         return result
 
     def notify(self, n=1):

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from mlmem_ros import threads
 from mlmem_ros.bag import jazzy
-from mlmem_ros.contract import topics
+from mlmem_ros.contract import topics, values
+from mlmem_ros.device import Outcome
 from mlmem_ros.host import Host, SessionPlan
 from mlmem_ros.physics import StateError
 
@@ -14,6 +15,9 @@ from .node import Executor, Node
 from .script import SESSION
 
 LEVEL = topics.LEVEL._replace(name='/mlmem/level', qos=topics.RELIABLE)
+BEAT = LEVEL._replace(name='/mlmem/beat')
+"""Something to record, every few ticks."""
+
 FLAT_OUT = 2e-3
 """Seconds that a look at the pacer's clock takes where no pace is kept: a tick has its time."""
 
@@ -70,7 +74,7 @@ class Process:
         self.host = Host(life.log, life.now_ns, failed=self._wake)
         self.node = Node(self.host, self._activate, life.given)
         callback_failed = life.oracles.callback_failed
-        self.executor = Executor(life.scheduler, self.host.tend, callback_failed)
+        self.executor = Executor(life.scheduler, self.host.on_timer, callback_failed)
         self.tickets = []
 
     def post(self, step):
@@ -84,7 +88,7 @@ class Process:
         host, given = self.host, step.given
         match step.what:
             case 'submit':
-                self._asked(given, host.submit(given))
+                self._asked(given, host.submit(given).answer)
             case 'record':
                 self._asked(('record', given), host.record(self._plan() if given else None))
             case 'pause':
@@ -120,7 +124,7 @@ class Process:
             return
         advance = element.advance
 
-        def fails():
+        def fails(*_):
             if not forever:
                 element.advance = advance
             raise StateError('the chain stopped being finite, as it was told to')
@@ -133,7 +137,7 @@ class Process:
 
     def _plan(self):
         record = replace(self.life.given.record, path=SESSION)
-        return SessionPlan('/mlmem', record, (LEVEL,), {})
+        return SessionPlan('/mlmem', record, (LEVEL, BEAT), {})
 
     def _activate(self):
         host = self.host
@@ -145,7 +149,8 @@ class Process:
         element = host.element
         self.loop = host.loop or self.loop  # which the host lets go of before its last tick
         self.oracles.truth.ticked(element, events)
-        if (transcript := host.transcript) is not None and element.ticks % 4 == 0:
-            level = element.reading.level if element.reading else -2
-            message = jazzy.message(LEVEL[1], data=level)
-            transcript.put(LEVEL[0], jazzy.serialize(message))
+        if (transcript := host.transcript) is not None:
+            level = jazzy.message(LEVEL.type, data=values.level(element.reading))
+            ended = [LEVEL for event in events if isinstance(event, Outcome)]
+            for topic in (*ended, *([BEAT] if element.ticks % 4 == 0 else ())):
+                transcript.put(topic.name, jazzy.serialize(level))

@@ -13,12 +13,16 @@ from mlmem_ros.device import (
     Erase,
     Faults,
     FollowTrajectory,
+    Locate,
     Read,
+    Reset,
     SelfTest,
     SetFaults,
     SetStrain,
     Write,
 )
+
+from .element import KINDS
 
 STATE = '/disk/state/memory.json'
 SESSION = '/disk/session'
@@ -49,6 +53,7 @@ class Script:
 
     Attributes:
         seed: Seed of the order of threads, and of what the disk does.
+        levels: Levels of its element.
         level: Level that the element held before; -1: blank.
         state: Whether there is a state file.
         record: Whether a recording begins with every activation.
@@ -58,6 +63,7 @@ class Script:
     """
 
     seed: int
+    levels: int
     level: int
     state: bool
     record: bool
@@ -67,16 +73,16 @@ class Script:
 
     def __str__(self):
         head = (
-            f'seed {self.seed}, level {self.level}, state file: {self.state}, saved every '
-            f'{self.interval:g} s, recorded from the start: {self.record}, synced every '
-            f'{self.sync_interval:g} s'
+            f'seed {self.seed}, level {self.level} of {self.levels}, state file: {self.state}, '
+            f'saved every {self.interval:g} s, recorded from the start: {self.record}, '
+            f'synced every {self.sync_interval:g} s'
         )
         return '\n'.join([head, *map(str, self.steps)])
 
 
 GOOD = (
-    lambda chance: Write(chance.randrange(2)),
-    lambda chance: Write(chance.randrange(2)),
+    lambda chance: Write(chance.randrange(chance.levels)),
+    lambda chance: Write(chance.randrange(chance.levels)),
     lambda chance: Read(chance.choice(('', 'right'))),
     lambda chance: Read(),
     lambda chance: Erase(),
@@ -90,6 +96,8 @@ GOOD = (
 RARE = (
     lambda chance: Calibrate(),
     lambda chance: SelfTest(),
+    lambda chance: Locate(),
+    lambda chance: Reset(),
     lambda chance: SetFaults(Faults()),
     lambda chance: SetFaults(Faults(sensor_noise=1e-6, seed=chance.randrange(100))),
     lambda chance: SetFaults(Faults(sensor_dropout=0.2, actuator_lag=20.0)),
@@ -99,7 +107,7 @@ RARE = (
 )
 
 BAD = (
-    lambda chance: Write(chance.choice((2, -1, 255, True, 0.0, '1', None, math.nan))),
+    lambda chance: Write(chance.choice((chance.levels, -1, 255, True, 0.0, '1', None, math.nan))),
     lambda chance: Read(chance.choice(('up', None, 3))),
     lambda chance: SetStrain(chance.choice((1.0, math.nan, math.inf, True, '0', None))),
     lambda chance: Disturb(chance.choice((1.0, math.nan, -math.inf, True, 'x', None))),
@@ -108,7 +116,7 @@ BAD = (
     lambda chance: FollowTrajectory((), ()),
     lambda chance: FollowTrajectory((0.0, 1e300), (0.0, 1e-3)),
     lambda chance: FollowTrajectory((0.0, 1.0), (0.0,), joint='elbow'),
-    lambda chance: SetFaults(Faults(stuck_cell=81)),
+    lambda chance: SetFaults(Faults(stuck_cell=KINDS[chance.levels].design.N)),
     lambda chance: SetFaults(Faults(weak_cell=90_000)),
     lambda chance: chance.choice((None, 'write', 7, Write)),
 )
@@ -120,6 +128,7 @@ TROUBLES = ('full', 'fails', 'hangs', 'moody', 'moody')
 def script(seed):
     """Return the life with this number."""
     chance = Random(f'script {seed}')
+    chance.levels = Random(f'element {seed}').choice((2,) * 35 + tuple(KINDS))
     steps = []
     if chance.random() < 0.95:
         steps += [Step(0.0, 'configure'), Step(0.0, 'activate')]
@@ -127,7 +136,8 @@ def script(seed):
         steps += _steps(chance)
     return Script(
         seed=seed,
-        level=chance.choice((-1, 0, 1)),
+        levels=chance.levels,
+        level=chance.choice((-1, 0, chance.levels - 1)),
         state=chance.random() < 0.7,
         record=chance.random() < 0.15,
         interval=chance.choice((0.0, 0.0, 0.3, 2.0)),
@@ -162,8 +172,12 @@ def _steps(chance):
         case 'bad':
             return [Step(after, 'submit', chance.choice(BAD)(chance))]
         case 'patience':  # a write, and the time it takes
-            write = Step(after, 'submit', Write(chance.randrange(2)))
-            return [write, Step(chance.choice((6.0, 12.0)), 'submit', Read())]
+            write = Step(after, 'submit', Write(chance.randrange(chance.levels)))
+            patience = chance.choice((6.0, 12.0))
+            if chance.levels == 2:
+                return [write, Step(patience, 'submit', Read())]
+            ends = [chance.choice(('', 'left', 'right', 'both')) for _ in range(4)]
+            return [write, *[Step(3.0 * patience, 'submit', Read(end)) for end in ends]]
         case 'record':
             on = chance.random() < 0.6
             return [Step(after, 'record', on)] * chance.choice((1, 1, 1, 2, 3))

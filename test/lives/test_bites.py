@@ -14,13 +14,10 @@ MOST = 10_000
 
 AT_ONCE = (
     'no_sync_before_the_rename',
+    'state_taken_within_a_tick',
     'two_recordings_at_once',
-    'who_waits_at_the_end_is_forgotten',
 )
 """Faults that the first few lives find."""
-
-HIDDEN = 'state_taken_within_a_tick'
-"""A fault that lives cannot find: their threads do not take over inside a tick's arithmetic."""
 
 
 def lives_until_found(name, most):
@@ -40,6 +37,6 @@ def test_a_coarse_fault_is_found_at_once(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [name for name in BITES if name != HIDDEN])
+@pytest.mark.parametrize('name', BITES)
 def test_a_fault_is_found(name):
     print(f'{name}: {lives_until_found(name, MOST)} lives')

@@ -4,21 +4,25 @@
 right.
 """
 
-from mlmem_ros.device import Disturb, Outcome, Read, Refused, SetFaults, SetStrain
-from mlmem_ros.device.commands import FollowTrajectory, Procedures
+import math
+
+from mlmem_ros.device import Disturb, Outcome, Refused, SetFaults, SetStrain
+from mlmem_ros.device.commands import FollowTrajectory
 from mlmem_ros.physics import level_of, walls
+from mlmem_ros.procedures import PROCEDURES, Procedures
 
 from . import element as small
 
-CALM = 20
-"""Ticks after which nothing moves any more of what was set going."""
+CALM = 1000.0
+"""Time after which nothing moves any more of what was set going."""
 
 _MOVERS = (Procedures, SetStrain, FollowTrajectory, Disturb, SetFaults)
 
 
 def may_move(command):
-    """Return whether the wall may move after a command was accepted; a read does not move it."""
-    return isinstance(command, _MOVERS) and not isinstance(command, Read)
+    """Return whether the wall may move after a command was accepted; listening moves none."""
+    listens = any(type(command) is row.command and not row.changes for row in PROCEDURES.values())
+    return isinstance(command, _MOVERS) and not listens
 
 
 class Truth:
@@ -41,7 +45,7 @@ class Truth:
         self.ticks = 0
         self._find = find
         self._still = None  # where the walls are, while they have to stay there
-        self._moved_at = -CALM  # tick of the last motion
+        self._moved_at = -math.inf  # tick of the last motion
 
     def ticked(self, element, events):
         """Check the true wall, in the loop's thread."""
@@ -49,7 +53,7 @@ class Truth:
         if self.waiting or not _quiet(element):
             self.unsettle(element)
         elif self._still is None:
-            if element.ticks - self._moved_at > CALM:
+            if _time_since(element, self._moved_at) > CALM:
                 self._still = _walls(element)
         elif (seen := _walls(element)) != self._still:
             self._find(f'the wall moved by itself from {self._still} to {seen}')
@@ -60,7 +64,7 @@ class Truth:
 
     def _judge(self, element, outcome):
         """Compare the outcome of a procedure with the truth."""
-        calm = element.ticks - self._moved_at > CALM or outcome.procedure == 'write'
+        calm = _time_since(element, self._moved_at) > CALM or outcome.procedure == 'write'
         if calm and _undisturbed(element) and outcome.procedure in ('write', 'read'):
             truth = level_of(element.design, element.chain.configuration)
             if truth != outcome.reading.level:
@@ -79,13 +83,17 @@ class Truth:
         def watched(command):
             before = _bits(element)
             try:
-                apply(command)
+                return apply(command)
             except Refused:
                 if (after := _bits(element)) != before:
                     self._find(f'{command} was refused and changed {before} to {after}')
                 raise
 
         element.apply = watched
+
+
+def _time_since(element, tick):
+    return (element.ticks - tick) * element.tick
 
 
 def _walls(element):
@@ -101,7 +109,7 @@ def _quiet(element):
 def _undisturbed(element):
     """Return whether the device is healthy and its base and strain are zero."""
     linkage = element.linkage.state
-    strains = (linkage.told, linkage.strain)
+    strains = (linkage.commanded, linkage.strain)
     return small.healthy(element.faults) and element.base.still and not any(strains)
 
 

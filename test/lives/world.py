@@ -6,13 +6,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
-from mlmem_ros import durable
-from mlmem_ros.device import calibration_file, state_file
-from mlmem_ros.device.calibration import calibration_key
-from mlmem_ros.host import worker
+from owner import owned
 
-from . import element as small
+from mlmem_ros import durable
+from mlmem_ros.device.calibration import calibration_key
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.host import calibration_file, state_file, worker
+
 from .disk import Disk, mounted
+from .element import KINDS
 from .oracles import PATIENCE, Oracles, told
 from .primitives import scheduled
 from .process import Process
@@ -32,6 +34,21 @@ def _impatient():
         yield
 
 
+@contextmanager
+def _handing_over(scheduler):
+    """Let another task run within a tick, too: before and after the material moves."""
+    advance = Simulation.advance
+
+    def advance_in_between(self, *given):
+        scheduler.handover('half a tick')
+        ends = advance(self, *given)
+        scheduler.handover('most of a tick')
+        return ends
+
+    with patch.object(Simulation, 'advance', advance_in_between):
+        yield
+
+
 class Life:
     """A life from a script.
 
@@ -40,6 +57,7 @@ class Life:
         scheduler: Its scheduler.
         disk: The disk with its files.
         oracles: The oracles that watch it.
+        kind: The kind of its element.
         given: The configuration of the host.
     """
 
@@ -53,7 +71,8 @@ class Life:
         self.scheduler = Scheduler(script.seed)
         self.disk = Disk(self.scheduler)
         self.oracles = Oracles(self)
-        self.given = small.parameters(
+        self.kind = KINDS[script.levels]
+        self.given = self.kind.parameters(
             record=SESSION if script.record else '',
             state=STATE if script.state else '',
             interval=script.interval,
@@ -63,7 +82,9 @@ class Life:
 
     def live(self):
         """Live it, and return what is wrong."""
-        with scheduled(self.scheduler), mounted(self.disk), _impatient():
+        present = lambda: self.scheduler.current  # noqa: E731
+        watched, within = owned(self.oracles.find, present), _handing_over(self.scheduler)
+        with scheduled(self.scheduler), mounted(self.disk), _impatient(), watched, within:
             self._furnish()
             self._process = Process(self)
             fate = self.scheduler.spawn(self._fate, 'fate', outside=True)
@@ -94,10 +115,10 @@ class Life:
         durable.make_directory(ROOT, exist_ok=True)
         if self.script.state:
             path = Path(STATE)
-            key = calibration_key(small.DESIGN, small.SETTINGS)
-            calibration_file.save(calibration_file.beside(path), key, small.CALIBRATION)
+            key = calibration_key(self.kind.design, self.kind.settings)
+            calibration_file.save(calibration_file.beside(path), key, self.kind.calibration)
             if self.script.level >= 0:
-                state_file.save(path, small.written(self.script.level))
+                state_file.save(path, self.kind.written(self.script.level))
 
     def _fate(self):
         """Take the steps, from outside the process."""

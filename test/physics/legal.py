@@ -42,6 +42,8 @@ def value(random, field, description):
         return random.random() < 0.5
     if description.choices:
         return random.choice(description.choices)
+    if field.name == 'not_from':
+        return ' '.join(str(level) for level in range(9) if random.random() < 0.3)
     whole = field.type in ('int', int)
     return number(random, description.low, description.high, whole=whole)
 

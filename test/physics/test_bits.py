@@ -12,7 +12,7 @@ import llvmlite.binding
 import numpy as np
 import pytest
 
-from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, Drive, Specimen
+from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
 
 BITS = {
     ('noh_bathe', 'rigid'): 'e069c31948850eee',
@@ -34,11 +34,11 @@ def case(method, substrate):
     mass, steps = np.ones(design.N), 300
     mass[[9, 40]] = 5.0, np.inf
     offset = 0.01 * (design.sites % 3.0 - 1.0)  # no sine of a library
-    chain.become(Specimen(design, mass=mass, offset=offset))
+    chain.set_specimen(Specimen(design, mass=mass, offset=offset))
     t = np.arange(steps * chain.integrator.substeps) / chain.integrator.substeps
     shake = (t % 16.0 - 8.0) / 1024.0
     motion = np.array([design.D_s1 + (t[:200] % 32.0) / 64.0, (t[:200] % 8.0) / 64.0])
-    return chain, (t / 128.0, Drive(1, motion), shake)
+    return chain, (t / 128.0, HeldCell(1, motion), shake)
 
 
 def bits(method, substrate):

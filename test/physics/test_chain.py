@@ -31,7 +31,7 @@ from mlmem_ros.physics import (
     PEFRL,
     Chain,
     DesignError,
-    Drive,
+    HeldCell,
     Specimen,
     StateError,
     stable_step,
@@ -94,7 +94,7 @@ def by_chain(p, dt, method):
     chain = Chain(p, dt, method)
     chain.place(jerked(p))
     t = substep_times(steps, dt, method)
-    chain.advance(ramp(t), Drive(1, np.array([pulse(t[:driven]), pulse_rate(t[:driven])])))
+    chain.advance(ramp(t), HeldCell(1, np.array([pulse(t[:driven]), pulse_rate(t[:driven])])))
     rows = [chain.v, chain.velocity, chain.V, chain.substrate_velocity]
     return np.array(rows[: 4 if p.substrate == 'elastic' else 2])
 
@@ -150,7 +150,7 @@ def let_go_in_mid_step(substrate, dt):
 
     chain = Chain(p, dt)
     chain.place(np.full(p.N, p.D_s2))
-    chain.advance(np.zeros(2 * steps), Drive(1, np.array([v_1(t), 0.02 * t])))
+    chain.advance(np.zeros(2 * steps), HeldCell(1, np.array([v_1(t), 0.02 * t])))
     return np.abs(chain.v - y[: p.N]).max()
 
 
@@ -258,8 +258,8 @@ def moved(substrate, site=1, pieces=(400,), method=NOH_BATHE):
     for steps in pieces:
         then = done + method.substeps * steps
         rest = motion[:, done:then]
-        drive = Drive(site, rest) if rest.shape[1] else None
-        ends.append(chain.advance(V_N[done:then], drive))
+        held_cell = HeldCell(site, rest) if rest.shape[1] else None
+        ends.append(chain.advance(V_N[done:then], held_cell))
         done = then
     return chain, np.hstack(ends)
 
@@ -328,7 +328,7 @@ def test_no_steps_do_nothing(substrate):
     chain, _ = moved(substrate)
     before, V_N = chain.state(), chain.V_N
     assert chain.advance(np.empty(0)).shape == (2, 0)
-    assert chain.advance(np.empty(0), Drive(1, np.empty((2, 0)))).shape == (2, 0)
+    assert chain.advance(np.empty(0), HeldCell(1, np.empty((2, 0)))).shape == (2, 0)
     np.testing.assert_array_equal(chain.state(), before)
     assert chain.V_N == V_N
 
@@ -341,10 +341,10 @@ def test_slices_and_whole_numbers_compile_nothing_new(substrate, method):
     loop = method.advance
     known = len(loop.signatures)
     chain.advance(np.zeros(40)[::2])
-    chain.advance(np.zeros(20, dtype=int), Drive(1, np.zeros((2, 50))[:, ::5]))
+    chain.advance(np.zeros(20, dtype=int), HeldCell(1, np.zeros((2, 50))[:, ::5]))
     frozen = np.zeros((2, 10))
     frozen.flags.writeable = False
-    chain.advance(np.zeros(20), Drive(1, frozen))
+    chain.advance(np.zeros(20), HeldCell(1, frozen))
     assert len(loop.signatures) == known
 
 
@@ -361,7 +361,7 @@ def test_a_driven_end_follows_its_motion_exactly_and_then_is_free(substrate, sit
     home = chain.end(site)
     t = substep_times(100, chain.dt, method)
     motion = np.array([home + 0.1 * np.sin(0.5 * t), 0.05 * np.cos(0.5 * t)])
-    ends = chain.advance(np.zeros(len(t)), Drive(site, motion))
+    ends = chain.advance(np.zeros(len(t)), HeldCell(site, motion))
     driven, other = (ends[0], ends[1]) if site == 1 else (ends[1], ends[0])
     whole = motion[0, method.substeps - 1 :: method.substeps]
     np.testing.assert_array_equal(driven, whole)
@@ -388,7 +388,7 @@ def test_a_driven_end_flies_on_at_the_velocity_it_was_given(substrate, site, dri
     home = chain.end(site)
     motion = np.array([np.full(driven, home), np.zeros(driven)])
     motion[1, -1] = 1.0
-    chain.advance(np.zeros(2 * 5), Drive(site, motion))
+    chain.advance(np.zeros(2 * 5), HeldCell(site, motion))
     flight = 5 * chain.dt - substep_times(5, chain.dt)[driven - 1]
     # Springs and damping take (k + eta) times flight off it, 1 % at most.
     assert chain.end(site) - home == pytest.approx(flight, rel=0.01)
@@ -401,7 +401,7 @@ def test_a_driven_end_pulls_its_neighbour_from_the_first_sub_step(substrate):
     design = case_ii(substrate, N=61)
     chain = Chain(design, dt=1e-3)
     v = chain.v.copy()
-    chain.advance(np.zeros(2), Drive(1, np.full((2, 2), [[design.D_s1 + 1.0], [0.0]])))
+    chain.advance(np.zeros(2), HeldCell(1, np.full((2, 2), [[design.D_s1 + 1.0], [0.0]])))
     dt, p = chain.dt, 0.54
     # In sub-step 1 v_2 is predicted before it is pulled; the rest is (1 - p^2) of dt^2 / 2
     # with the corrected velocity, p (1 - p) dt^2 / 2, and the pull, (1 - p)^2 dt^2 / 2.
@@ -464,23 +464,23 @@ def test_wrong_states_are_refused_and_change_nothing(substrate):
 
 @SUBSTRATES
 @pytest.mark.parametrize(
-    ('V_N', 'drive', 'message'),
+    ('V_N', 'held_cell', 'message'),
     [
         (np.zeros(7), None, r'V_N must have shape \(2 steps,\); got \(7,\)'),
         (np.zeros((2, 4)), None, r'V_N must have shape \(2 steps,\); got \(2, 4\)'),
         (np.array([0.0, math.nan]), None, 'V_N must be finite'),
         (np.array([math.inf, 0.0]), None, 'V_N must be finite'),
-        (np.zeros(8), Drive(0, np.zeros((2, 8))), 'site must be 1 or N = 61; got 0'),
-        (np.zeros(8), Drive(30, np.zeros((2, 8))), 'site must be 1 or N = 61; got 30'),
-        (np.zeros(8), Drive(1, np.zeros(8)), r'motion must have shape \(2, m\); got \(8,\)'),
-        (np.zeros(8), Drive(1, np.zeros((3, 8))), r'motion must have shape \(2, m\); got'),
-        (np.zeros(8), Drive(1, np.zeros((2, 9))), 'motion must end with the run.* 8 .*; got 9'),
-        (np.zeros(8), Drive(1, np.full((2, 8), math.nan)), 'motion must be finite'),
+        (np.zeros(8), HeldCell(0, np.zeros((2, 8))), 'site must be 1 or N = 61; got 0'),
+        (np.zeros(8), HeldCell(30, np.zeros((2, 8))), 'site must be 1 or N = 61; got 30'),
+        (np.zeros(8), HeldCell(1, np.zeros(8)), r'motion must have shape \(2, m\); got \(8,\)'),
+        (np.zeros(8), HeldCell(1, np.zeros((3, 8))), r'motion must have shape \(2, m\); got'),
+        (np.zeros(8), HeldCell(1, np.zeros((2, 9))), 'motion must end with the run.* 8 .*; got 9'),
+        (np.zeros(8), HeldCell(1, np.full((2, 8), math.nan)), 'motion must be finite'),
     ],
 )
-def test_wrong_inputs_are_refused_and_change_nothing(substrate, V_N, drive, message):
+def test_wrong_inputs_are_refused_and_change_nothing(substrate, V_N, held_cell, message):
     chain, _ = moved(substrate)
-    assert_refused(chain, message, lambda: chain.advance(V_N, drive))
+    assert_refused(chain, message, lambda: chain.advance(V_N, held_cell))
 
 
 @pytest.mark.parametrize(
@@ -553,11 +553,11 @@ def test_a_cell_that_leaves_its_range_and_returns_is_seen_at_every_check(substra
     out = slice(3 * method.substeps, 4 * method.substeps)
     chain, other = (Chain(design, integrator=method) for _ in range(2))
     motion[0, out] = chain._range[1] + 1.0
-    drive = Drive(1, motion)
-    chain.advance(still, drive)  # who looks at the end alone sees nothing
+    held_cell = HeldCell(1, motion)
+    chain.advance(still, held_cell)  # who looks at the end alone sees nothing
     for looks in (2, 8):  # after the fourth step and the last, or after every one
         with pytest.raises(StateError, match='left the range'):
-            other.advance(still, drive, looks=looks)
+            other.advance(still, held_cell, looks=looks)
         assert other.state().tobytes() == Chain(design, integrator=method).state().tobytes()
 
 

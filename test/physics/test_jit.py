@@ -4,7 +4,9 @@
 
 import dataclasses
 import importlib.util
+import pickle
 import re
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -86,3 +88,17 @@ def test_a_loop_is_recompiled_when_a_file_it_inlines_changes(load):
     changed = load(3.25)  # of another length: .pyc files go by seconds and size
     assert not jit.in_cache(changed, 1.0)
     assert changed(1.0) == 3.25
+
+
+def test_an_index_of_another_edition_is_not_read(load, monkeypatch):
+    """Its types may have had other names; numba reads them before it looks whether it is stale."""
+    first = load(2.0)
+    assert first(1.0) == 2.0
+    index = Path(first._cache._cache_file._index_path)
+    header, gone = pickle.dumps(first._cache._cache_file._version), b'cmlmem_ros\nGone\n.'
+    index.write_bytes(header + gone)
+    with pytest.raises(AttributeError):
+        load(2.0)(1.0)
+    monkeypatch.setattr(jit, 'EDITION', 'the next')
+    assert load(2.0)(1.0) == 2.0
+    assert jit.in_cache(load(2.0), 1.0)

@@ -21,7 +21,7 @@ import pytest
 import uniform_chain
 
 from mlmem_ros.physics import CASE_II, NOH_BATHE
-from mlmem_ros.physics.methods.arrays import Cells, Course
+from mlmem_ros.physics.methods.arrays import Cells, Forcing
 from mlmem_ros.physics.methods.noh_bathe import advance, coefficients
 
 
@@ -89,13 +89,15 @@ def test_half_and_half_is_velocity_verlet():
     acceleration = verlet(p, start.tolist(), velocity.tolist(), [], dt / 2)[2]
     chain = field, speed, acceleration, np.zeros(p.N + 2), np.zeros(p.N), np.zeros(p.N)
     cells = Cells(
-        height=p.alpha * p.d, origin=np.full(p.N, -p.c), mobility=np.ones(p.N),
-        substrate=p.strain_shape.copy(), stuck=np.empty(0, dtype=np.int64),
-        eta=p.eta, a=p.a, b=p.b,
+        law=(p.alpha * p.d, p.a, p.b), spring=(), origin=np.full(p.N, -p.c),
+        mobility=np.ones(p.N), substrate=p.strain_shape.copy(),
+        stuck=np.empty(0, dtype=np.int64), eta=p.eta,
     )  # fmt: skip
-    course = Course(ramp, np.zeros(2 * steps), site=1, driven=0, motion=np.zeros((2, 1)))
+    forcing = Forcing(ramp, np.zeros(2 * steps), site=1, driven=0, motion=np.zeros((2, 1)))
     ends = np.empty((2, steps))
-    advance(steps, chain, None, cells, course, np.array(coefficients(dt, p=0.5)), ends)
+    advance(
+        steps, chain, None, cells, forcing, np.array(coefficients(dt, p=0.5)), ends, None, None
+    )
     # The same sums in another order: some roundings per step, not yet spread by chaos.
     np.testing.assert_allclose(field[1:-1], u, atol=1e-12)
     np.testing.assert_allclose(speed, v, atol=1e-12)

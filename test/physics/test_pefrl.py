@@ -23,7 +23,7 @@ import numpy as np
 import pytest
 import uniform_chain
 
-from mlmem_ros.analysis.echo_forecast import forecast_echo
+from mlmem_ros.checks.echo_forecast import forecast_echo
 from mlmem_ros.device import Settings
 from mlmem_ros.device.end import End
 from mlmem_ros.device.simulation import Simulation
@@ -93,9 +93,9 @@ def test_an_echo_agrees_with_linear_waves_at_zero_step(level):
         detector = transducer.fire(End.LEFT)
         for _ in range(75):
             steps = round(20.0 / chain.dt)
-            drive = transducer.drive(steps)
+            held_cell = transducer.held_cell(steps)
             rest = np.zeros(steps * method.substeps)
-            transducer.record(chain.advance(rest, drive))
+            transducer.record(chain.advance(rest, held_cell))
         echo = detector.echo(End.LEFT)
         late = echo.t > ideal.delay - 5.0
         peaks[method.name] = float(echo.v_c[late].max())

@@ -30,8 +30,8 @@ SCATTER = Scatter(alpha=0.1, s=0.1, mass=0.1, offset=0.05)
 
 def test_an_ideal_specimen_gives_the_bits_of_the_design():
     plain, made = Chain(CASE_II), Chain(CASE_II)
-    made.become(Specimen(CASE_II))
-    made.become(scattered(CASE_II, Scatter(), seed=3))
+    made.set_specimen(Specimen(CASE_II))
+    made.set_specimen(scattered(CASE_II, Scatter(), seed=3))
     strain = np.linspace(0.0, 2.0, 400)
     plain.advance(strain)
     made.advance(strain, shake=np.zeros(400))
@@ -75,7 +75,7 @@ def test_a_scattered_and_shaken_element_moves_as_dop853_says(method, dt, error):
         return 0.02 * np.sin(0.4 * t)
 
     chain = Chain(SMALL, dt, method)
-    chain.become(specimen)
+    chain.set_specimen(specimen)
     start = np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets
     chain.place(start)
     # the integrator starts from the acceleration at rest, where the base does not move yet
@@ -128,7 +128,7 @@ def test_a_stuck_cell_stays_where_it_is(substrate, method):
     chain.rest(10)
     mass = np.ones(SMALL.N)
     mass[19] = np.inf
-    chain.become(Specimen(design, mass=mass))
+    chain.set_specimen(Specimen(design, mass=mass))
     before = chain.v[19]
     steps = round(500.0 / chain.dt)
     chain.advance(np.linspace(0.0, 2.0, steps * method.substeps))
@@ -145,7 +145,7 @@ def test_a_stuck_cell_is_stuck_to_the_base_that_shakes_and_stops_in_mid_flight(m
     assert abs(chain.velocity[19]) > 1e-3
     mass = np.ones(SMALL.N)
     mass[19] = np.inf
-    chain.become(Specimen(SMALL, mass=mass))
+    chain.set_specimen(Specimen(SMALL, mass=mass))
     before = chain.v[19]
     chain.advance(np.zeros_like(shake), shake=shake)
     assert chain.v[19] == before
@@ -155,7 +155,7 @@ def test_masses_enter_the_kinetic_energy_and_the_balance():
     """A free specimen loses energy to damping alone: dE/dt = -eta sum w^2."""
     specimen = scattered(SMALL, SCATTER, seed=1)
     chain = Chain(SMALL, 0.01)
-    chain.become(specimen)
+    chain.set_specimen(specimen)
     chain.place(np.where(SMALL.sites < 20, SMALL.D_s2, SMALL.D_s1) + specimen.offsets)
     before, lost = energy(chain).total, 0.0
     power = 0.0  # it is let go
@@ -215,12 +215,20 @@ def test_values_out_of_range_are_refused(wrong, message):
         Specimen(SMALL, **wrong)
 
 
+def test_only_a_rigid_substrate_can_damp_the_cells():
+    made = Specimen(SMALL, damped_by_substrate=True)
+    assert not made.ideal
+    assert Specimen.from_dict(made.as_dict()).damped_by_substrate
+    with pytest.raises(DesignError, match='only a rigid substrate can damp the cells'):
+        dataclasses.replace(made, design=dataclasses.replace(SMALL, substrate='elastic'))
+
+
 def test_a_chain_refuses_a_specimen_it_cannot_run_and_shakes_that_are_not_finite():
     chain = Chain(SMALL)
     with pytest.raises(DesignError, match='design'):
-        chain.become(Specimen(CASE_II))
+        chain.set_specimen(Specimen(CASE_II))
     with pytest.raises(DesignError, match='step'):
-        chain.become(Specimen(SMALL, mass=0.001))
+        chain.set_specimen(Specimen(SMALL, mass=0.001))
     before = chain.state()
     for shake in (np.full(4, np.nan), np.zeros(3)):
         with pytest.raises(StateError, match='shake'):

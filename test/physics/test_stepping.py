@@ -16,7 +16,7 @@ from mlmem_ros.physics import (
     INTEGRATORS,
     Chain,
     DesignError,
-    Drive,
+    HeldCell,
     Scatter,
     Specimen,
     StateError,
@@ -124,16 +124,16 @@ def hard_life(seed):
     for _ in range(6):
         if chance.random() < 0.3:
             with contextlib.suppress(DesignError):  # it needs a smaller step
-                chain.become(specimen(chance, design))
+                chain.set_specimen(specimen(chance, design))
         share = np.linspace(0.0, 1.0, steps * method.substeps) ** chance.choice((0.0, 1.0, 3.0))
         goal = design.end_displacement(chance.uniform(-0.5, 0.5))
         V_N = chain.V_N + (goal - chain.V_N) * share
         shake = 0.05 * np.sign(noise.standard_normal(len(V_N)))
         motion = noise.standard_normal((2, chance.randrange(len(V_N))))
-        drive = Drive(chance.choice((1, n)), motion) if chance.random() < 0.3 else None
+        held_cell = HeldCell(chance.choice((1, n)), motion) if chance.random() < 0.3 else None
         before = chain.state(), chain.V_N, chain.steps_done
         try:
-            chain.advance(V_N, drive, shake)
+            chain.advance(V_N, held_cell, shake)
         except StateError:
             state, *rest = before
             assert chain.state().tobytes() == state.tobytes()

@@ -25,7 +25,8 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.rig.frames import SAMPLES, Kind, encode
+from mlmem_ros.rig.frames import HEADER, SAMPLES, Kind, encode
+from mlmem_ros.rig.hello import Hello
 
 from .lines import Line, calibration, driven, emulated
 
@@ -48,7 +49,7 @@ def without_a_head(frame):
 
 def sooner(frame):
     first, *rest = SAMPLES.unpack_from(frame.payload)
-    again = SAMPLES.pack(first - 80, *rest)
+    again = SAMPLES.pack(first - 40, *rest)
     return encode(frame.kind, frame.number, again + frame.payload[SAMPLES.size :])
 
 
@@ -95,7 +96,7 @@ def line_broken(frame):
 BROKEN = {
     silent: 'the rig has been silent for 0.05 s',
     damaged: 'the rig has been silent for 0.05 s',
-    shorter: 'the rig sent samples of the wrong length: 1272 bytes for 80 samples of both ends',
+    shorter: 'the rig sent samples of the wrong length: 632 bytes for 40 samples of both ends',
     without_a_head: 'the rig sent samples of the wrong length: 5 bytes',
     sooner: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
     not_played_yet: r'the rig sent samples \d+ to \d+; expected \d+ to at most \d+',
@@ -145,7 +146,7 @@ def test_a_broken_rig_ends_every_wait():
     element = driven(line)
     loop = Loop(element, lambda *_: None, speed=0.0, failed=lambda: failed.append(True))
     line.outward = silent
-    answers = [loop.submit(Write(3)), loop.call(lambda: None)]
+    answers = [loop.submit(Write(3)).answer, loop.call(lambda: None)]
     loop.start()
     with pytest.raises(Refused, match=r'the device has stopped: .*the rig has been silent'):
         answers[0].result(10.0)
@@ -157,17 +158,26 @@ def test_a_broken_rig_ends_every_wait():
 @pytest.mark.parametrize(
     ('said', 'why'),
     [
-        (b'HTTP/1.1 400 Bad Request', 'the rig sent no valid hello'),
+        (b'HTTP/1.1 400', r"the hello of the rig must be a JSON object; got b'HTTP/1.1 400': "),
+        (b'[1]', r'the hello of the rig must be a JSON object; got \[1\]'),
         ({'protocol': 2}, 'the rig uses protocol version 2, this driver 1'),
-        ({'colour': 'red'}, 'the rig sent no valid hello'),
-        ({'dt': -1.0}, 'the hello of the rig is out of range'),
-        ({'dt': math.nan}, 'the hello of the rig is out of range'),
-        ({'nodes': [0.5]}, 'the hello of the rig is out of range'),
-        ({'nodes': []}, 'the rig sent no valid hello'),
-        ({'numbers': '<c16'}, 'the hello of the rig is out of range'),
-        ({'zero': [0.0]}, 'the hello of the rig is out of range'),
-        ({'can': ['strain', 'left']}, "the rig emulated lacks \\['right'\\]"),
-        ({'buffer': 500}, 'lead in device.address must be at most'),
+        ({'colour': 'red'}, "'colour' in the hello of the rig is not one of protocol, name, dt, "),
+        ({'dt': -1.0}, 'dt in the hello of the rig must be a number above 0, .*; got -1.0'),
+        ({'dt': math.nan}, 'dt in the hello of the rig must be .*; got nan'),
+        ({'seconds': None}, 'seconds in the hello of the rig must be .*; got None'),
+        ({'length': '1 mm'}, "length in the hello of the rig must be .*; got '1 mm'"),
+        ({'force': 10**400}, 'force in the hello of the rig must be .*; got 1000'),
+        ({'samples': 80.5}, 'samples in the hello of the rig must be a whole .*; got 80.5'),
+        ({'buffer': True}, 'buffer in the hello of the rig must be a whole .*; got True'),
+        ({'nodes': [0.5]}, r'nodes in the hello of the rig must be .*; got \[0.5\]'),
+        ({'nodes': []}, r'nodes in the hello of the rig must be .*; got \[\]'),
+        ({'name': 7}, 'name in the hello of the rig must be a text; got 7'),
+        ({'numbers': '<c16'}, "numbers in the hello of the rig must be <f4 or <f8; got '<c16'"),
+        ({'zero': [0.0]}, r'zero in the hello .* a list of two numbers, .*; got \[0.0\]'),
+        ({'zero': 0.0}, r'zero in the hello .* a list of two numbers, .*; got 0.0'),
+        ({'can': ['strain', 'left']}, 'can in the hello of the rig .*; it lacks right'),
+        ({'can': 'everything'}, "can in the hello of the rig must be a list .*; got 'everything'"),
+        ({'buffer': 250}, 'lead in device.address must be at most'),
     ],
 )
 def test_an_invalid_hello_is_refused(said, why):
@@ -185,10 +195,65 @@ def test_an_invalid_hello_is_refused(said, why):
     assert line.closed
 
 
+@pytest.mark.parametrize('key', ['name', 'dt', 'samples', 'seconds', 'length', 'buffer'])
+def test_a_hello_that_lacks_a_key_is_refused(key):
+    """So is one without a protocol; the other keys have defaults."""
+    said = dataclasses.asdict(emulated()._hello)
+    del said[key]
+    with pytest.raises(DriverError, match=f'the hello of the rig lacks {key}: it must be a'):
+        Hello.of(json.dumps(said).encode())
+    for optional in ('force', 'zero', 'nodes', 'numbers', 'can'):
+        del said[optional]
+    said[key] = getattr(emulated()._hello, key)
+    assert Hello.of(json.dumps(said).encode()).zero == (0.0, 0.0)
+
+
+def wrong_kind(frame):
+    return encode(9, frame.number, frame.payload)
+
+
+def wrong_number(frame):
+    return encode(frame.kind, frame.number + 1, frame.payload)
+
+
+def wrong_head(frame):
+    data = encode(*frame)
+    return data[:15] + b'\0\0' + data[17:]
+
+
+def too_long(frame):
+    return HEADER.pack(b'mR', 3, 0, 2**31, 0)
+
+
+MALFORMED = {
+    wrong_kind: 'the rig sent a frame of kind 9; known are 1 HELLO, 2 PLAY, 3 SAMPLES, 4 AGAIN',
+    wrong_number: r'silent for 0.05 s; a frame has number \d+; expected \d+',
+    wrong_head: r'silent for 0.05 s; a header ends with the CRC 0x0000; expected 0x\w{4}',
+    damaged: r'; a frame of kind \d and \d+ bytes ends with the CRC 0x\w{8}; expected 0x\w{8}',
+    too_long: 'silent for 0.05 s; a payload may have at most 4194304 bytes; got 2147483648',
+    lambda frame: b'Hello from the rig!\r\n': r"no frame begins with b'",
+}
+
+
+@pytest.mark.parametrize('how', MALFORMED, ids=MALFORMED.get)
+@pytest.mark.parametrize('after', [0, 3], ids=['the hello', 'samples'])
+def test_a_malformed_frame_is_explained(how, after):
+    """Whoever writes a rig sees what is wrong with its frames."""
+    line, seen = Line(emulated()), []
+
+    def breaks(frame):
+        seen.append(frame)
+        return how(frame) if len(seen) > after else encode(*frame)
+
+    line.outward = breaks
+    with pytest.raises(DriverError, match=MALFORMED[how]):
+        live(driven(line))
+
+
 def test_a_rig_refuses_set_points_out_of_order():
     line = Line(emulated())
     element = driven(line)
-    element.driver._sent += 80
+    element.driver._sent += 40
     with pytest.raises(DriverError, match='has stopped: set-points that cannot be played'):
         live(element)
 
@@ -215,8 +280,8 @@ def unplugged(ends):
 @pytest.mark.parametrize(
     ('breaks', 'why'),
     [
-        (lambda ends: ends[:, :-1], r'must return 80 samples of both ends; got shape \(2, 79\)'),
-        (lambda ends: ends[0], r'must return 80 samples of both ends; got shape \(80,\)'),
+        (lambda ends: ends[:, :-1], r'must return 40 samples of both ends; got shape \(2, 39\)'),
+        (lambda ends: ends[0], r'must return 40 samples of both ends; got shape \(40,\)'),
         (lambda ends: ends * np.nan, 'displacements of at most 1e.06 cells; got more, or NaN'),
         (lambda ends: ends * np.inf, 'displacements of at most 1e.06 cells; got more, or NaN'),
         (unplugged, 'the driver failed: no such device'),

@@ -22,9 +22,10 @@ from mlmem_ros.device import (
     Write,
     drivers,
 )
+from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.watched import Watched
-from mlmem_ros.physics import CASE_II, Drive, substep_times
+from mlmem_ros.physics import CASE_II, HeldCell, substep_times
 
 from .lines import calibration
 
@@ -43,7 +44,8 @@ class Card:
         if address != 'slot 2':
             raise Error('nothing there')
         self.rate, self.fails = rate, False
-        self._simulation = Simulation.of(CASE_II, Settings().time)
+        time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
+        self._simulation = Simulation.of(CASE_II, time)
         self._before, self._heard = np.zeros(3), np.empty((0, 2))
 
     def now(self):
@@ -53,14 +55,14 @@ class Card:
         rows = np.vstack((self._before, out / UM))
         steps, dt = len(out), self._simulation.dt
         at, course = substep_times(steps, dt, self._simulation), np.arange(steps + 1) * dt
-        drive, self._before = None, rows[-1]
+        held_cell, self._before = None, rows[-1]
         for column, site in ((1, 1), (2, CASE_II.N)):
             held = rows[1:, column][np.isfinite(rows[1:, column])]
             if len(held):
                 when = at[: 2 * len(held)]
                 position = np.interp(when, course[1 : len(held) + 1], held)
-                drive = Drive(site, np.stack((position, np.gradient(position, when))))
-        heard = self._simulation.advance(np.interp(at, course, rows[:, 0]), drive).T
+                held_cell = HeldCell(site, np.stack((position, np.gradient(position, when))))
+        heard = self._simulation.advance(np.interp(at, course, rows[:, 0]), held_cell).T
         self._heard = np.concatenate((self._heard, heard))
 
     def read(self, samples):
@@ -109,7 +111,8 @@ class Hangs(Driver):
 
     def __init__(self, where, until):
         self._where, self._until = where, until
-        self._simulation = Simulation.of(CASE_II, Settings().time)
+        time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
+        self._simulation = Simulation.of(CASE_II, time)
         self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
         self._pass('opening')
 
@@ -126,6 +129,29 @@ class Hangs(Driver):
 
     def close(self):
         self._pass('closing')
+
+
+class Raises(Hangs):
+    """Raises in one of its methods."""
+
+    def _pass(self, here):
+        if here == self._where:
+            raise self._until
+
+
+@pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
+@pytest.mark.parametrize('error', [TypeError('no number'), SystemExit(2), KeyboardInterrupt()])
+def test_a_driver_that_raises_anything_fails(where, error):
+    def live():
+        driver = Watched('bench:Bench', lambda: Raises(where, error), 1e-4)
+        element = MemoryElement(CASE_II, Settings(), calibration(), driver)
+        element.advance()
+        driver.close()
+
+    why = re.escape(f'the driver bench:Bench has failed while {where}: {error!r}')
+    with pytest.raises(DriverError, match=why) as caught:
+        live()
+    assert caught.value.__cause__ is error
 
 
 @pytest.mark.parametrize('where', ['opening', 'playing', 'closing'])
@@ -147,6 +173,48 @@ def test_a_driver_that_hangs_times_out(where):
         over.set()
 
 
+class Quits(Driver):
+    """Wants to end the process in one of its methods, such as by calling sys.exit."""
+
+    def __init__(self, where):
+        time = TimeSettings(integrator='noh_bathe')  # two set-points a step, 80 steps a tick
+        self._simulation = Simulation.of(CASE_II, time)
+        self.dt, self.nodes = self._simulation.dt, self._simulation.nodes
+        self._where = where
+        self._pass('opening')
+
+    def _pass(self, here):
+        if here == self._where:
+            sys.exit('over')
+
+    def advance(self, *given):
+        self._pass('playing')
+        return self._simulation.advance(*given)
+
+    def end(self, site):
+        self._pass('measuring')
+        return self._simulation.end(site)
+
+    def health(self):
+        self._pass('reporting')
+        return {}
+
+    def close(self):
+        self._pass('closing')
+
+
+@pytest.mark.parametrize('where', ['opening', 'playing', 'measuring', 'reporting', 'closing'])
+def test_a_driver_that_quits_ends_no_thread(where):
+    def live():
+        driver = Watched('Q', lambda: Quits(where), 1e-4)
+        MemoryElement(CASE_II, Settings(), calibration(), driver).perform(Read())
+        driver.health()
+        driver.close()
+
+    with pytest.raises(DriverError, match=rf"Q has failed while {where}: SystemExit\('over'\)"):
+        live()
+
+
 @pytest.mark.parametrize(
     ('name', 'why'),
     [
@@ -163,11 +231,20 @@ def test_an_invalid_driver_is_refused(bench, name, why):
         drivers.opened(name, '', CASE_II, Settings())
 
 
+def test_a_module_that_quits_is_refused(tmp_path, monkeypatch):
+    (tmp_path / 'quitter.py').write_text('import sys; sys.exit("over")')
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SettingsError, match=r"quitter cannot be imported: SystemExit\('over'\)"):
+        drivers.loaded('quitter:Rig')
+
+
 def test_a_driver_that_cannot_be_opened_says_why(bench, monkeypatch):
     with pytest.raises(DriverError, match='no card at slot 7: nothing there'):
         drivers.opened(bench, 'slot 7', CASE_II, Settings())
     monkeypatch.setattr(Card, 'now', lambda self: None)
-    with pytest.raises(DriverError, match=r'device.driver bench:Bench fails: TypeError'):
+    with pytest.raises(
+        DriverError, match=r'the driver bench:Bench has failed while opening: TypeError'
+    ):
         drivers.opened(bench, 'slot 2', CASE_II, Settings())
 
 

@@ -9,6 +9,22 @@ import signal
 import pytest
 
 
+@pytest.fixture(scope='module', autouse=True)
+def owned_devices(one_owner):
+    """See `one_owner`."""
+
+
+@pytest.fixture
+def context():
+    """A context of rclpy's of its own."""
+    import rclpy
+
+    context = rclpy.Context()
+    rclpy.init(args=[], context=context)
+    yield context
+    rclpy.try_shutdown(context=context)
+
+
 @pytest.fixture
 def refused(capfd):
     """Start the program with bad input: refused(parameters, ...) returns the line it ends with."""

@@ -69,6 +69,9 @@ SERVICES = {
     'read': Trigger,
     'erase': Trigger,
     'calibrate': Trigger,
+    'locate': Trigger,
+    'reset': Trigger,
+    'survey': Trigger,
     'self_test': SelfTest,
     'abort': Trigger,
     'pause': SetBool,
@@ -133,9 +136,9 @@ class Robot:
         """Spin until a condition holds; return what it returned."""
         deadline = time.monotonic() + PATIENCE
         while not (value := condition()):
-            left = deadline - time.monotonic()
-            assert left > 0.0, f'{what}: not within {PATIENCE:g} s'
-            self._executor.spin_once(timeout_sec=min(left, 0.1))
+            remaining = deadline - time.monotonic()
+            assert remaining > 0.0, f'{what}: not within {PATIENCE:g} s'
+            self._executor.spin_once(timeout_sec=min(remaining, 0.1))
         return value
 
     # Topics
@@ -199,8 +202,8 @@ class Robot:
             point = JointTrajectoryPoint(
                 positions=[strain * ELONGATION], velocities=[each * ELONGATION for each in rate]
             )
-            point.time_from_start.sec, left = divmod(milliseconds, 1000)
-            point.time_from_start.nanosec = 10**6 * left
+            point.time_from_start.sec, remaining = divmod(milliseconds, 1000)
+            point.time_from_start.nanosec = 10**6 * remaining
             message.points.append(point)
         self.send_message('strain_trajectory', message)
 

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The client as robots use it: awaited in callbacks, waited for elsewhere, over real DDS."""
 
+import asyncio
 import contextlib
 import dataclasses
+import gc
 import subprocess
 import sys
 import threading
@@ -26,6 +28,7 @@ from mlmem_ros import (
     RequestRefused,
     standalone,
 )
+from mlmem_ros.ros.client.standalone import wait_until
 from mlmem_ros.ros.events import events_executor
 
 SOON = 30.0
@@ -37,14 +40,6 @@ def client(memory):
     with standalone(memory.element) as client:
         client.ready(60).wait()
         yield client
-
-
-@pytest.fixture
-def context():
-    context = rclpy.Context()
-    rclpy.init(args=[], context=context)
-    yield context
-    rclpy.try_shutdown(context=context)
 
 
 @pytest.fixture
@@ -306,13 +301,131 @@ def test_replies_leave_nothing_behind(node, context):
     client.abort().wait()  # the read that was cancelled
 
 
+# In asyncio
+
+
+def test_asyncio_awaits_without_anybody_spinning_the_node(node):
+    client = MemoryClient(node, '/mlmem')
+
+    async def write_and_read():
+        beats = asyncio.create_task(beat())
+        await client.write(4, timeout=SOON)
+        content, (size,) = await asyncio.gather(client.read(), size_of(client))
+        beats.cancel()
+        return content.level, size
+
+    async def size_of(client):
+        return (await client.parameters('design.N')).values()
+
+    async def beat():
+        while True:
+            beaten.append(None)
+            await asyncio.sleep(0.001)
+
+    beaten = []
+    assert asyncio.run(asyncio.wait_for(write_and_read(), SOON)) == (4, 225)
+    assert len(beaten) > 10  # others run meanwhile
+
+
+def test_asyncio_awaits_a_client_with_a_thread_of_its_own(client):
+    async def read():
+        return await client.read()
+
+    assert asyncio.run(read()).attempts == 1
+
+
+def test_a_time_out_of_asyncio_gives_up_the_answer(node):
+    """It stops nothing in the element, and leaves nothing on the node."""
+    client = MemoryClient(node, '/mlmem')
+
+    async def hurry():
+        client.ready().wait()
+        with pytest.raises(asyncio.TimeoutError):
+            await asyncio.wait_for(asyncio.ensure_future(client.calibrate()), 0.05)
+
+    asyncio.run(hurry())
+    assert list(node.timers) == []
+    client.abort().wait()
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor])
+def test_a_callback_awaits_in_an_executor_that_asyncio_spins(node, context, kind):
+    client, executor, read = MemoryClient(node, '/mlmem'), kind(context=context), Future()
+
+    async def callback():
+        timer.cancel()
+        read.set_result(await client.read())
+
+    async def spin():
+        while not read.done():
+            executor.spin_once(timeout_sec=0.0)
+            await asyncio.sleep(0.001)
+
+    timer = node.create_timer(0.001, callback)
+    executor.add_node(node)
+    asyncio.run(asyncio.wait_for(spin(), SOON))
+    assert read.result().attempts == 1
+
+
+def test_an_awaited_reply_that_was_cancelled_says_so(node):
+    reply = MemoryClient(node, '/nobody').read()
+    reply.cancel()
+
+    async def late():
+        return await reply
+
+    with pytest.raises(NoAnswer, match='read was cancelled'):
+        asyncio.run(late())
+
+
 # Refusals and failures
 
 
-def test_an_invalid_level_is_not_sent(client):
-    for level in (-1, 2.5, True, '3', None):
-        with pytest.raises(ValueError, match='level must be a whole number from 0'):
-            client.write(level)
+@pytest.fixture
+def unchecked(monkeypatch):
+    """Let messages take any value, as on a robot, where ROS_PYTHON_CHECK_FIELDS is not set."""
+    for module in list(sys.modules.values()):
+        if 'ros_python_check_fields' in vars(module):
+            monkeypatch.setattr(module, 'ros_python_check_fields', '')
+
+
+@pytest.mark.usefixtures('unchecked')
+@pytest.mark.parametrize('actions', [True, False])
+@pytest.mark.parametrize('level', [-1, 2.5, True, '3', None, 65536, 65541, 2**31, 2**63, 2**70])
+def test_an_invalid_level_is_not_sent(client, actions, level, monkeypatch):
+    """65541 is level 5 in 16 bits. Nor does the reply that is not made complain."""
+    complaints = []
+    monkeypatch.setattr(sys, 'unraisablehook', complaints.append)
+    client = MemoryClient(client.node, '/mlmem', actions=actions)
+    with pytest.raises(ValueError, match='level must be a whole number from 0 to 65535; got'):
+        client.write(level)
+    gc.collect()
+    assert [each for each in complaints if each.object is Future.__del__] == []
+
+
+@pytest.mark.usefixtures('unchecked')
+def test_other_arguments_that_no_message_holds_are_not_sent(client):
+    for wrong in (2**63, 2**70, 2.5, '3'):
+        with pytest.raises(ValueError, match='level must be a whole number'):
+            client.request('write', level=wrong)
+    with pytest.raises(ValueError, match='end must be a text; got 3'):
+        client.read(end=3)
+    with pytest.raises(ValueError, match='path must be a text; got 3'):
+        client.record(path=3)
+    with pytest.raises(ValueError, match=r'faults\.seed must be a whole number'):
+        client.set_parameters({'faults.seed': 2**63})
+
+
+@pytest.mark.usefixtures('unchecked')
+def test_what_cannot_be_sent_stops_no_executor(node):
+    """The error is the caller's: the robot spins on."""
+    with spinning(node):
+        asked = MemoryClient(node, '/mlmem').parameters(3)
+        wait_until(asked.done, 'the end of the reply')
+        assert isinstance(asked.exception(), TypeError)
+        turned = Future()
+        node.create_timer(0.001, lambda: turned.set_result(None))
+        wait_until(turned.done, 'a timer of the robot')
 
 
 def under_way(client, robot, level):
@@ -329,6 +442,21 @@ def test_a_busy_element_refuses(client, robot):
     with pytest.raises(RequestRefused, match='busy'):
         client.read().wait()
     assert writing.wait().level == 6
+
+
+def test_reads_of_one_client_wait_for_one_another(client, node):
+    """With an executor or without; as many as anybody needs, but not for ever more."""
+    for each in (
+        client,
+        MemoryClient(node, '/mlmem'),
+        MemoryClient(node, '/mlmem', actions=False),
+    ):
+        reads = [each.read(timeout=SOON) for _ in range(3)]
+        assert [read.wait().attempts for read in reversed(reads)] == [1, 1, 1]
+    reads = [client.read(timeout=SOON) for _ in range(21)]
+    with pytest.raises(RequestRefused, match='busy: 20 requests are already waiting'):
+        reads.pop().wait()
+    assert [read.wait().attempts for read in reads] == 20 * [1]
 
 
 def test_an_aborted_write_fails(client, robot):
@@ -423,7 +551,7 @@ def test_the_end_to_probe_is_given_for_one_read(client):
     assert client.read(end='right').wait().end == 'right'
     assert client.read(end='both').wait().details['walls'] == 1
     assert client.read().wait().end == 'left'
-    with pytest.raises(RequestRefused, match="end must be left, right or both; got 'top'"):
+    with pytest.raises(RequestRefused, match="end must be one of left, right, both; got 'top'"):
         client.read(end='top').wait()
     assert client.parameters('read.end').wait() == {'read.end': 'left'}
 
@@ -432,8 +560,8 @@ def test_the_end_to_probe_is_given_for_one_read(client):
 
 
 def test_a_strain_profile_is_sent_and_followed(memory, client, robot):
-    """First at 10/s, the limit at 10 us per time unit; then smoothly back."""
-    client.follow([0.002, 0.05], [0.02, 0.02]).wait()
+    """First at 5/s, the limit at 10 us per time unit; then smoothly back."""
+    client.follow([0.004, 0.05], [0.02, 0.02]).wait()
     robot.next('joint_states', lambda state: state.position[0] == pytest.approx(0.02 * 225 * 0.01))
     client.follow([0.02], [0.0], [0.0]).wait()
     robot.next('joint_states', lambda state: state.position[0] == 0.0)

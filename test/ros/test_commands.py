@@ -61,6 +61,20 @@ def test_write_read_erase(memory, robot, inside):
     robot.latest('level', lambda level: level.data == BLANK)
 
 
+def test_a_procedure_of_the_table_is_a_command_and_a_service(memory, robot, inside):
+    assert robot.write(3).success
+    status, told, complaint = inside('locate')
+    assert (status, complaint) == (0, '')
+    content, *found = told.splitlines()
+    assert content.startswith('level 3 (code 011), echo delay ')
+    measured = dict(line.split() for line in found)
+    assert measured['walls'] == '1'
+    assert float(measured['position']) == pytest.approx(100.0, abs=1.0)
+    answer = robot.trigger('locate')
+    assert answer.success
+    assert answer['position'] == pytest.approx(100.0, abs=1.0)
+
+
 def test_replay_into_a_node_names_the_differences(memory, robot):
     """The session read a blank element at a tenth of the speed; this one holds a level."""
     session = load(LIFE)
@@ -68,7 +82,7 @@ def test_replay_into_a_node_names_the_differences(memory, robot):
     session.outcomes = [(0.1, {'procedure': 'read', 'level': '-1'})]
     assert robot.write(0).success
     played = play(session, memory.element, lambda done, total: None)
-    assert (played.recorded, played.heard) == (['read blank'], ['read 0'])
+    assert (played.recorded, played.ended) == (['read blank'], ['read 0'])
     assert not played.passed
     told = '\n'.join(describe_played(played))
     assert 'procedures  0 of 1 agree: read 0' in told
@@ -161,7 +175,7 @@ def test_self_test(memory, inside):
     assert (status, said) == (0, '')
     lines = tested.splitlines()
     assert all(line.startswith('ok ') for line in lines)
-    assert re.fullmatch(r'ok +level 7 +read from both ends.*', lines[-2])
+    assert re.fullmatch(r'ok +level 7 +read', lines[-2])
     assert re.fullmatch(r'ok +restore +.*', lines[-1])
 
 

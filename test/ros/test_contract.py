@@ -86,7 +86,7 @@ def test_every_parameter_describes_itself(robot):
     """Names are in groups, each has a description, and each number says its range."""
     names = [name for name in robot.parameters() if '.' in name]
     groups = {name.split('.')[0] for name in names}
-    assert groups >= {'design', 'actuator', 'write', 'probe', 'time', 'record', 'publish', 'scale'}
+    assert groups >= {'design', 'actuator', 'write', 'time', 'record', 'publish', 'scale'}
     described = robot.describe(['target_level', *names])
     assert len(described) == len(names) + 1
     assert not [name for name, one in described.items() if not one.description]
@@ -159,6 +159,17 @@ def test_calibrate_restores_the_content(robot):
     assert robot.trigger('read')['delay'] == pytest.approx(before['delay'], abs=10.0)
 
 
+def test_the_outcome_of_a_calibration_is_told_in_plain_texts(robot):
+    answer = robot.trigger('calibrate')
+    status = robot.latest('outcome', lambda status: 'calibrate' in status.message)
+    told = values(status)
+    for end, delays in answer['delays'].items():
+        assert [float(text) for text in told[f'delays_{end}'].split()] == pytest.approx(
+            delays, rel=1e-5
+        )
+    assert not [text for text in told.values() if set(text) & set('{<[(')]
+
+
 # Self-test and reports
 
 
@@ -183,14 +194,25 @@ def test_level_reaches_a_late_joiner(robot):
         assert values(late.latest('outcome'))['level'] == str(level)
 
 
-def test_one_echo_per_probe(robot):
+def test_a_probe_of_a_wall_gives_an_echo_at_each_end_and_that_of_a_blank_element_one(robot):
     robot.write(3)
     robot.latest('outcome')
     outcomes, before = len(robot.received('outcome')), len(robot.received('echo'))
     robot.publish('probe')
     robot.wait(lambda: len(robot.received('outcome')) > outcomes, 'the outcome of the probe')
-    assert len(robot.received('echo')) == before + 1
-    echo = robot.received('echo')[-1]
+    assert len(robot.received('echo')) == before + 2
+    for echo in robot.received('echo')[before:]:
+        check_echo(echo)
+    assert robot.trigger('read').success
+    assert len(robot.received('echo')) == before + 4
+    assert robot.trigger('erase').success
+    robot.latest('outcome')
+    blank = len(robot.received('echo'))
+    assert robot.trigger('read').success
+    assert len(robot.received('echo')) == blank + 1
+
+
+def check_echo(echo):
     channel, sample = echo.layout.dim
     assert (channel.label, channel.size) == ('channel', 3)
     assert sample.label == 'sample'
@@ -202,8 +224,6 @@ def test_one_echo_per_probe(robot):
     assert all(map(math.isfinite, echo.data))
     assert max(map(abs, v_m)) > 1e-4  # the pulse has an amplitude of 0.01, its echo a hundredth
     assert max(map(abs, v_c)) > 1e-5
-    assert robot.trigger('read').success
-    assert len(robot.received('echo')) == before + 2
 
 
 def test_range_is_the_distance_to_the_wall(robot):

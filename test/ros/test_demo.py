@@ -7,6 +7,7 @@ import re
 
 from closed_bag import check_closed
 
+from mlmem_ros.cli import laboratory
 from mlmem_ros.cli.main import main
 
 
@@ -24,4 +25,6 @@ def test_demo(tmp_path, capfd):
     messages = check_closed(folder / 'session')
     levels = [message.data for topic, _, message in messages if topic.endswith('/level')]
     assert [level for level in dict.fromkeys(levels) if level >= 0] == list(range(8))
-    assert (folder / 'session.png').read_bytes().startswith(b'\x89PNG')
+    picture = folder / 'session.png'
+    assert picture.exists() == (laboratory.PICTURE in laboratory.added(laboratory.PARTS))
+    assert not picture.exists() or picture.read_bytes().startswith(b'\x89PNG')

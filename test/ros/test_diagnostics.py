@@ -17,13 +17,16 @@ from mlmem_ros.device import Faults, MemoryElement, Reading, SetFaults, SetStrai
 from mlmem_ros.device.calibration import Calibration, DelayTable
 from mlmem_ros.device.end import End
 from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.device.pacing import SteadyPacer
 from mlmem_ros.host import State
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.components import ERROR, OK, WARN, Health, Hysteresis
 from mlmem_ros.ros.node.diagnostics import Pace
 
-COMPONENTS = ('loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'recorder')
+COMPONENTS = (
+    'loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'twin', 'recorder'
+)  # fmt: skip
 
 
 def reported(array):
@@ -161,12 +164,12 @@ def test_the_worst_state_of_a_recording_is_reported(recording, level, text):
 
 def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     statistics, told = LoopStatistics(ticks=10, overruns=2), []
-    journal = SimpleNamespace(caught=0, warning=told.append)
+    log = SimpleNamespace(caught=0, warning=told.append)
     loop = SimpleNamespace(
         statistics=statistics, tick_seconds=0.002, failure=None, paused=False,
-        element=SimpleNamespace(procedure=''),
+        pacer=SteadyPacer(),
     )  # fmt: skip
-    component = Pace(SimpleNamespace(refused=0, journal=journal))
+    component = Pace(SimpleNamespace(refused=0, log=log))
     assert component.health(loop) == Health(WARN, '2 ticks of time were skipped', ANY)
     assert component.health(loop) == Health(OK, 'running', ANY)
     for statistics.overruns in (3, 4, 5, 8):
@@ -231,6 +234,8 @@ def test_every_component_reports(robot):
     assert float(memory['threshold_margin']) > 1.5
     assert float(memory['confidence']) > 0.3
     assert int(memory['writes']) >= 1
+    robot.publish('strain', 0.0)  # nothing moves, but who strains by hand knows no content
+    robot.next('/diagnostics', lambda array: reported(array)['memory'].message == 'not read yet')
 
 
 def test_an_inactive_node_reports_it(start):
@@ -241,5 +246,5 @@ def test_an_inactive_node_reports_it(start):
         assert robot.response(robot.send('change_state', request, ChangeState)).success
         array = robot.next('/diagnostics', lambda a: reported(a)['loop'].message == 'inactive')
         for name, status in reported(array).items():
-            text = 'not recording' if name == 'recorder' else 'inactive'
+            text = {'recorder': 'not recording', 'twin': 'no twin'}.get(name, 'inactive')
             assert (status.level, status.message, status.hardware_id) == (OK, text, '/idle')

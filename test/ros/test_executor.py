@@ -9,22 +9,13 @@ from concurrent.futures import Future
 
 import pytest
 import rclpy
-from rclpy.context import Context
 from std_srvs.srv import Trigger
 
-from mlmem_ros.host import Journal
-from mlmem_ros.ros.node.boundary import Boundary, settled
+from mlmem_ros.host import ThrottledLog
+from mlmem_ros.ros.node.callback_guard import CallbackGuard, settled
 from mlmem_ros.ros.node.executor import GuardedExecutor
 
 SOON = 10.0
-
-
-@pytest.fixture
-def context():
-    context = Context()
-    rclpy.init(args=[], context=context)
-    yield context
-    rclpy.try_shutdown(context=context)
 
 
 @pytest.fixture
@@ -42,7 +33,7 @@ def client(context, node):
 @pytest.fixture
 def executor(context, node):
     executor = GuardedExecutor(context)
-    executor.add_node(node, Journal(logging.getLogger()))
+    executor.add_node(node, ThrottledLog(logging.getLogger()))
     yield executor
     executor.shutdown()
     node.destroy_node()
@@ -96,15 +87,15 @@ def test_a_request_is_answered_from_the_thread_that_settles_it(executor, node, c
         return response
 
     node.create_service(Trigger, '/ask', answer)
-    boundary = Boundary(node, Journal(logging.getLogger()))
-    boundary.guard_services()
+    callback_guard = CallbackGuard(node, ThrottledLog(logging.getLogger()))
+    callback_guard.guard_services()
     assert client.wait_for_service(SOON)
     sent = client.call_async(Trigger.Request())
-    while not boundary.waiting:
+    while not callback_guard.waiting:
         executor.turn(0.01)
     threading.Timer(0.02, waits.set_result, ['settled']).start()
     assert responses(executor, client, [sent]) == ['settled']
-    assert not boundary.waiting
+    assert not callback_guard.waiting
 
 
 def test_an_interrupt_ends_the_present_spin_or_the_next(executor):

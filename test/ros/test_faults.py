@@ -2,18 +2,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults as parameters, and the shaken base: over DDS, recorded, replayed."""
 
+import json
 import math
+import re
 import time
+from pathlib import Path
 
 import pytest
-from robot import SENSOR, Imu, Robot, values
+from robot import BLANK, SENSOR, Imu, Robot, values
 
 from mlmem_ros.contract.errors import RequestRefused
 from mlmem_ros.device import Disturb, Faults, Read, SetFaults
+from mlmem_ros.physics import CASE_II
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.client.standalone import standalone
 from mlmem_ros.session.data import SessionData, load
 from mlmem_ros.session.replay import replay
+
+PAGE = Path(__file__).parents[2] / 'docs' / 'faults.md'
 
 UNIT = 0.01 / 1e-5**2
 """One lattice constant per time unit squared in m/s^2 at this element's scale."""
@@ -35,6 +41,22 @@ def refused(robot):
 
 def mean(field):
     return sum(field.data) / len(field.data)
+
+
+def test_the_recipe_of_the_page_fails_as_printed(robot):
+    """Whatever the element holds: its commands, sent by hand, and the error that it prints."""
+    block = re.search(r'```sh\n(.*?)```', PAGE.read_text(), re.DOTALL)[1]
+    said = {}
+    robot.set(target_level=0)
+    assert robot.trigger('write').success
+    for line in block.splitlines():
+        if setting := re.match(r'ros2 param set /mlmem (\S+) (true|false)$', line):
+            assert robot.try_set(setting[1], setting[2] == 'true').successful
+        elif call := re.match(r'ros2 service call /mlmem/(\w+) std_srvs/srv/Trigger', line):
+            said = robot.trigger(call[1])
+        else:
+            assert json.loads('{' + line.removeprefix('# ') + '}').items() <= said.items()
+    assert robot.write(0).success
 
 
 def test_a_fault_is_set_and_removed_while_running(robot):
@@ -70,7 +92,8 @@ def test_an_impossible_fault_is_refused_and_nothing_is_changed(robot, name, valu
 def test_the_base_shakes_the_chain_and_stops_by_itself(robot):
     """An acceleration of a thousandth of the unit bends inactive cells by 1e-3 / k_s1 = 4.5e-3."""
     assert robot.trigger('erase').success
-    rest = mean(robot.next('field'))
+    rest = CASE_II.D_s1  # a field sent as the erase ends still rings by 2.6e-5
+    robot.next('field', lambda field: abs(mean(field) - rest) < 1e-6)
     fields = robot.received('field')
     seen = len(fields)
 
@@ -125,8 +148,8 @@ def test_faults_and_disturbances_are_played_into_a_node(robot):
         (0.4, Read('right')),
     ]
     robot.received('outcome')
-    session = SessionData(robot.element, 0, None, commands=told)
-    heard = play(session, robot.element, lambda done, total: None).heard
+    session = SessionData(robot.element, None, commands=told)
+    heard = play(session, robot.element, lambda done, total: None).ended
     assert heard == ['read 1', 'read 1']
     robot.latest('outcome', lambda status: values(status)['end'] == 'right')
     assert robot.get('faults.sensor_noise') == 0.0
@@ -166,3 +189,25 @@ def test_a_session_with_faults_and_a_shaken_base_replays_to_the_bit(start, tmp_p
     report = replay(session)
     assert report.exact, report
     assert report.refused == []
+
+
+def test_an_element_driven_out_of_its_phases_is_reset(start, tmp_path):
+    """Damping a hundredfold during a write pushes cells on and on; no restart brings them back."""
+    kept, bag = {'state.path': str(tmp_path / 'element.json')}, tmp_path / 'session'
+    node = start({**kept, 'faults.damping_factor': 100.0, 'time.speed': 0.0}, name='lost')
+    with Robot('/lost') as robot:
+        assert not robot.write(3).success
+        robot.set(faults__damping_factor=1.0)
+        node.terminate()
+        assert node.exit_status() == 0
+    again = start({**kept, 'record.path': str(bag), 'scale.time': 1e-5}, name='again')
+    with Robot('/again') as robot:
+        error = robot.trigger('read')['error']
+        assert error.endswith('reset replaces the element by a blank one')
+        assert robot.trigger('reset')['level'] == BLANK
+        assert robot.write(5)['level'] == 5
+        again.terminate()
+        assert again.exit_status() == 0
+    assert replay(load(bag)).exact
+    saved = json.loads((tmp_path / 'element.json').read_text())['snapshot']
+    assert saved['statistics']['resets'] == 1

@@ -83,6 +83,7 @@ def running(folder, *command, whole_group):
     text = path.read_text()
     assert 'shut down' in text
     assert 'Traceback' not in text
+    assert 'process has died' not in text
 
 
 @pytest.fixture(scope='module')
@@ -92,6 +93,8 @@ def node(ros2, tmp_path_factory):
     folder = tmp_path_factory.mktemp('run')
     with running(folder, *command, whole_group=True), Robot() as robot:
         robot.next('wall')
+        found = lambda: robot.element in ros2('node', 'list').split()  # noqa: E731
+        robot.wait(found, 'the daemon of the command line, which must find it too')
         yield robot.element
 
 
@@ -186,7 +189,7 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
         robot.next('wall')
         present = robot.parameters()
         assert {name: present[name] for name in given} == given
-        assert present['write.tension'] == 0.048  # from the preset
+        assert robot.get('write.tension') == 0.048  # from the preset
 
 
 @pytest.mark.slow
@@ -201,6 +204,18 @@ def test_launch_gives_parameters_their_types(ros2, tmp_path):
 def test_launch_refuses_an_argument_of_another_type(ros2, argument, words):
     done = run('ros2', 'launch', 'mlmem_ros', 'memory.launch.py', argument)
     assert words in done.stdout + done.stderr
+
+
+def test_launch_warns_of_an_argument_that_does_not_exist(ros2, tmp_path):
+    given = ('write.atempts:=3', 'design.nothing:=1', 'name:=warned', 'robot:=theirs')
+    command = ('launch', 'mlmem_ros', 'memory.launch.py', *given)
+    with running(tmp_path, *command, whole_group=False) as output, Robot('/warned') as robot:
+        robot.next('wall')
+        told = [line for line in output.read_text().splitlines() if 'there is no argument' in line]
+    assert [line.partition('there is no argument ')[2] for line in told] == [
+        'write.atempts: it is ignored; did you mean write.attempts?',
+        'design.nothing: it is ignored',
+    ]
 
 
 def test_launch_manages_the_life_cycle(ros2, tmp_path):
@@ -241,13 +256,14 @@ def test_launch_demo(ros2, tmp_path):
 
 
 @pytest.mark.slow
-def test_launch_in_a_larger_stack(ros2, tmp_path):
+@pytest.mark.parametrize('whole_group', [True, False], ids=['terminal', 'launch alone'])
+def test_launch_in_a_larger_stack(ros2, tmp_path, whole_group):
     """The example: a behaviour that starts once the memory is active, below one namespace."""
     if run('ros2', 'pkg', 'prefix', 'gait_store').returncode != 0:
         pytest.skip('examples/gait_store is not built: colcon build --base-paths it')
     command = ('launch', 'gait_store', 'robot.launch.py', 'robot:=/walker', 'scale.time:=1e-5')
     with (
-        running(tmp_path, *command, whole_group=False) as output,
+        running(tmp_path, *command, whole_group=whole_group) as output,
         Robot('/walker/mlmem') as robot,
     ):
         robot.next('wall')

@@ -160,7 +160,7 @@ def series(robot):
 
 
 def test_every_layout_exists_and_is_documented():
-    pages = [ROOT / 'docs' / name for name in ('look.md', 'robot.md')]
+    pages = [ROOT / 'docs' / name for name in ('view.md', 'robot.md')]
     told = ''.join(page.read_text(encoding='utf-8') for page in pages)
     for layout in ('memory.rviz', 'foxglove_layout.json', 'plotjuggler.xml', 'sros2_policy.xml'):
         assert (CONFIG / layout).is_file()

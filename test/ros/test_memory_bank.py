@@ -94,8 +94,8 @@ def test_the_command_line_of_a_bank():
     ]
 
 
-@pytest.mark.parametrize('number', ['0', '65', '-1', '2.5', 'four'])
-def test_a_bank_has_from_1_to_64_elements(number, capsys):
+@pytest.mark.parametrize('number', ['0', '129', '-1', '2.5', 'four'])
+def test_a_bank_has_from_1_to_128_elements(number, capsys):
     with pytest.raises(SystemExit):
         bank_arguments(['memory_bank', f'--elements={number}'])
-    assert f"must be a number from 1 to 64; got '{number}'" in capsys.readouterr().err
+    assert f"must be a number from 1 to 128; got '{number}'" in capsys.readouterr().err

@@ -2,19 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node's parameters: a preset is the whole element, others override it."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import pytest
 import rclpy
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from robot import Robot
 
 from mlmem_ros.device import PRESETS, SettingsError, preset
-from mlmem_ros.host import Journal
+from mlmem_ros.host import ThrottledLog
+from mlmem_ros.parameter_file import text_of
 from mlmem_ros.ros.node.parameters import ParameterSet
+from mlmem_ros.ros.node.unlisted import UnlistedParameters
 
 
 @pytest.fixture(scope='module')
@@ -32,10 +35,13 @@ def declared(context):
 
     def declare(given=(), namespace=''):
         overrides = [Parameter(name, value=value) for name, value in dict(given).items()]
-        node = Node('memory', namespace=namespace, context=context, parameter_overrides=overrides)
+        node = UnlistedParameters(
+            'memory', namespace=namespace, context=context, parameter_overrides=overrides
+        )
         nodes.append(node)
-        host = SimpleNamespace(loop=None, element=None, journal=Journal(node.get_logger()))
-        return node, ParameterSet(node, host)
+        host = SimpleNamespace(loop=None, element=None, log=ThrottledLog(node.get_logger()))
+        node.known = ParameterSet(node, host)
+        return node, node.known
 
     yield declare
     for node in nodes:
@@ -123,10 +129,10 @@ def test_a_node_with_sixteen_levels(start):
         assert robot.trigger('read')['end'] == 'right'
 
 
-def test_the_interval_of_the_hashes_is_fixed_while_configured(declared):
+def test_the_interval_of_the_hashes_is_fixed_while_configured(declared, tmp_path):
     node, given = declared()
     given.lock(8)
-    assert set_all(node, {'record.path': '/tmp/session'}).successful
+    assert set_all(node, {'record.path': str(tmp_path / 'session')}).successful
     refused = set_all(node, {'record.hash_every': 30})
     assert 'record.hash_every may be set only while the node is unconfigured' in refused.reason
 
@@ -140,6 +146,129 @@ def test_a_word_that_is_not_a_choice_is_refused(declared, name):
         declared({name: 'euler'})
 
 
+# --- what is listed, and what is not ----------------------------------------------------------
+
+
+def listed(node):
+    return node.list_parameters([], 0).names
+
+
+def test_a_node_lists_what_a_robot_builder_changes(start):
+    start({'autostart': False})
+    with Robot() as robot:
+        names = list(robot.parameters())
+        assert robot.get('throw.peak') == 0.135  # not listed, told all the same
+    assert len(names) <= 60
+    assert {'design.preset', 'scale.time', 'write.attempts', 'faults.actuator_stuck'} <= set(names)
+    assert not [name for name in names if name.startswith(('down_', 'up_', 'throw.', 'probe'))]
+
+
+def test_a_parameter_that_is_not_listed_is_told_with_its_type_and_range(declared):
+    node, _ = declared({'design.preset': 'bits_4'})
+    assert 'write.hold' not in listed(node)
+    assert node.get_parameter('write.hold').value == preset('bits_4').settings.write.hold
+    assert node.get_parameter_type('write.hold') == Parameter.Type.DOUBLE.value
+    (legal,) = node.describe_parameter('write.hold').floating_point_range
+    assert (legal.from_value, legal.to_value) == (0.0, 1e6)
+    assert 'write.hold' not in listed(node)
+
+
+def test_one_that_is_given_or_set_is_listed(declared):
+    node, given = declared({'throw.peak': 0.12})
+    assert 'throw.peak' in listed(node)
+    assert set_all(node, {'write.hold': 60.0}).successful
+    assert 'write.hold' in listed(node)
+    assert given.values().settings.throw.peak == 0.12
+    assert given.values().settings.write.hold == 60.0
+
+
+def test_one_that_is_refused_is_not_listed(declared):
+    node, given = declared()
+    assert not set_all(node, {'write.hold': -1.0}).successful
+    given.lock(8)
+    refused = set_all(node, {'write.hold': 60.0})
+    assert 'write.hold may be set only while the node is unconfigured' in refused.reason
+    assert 'write.hold' not in listed(node)
+
+
+# --- a file that brings the element -----------------------------------------------------------
+
+
+@pytest.fixture
+def element(tmp_path):
+    """A file of an element of 16 levels with one setting of its own."""
+    design, settings = preset('bits_4')
+    changed = replace(settings, write=replace(settings.write, hold=60.0))
+    file = tmp_path / 'element.yaml'
+    file.write_text(text_of(design, changed), encoding='utf-8')
+    return file
+
+
+def dump(node):
+    """Return what `ros2 param dump` saves, without rclpy's own."""
+    names = set(listed(node)) - {'start_type_description_service', 'use_sim_time'}
+    return {name: node.get_parameter(name).value for name in sorted(names)}
+
+
+def test_a_file_brings_the_element_and_a_dump_names_it(declared, element):
+    node, given = declared({'design.file': str(element)})
+    assert given.values().settings.write.hold == 60.0
+    saved = dump(node)
+    assert len(saved) <= 60
+    assert (saved['design.file'], saved['design.preset']) == (str(element), 'bits_4')
+    again, same = declared(saved)
+    assert (same.values().design, same.values().settings) == (
+        given.values().design,
+        given.values().settings,
+    )
+    assert dump(again)['design.digest'] == saved['design.digest'] != ''
+
+
+def test_a_digest_tells_elements_apart(declared):
+    node, _ = declared()
+    digests = {dump(node)['design.digest']}
+    for changed in ({'write.hold': 60.0}, {'design.N': 250}, {'design.preset': 'fast'}):
+        assert set_all(node, changed).successful
+        digests.add(dump(node)['design.digest'])
+    assert len(digests) == 4
+    assert 'is computed' in set_all(node, {'design.digest': 'x'}).reason
+    assert set_all(node, dump(node)).successful  # as `ros2 param load` does
+
+
+def test_a_dump_of_a_file_that_has_changed_is_warned_of(start, element, capfd):
+    start({'autostart': False, 'design.file': str(element), 'design.digest': 'of another'})
+    assert 'have the digest ' in capfd.readouterr().err
+
+
+def test_a_preset_that_is_set_takes_the_place_of_a_file(declared, element):
+    node, given = declared({'design.file': str(element)})
+    assert set_all(node, {'design.preset': 'fast'}).successful
+    assert (given.values().design, given.values().settings) == preset('fast')
+    assert node.get_parameter('design.file').value == ''
+    refused = set_all(node, {'design.file': str(element)})
+    assert 'design.file may be set only at the start' in refused.reason
+
+
+def test_a_dump_of_a_file_is_loaded_one_by_one_or_at_once(declared, element):
+    """`ros2 param load` sets one by one, the preset after the file."""
+    node, given = declared({'design.file': str(element)})
+    saved = dump(node)
+    for name, value in saved.items():
+        assert set_all(node, {name: value}).successful
+    assert set_all(node, saved).successful
+    assert given.values().settings.write.hold == 60.0
+    assert set_all(node, {'design.file': ''}).successful
+    assert (given.values().design, given.values().settings) == preset('bits_4')
+
+
+def test_a_file_that_brings_no_element_is_refused(declared, element, tmp_path):
+    for file, why in ((tmp_path / 'none.yaml', 'No such file'), (tmp_path, 'Is a directory')):
+        with pytest.raises(SettingsError, match=rf'parameter design\.file: .*{why}'):
+            declared({'design.file': str(file)})
+    with pytest.raises(SettingsError, match=r'must be that of design\.file, bits_4'):
+        declared({'design.file': str(element), 'design.preset': 'fast'})
+
+
 # --- design.check ----------------------------------------------------------------------------
 
 
@@ -150,3 +279,18 @@ def test_an_unknown_value_of_design_check_is_refused(declared, word):
     node, given = declared()
     assert not set_all(node, {'design.check': word}).successful
     assert given.values().check == 'refuse'
+
+
+def test_a_parameter_without_a_name_is_refused(start, tmp_path):
+    """rclpy takes it for a declared one of any type; with bytes no recording could begin."""
+    node = start({'autostart': False})
+    with Robot() as robot:
+        for value in ([b'\1'], 3, True, 'x', [0.5]):
+            result = robot.try_set('', value)
+            assert not result.successful
+            assert result.reason == "there is no parameter ''"
+        robot.set(record__path=str(tmp_path / 'session'))
+        for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+            request = ChangeState.Request(transition=Transition(id=transition))
+            assert robot.response(robot.send('change_state', request, ChangeState)).success
+        assert 'fault in the software' not in node.output

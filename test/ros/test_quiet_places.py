@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the log and the graph tell without being asked."""
 
+import re
+
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from robot import OUT, RELIABLE, Robot
 
 from mlmem_ros.cli.checkup import check_node
@@ -25,6 +29,35 @@ def test_how_a_procedure_ended_is_in_the_log(memory, robot):
     assert ': level 0' in memory.output
 
 
+def test_transitions_changed_parameters_and_refusals_are_in_the_log(start):
+    node = start({'scale.time': 1e-5}, name='told')
+    with Robot('/told', 'told_robot') as robot:
+        robot.set(time__speed=2.0, faults__seed=3)
+        assert not robot.try_set('design.N', 100).successful
+        assert not robot.answer(robot.ask('write', level=9)).success
+        assert not robot.answer(robot.ask('write')).success
+        assert not robot.trigger('step').success
+        transitions = (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP)
+        for transition in transitions:
+            request = ChangeState.Request(transition=Transition(id=transition))
+            assert robot.response(robot.send('change_state', request, ChangeState)).success
+        assert not robot.trigger('read').success
+    others = re.compile('preparing|ready|.* ticks of time were skipped')  # on a loaded machine
+    lines = [line.partition(' [told]: ')[::2] for line in node.output.splitlines()]
+    assert [line for line in lines if not others.match(line[1])] == [
+        ('[INFO]', 'active: time runs'),
+        ('[INFO]', 'set time.speed = 2.0'),
+        ('[INFO]', 'set faults.seed = 3'),
+        ('[WARN]', 'a parameter refused: design.N may be set only while the node is unconfigured'),
+        ('[WARN]', 'write refused: level must be a whole number from 0 to 7; got 9'),
+        ('[WARN]', 'request refused: write must be given level'),
+        ('[WARN]', 'step refused: step works only while paused; pause first'),
+        ('[INFO]', 'inactive: the strain is zero, time stands still'),
+        ('[INFO]', 'unconfigured: the device is released'),
+        ('[WARN]', 'read refused: inactive: configure and activate the node first'),
+    ]
+
+
 def test_a_missing_clock_is_reported(start):
     node = start({'use_sim_time': True}, name='frozen')
     with Robot('/frozen', 'frozen_robot') as robot:
@@ -39,8 +72,13 @@ def test_two_nodes_may_not_share_a_state_file(start, refused, tmp_path):
     start(shared, name='first')
     with Robot('/first', 'first_robot') as robot:
         assert robot.write(1).success
-    line = refused(shared, name='second', warned=True)
-    assert 'element.json is in use by /first (process' in line
+    (tmp_path / 'elsewhere').mkdir()
+    link = tmp_path / 'elsewhere' / 'link.json'
+    link.symlink_to(tmp_path / 'element.json')
+    for path in (shared['state.path'], str(link)):
+        line = refused({**shared, 'state.path': path}, name='second', warned=True)
+        assert 'element.json is in use by /first (process' in line
+    assert link.is_symlink()
 
 
 def test_the_level_is_the_content_and_not_an_echo_during_a_write(start):

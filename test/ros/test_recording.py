@@ -14,15 +14,21 @@ import pytest
 from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.cli.main import main
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
+from mlmem_ros.testing import assert_replays
 
 EVERY_ONE = ('level', 'outcome', 'echo')
 """Topics of which a subscriber receives every message."""
 
 STREAMS = ('range', 'joint_states', 'field', 'wall')
 """Fast topics: a subscriber may miss messages, but receives none that was not recorded."""
+
+ECHOES = 5
+"""Of a write to a blank element and a read: one of no wall, then from both ends twice."""
 
 
 def values(message):
@@ -66,7 +72,7 @@ def session(start, tmp_path):
         assert robot.write(1).success
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
-        robot.wait(lambda: len(heard['echo']) >= 3, 'the echoes, which take longer: they are long')
+        robot.wait(lambda: len(heard['echo']) >= ECHOES, 'the echoes: long, they take longer')
         node.terminate()
         assert node.exit_status() == 0
     return bag, {topic: [values(m) for m in messages] for topic, messages in heard.items()}
@@ -86,10 +92,11 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
     report = replay(load(bag))
     assert report.exact
     assert report.hashes >= 10
-    assert report.levels == [-1, 1, 1]
+    assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
+    assert len(heard['echo']) == ECHOES
 
 
-def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path):
+def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path, capsys):
     bag = tmp_path / 'session'
     kept = {'state.path': str(tmp_path / 'element.json'), 'scale.time': 1e-5}
     node = start(
@@ -97,7 +104,7 @@ def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tm
     )
     with Robot(node.element) as robot:
         assert robot.write(6).success
-        robot.wait(lambda: load(bag).echoes, 'a synced chunk with the echo')
+        robot.wait(lambda: load(bag).outcomes, 'a synced chunk with the outcome')
         node.signal(signal.SIGKILL)
         node.exit_status()
     survived = load(bag)
@@ -107,6 +114,16 @@ def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tm
     assert report.difference is None
     assert not report.whole  # its end is missing, and the report says so
     assert any('was not closed' in line for line in report.lost)
+    mended = tmp_path / 'mended'
+    assert main(['inspect', str(bag), '--repair', str(mended)]) == 0
+    for each in (bag, mended):
+        capsys.readouterr()
+        assert main(['replay', str(each)]) == 1
+        told = capsys.readouterr().out
+        assert 'the end of the recording is missing; up to there, exact: the same bits' in told
+        assert '0 bytes' not in told
+        assert main(['replay', str(each), '--incomplete']) == 0
+    assert_replays(mended, incomplete=True).assert_levels([6], incomplete=True)
     with Robot(start(kept, name='again').element) as robot:
         assert robot.trigger('read')['level'] == 6
 
@@ -159,7 +176,7 @@ def test_a_session_is_started_and_stopped_while_the_node_runs(start, tmp_path):
         assert 'write is running' in robot.record(True)['error']
     report = replay(load(bag))  # begun with the wall at level 1
     assert report.exact
-    assert report.levels == [1]
+    assert report.levels == [1, 1]
 
 
 def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
@@ -172,7 +189,7 @@ def test_a_session_begins_before_it_is_asked_for(start, tmp_path):
         assert robot.record(True).success
         assert robot.record(False).success
     session = load(bag)
-    assert session.start < asked
+    assert BagReader(bag).span[0] < asked
     assert session.outcomes[0][1]['procedure'] == 'write'
     assert len(session.field_time) > 10  # its streams, too, though nobody subscribed
     assert replay(session).exact

@@ -5,6 +5,8 @@
 test_contract.py has the whole contract over a rig in another process, as slow tests.
 """
 
+import contextlib
+import socket
 import threading
 
 import pytest
@@ -15,14 +17,18 @@ from robot import Robot, values
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.device import Settings
+from mlmem_ros.device.settings import ScaleSettings
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.emulated import EmulatedRig
 from mlmem_ros.rig.server import Line, Server
+from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import calibration_of, redecode
 from mlmem_ros.session.replay import replay
 
 UNKNOWN = -2
+FAST = Settings(scale=ScaleSettings(time=1e-5))
 
 
 @pytest.fixture
@@ -59,7 +65,7 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
         robot.next('/diagnostics', lambda report: 'rig' in values(told_of(report, 'material')))
         robot.set(target_level=2)
         answer = robot.send('write')
-        robot.wait(lambda: node.node.host.element.procedure, 'the write')
+        robot.wait(lambda: asked(node, lambda element: element.procedure), 'the write')
         server.restart()
         refused = robot.answer(answer)
         assert not refused.success
@@ -83,6 +89,12 @@ def test_the_life_of_a_node_over_a_rig(server, start, tmp_path):
     assert f'calibration and statistics restored from {state}' in node.output
     assert server.clients == 2
     check_session(tmp_path / 'bag')
+
+
+def asked(node, question):
+    """Return what a function of a node's element returns, in the thread that runs it."""
+    host = node.node.host
+    return host.loop.call(lambda: question(host.element)).result()
 
 
 def told_of(report, component):
@@ -110,6 +122,71 @@ def test_a_node_over_a_rig_records_only_on_request(server, start):
     with Robot(node.element) as robot:
         assert robot.write(0)['level'] == 0
     assert 'the device has stopped' not in node.output
+
+
+@contextlib.contextmanager
+def rig_at(port, element):
+    """Serve an element at a port, which may have been in use until now."""
+    server = Server(EmulatedRig(CASE_II, FAST, element, at_once=True), Line(), port=port)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        yield server
+    finally:
+        server.restart()
+        server.close()
+        thread.join()
+
+
+def test_a_rig_that_is_off_or_lost_is_taken_back(start, monkeypatch):
+    """At the start, and after it was lost with its line; the element keeps its content."""
+    monkeypatch.setattr(node_module, 'TEND', 0.05)
+    with socket.create_server(('127.0.0.1', 0)) as free:
+        port = free.getsockname()[1]
+    element = Simulation.of(CASE_II, FAST.time)
+    node = start({
+        'device.driver': 'rig', 'device.retry': 0.1, 'scale.time': 1e-5,
+        'device.address': f'tcp://127.0.0.1:{port}?lead=0.002&patience=10',
+    })  # fmt: skip
+
+    def loop(level, text):
+        def fits(report):
+            told = told_of(report, 'loop')
+            return told.level == level and told.message.startswith(text)
+
+        robot.next('/diagnostics', fits)
+
+    def active():
+        answer = robot.send('get_state', GetState.Request(), GetState)
+        return robot.response(answer).current_state.id == State.PRIMARY_STATE_ACTIVE
+
+    with Robot(node.element) as robot:
+        loop(b'\2', 'waiting for the element since ')
+        assert 'waiting for the element' in robot.trigger('read')['error']
+        with rig_at(port, element):
+            robot.wait(active, 'the node active')
+            assert robot.write(0)['level'] == 0
+            assert asked(node, lambda element: element.statistics.writes) == 1
+        loop(b'\2', 'waiting for the element since ')
+        assert not active()
+        with rig_at(port, element) as server:
+            robot.wait(active, 'the node active again')
+            assert robot.trigger('read')['level'] == 0
+            assert asked(node, lambda element: element.statistics.writes) == 1
+            assert server.clients == 1
+            for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP):
+                request = ChangeState.Request(transition=Transition(id=transition))
+                assert robot.response(robot.send('change_state', request, ChangeState)).success
+            loop(b'\0', 'inactive')  # as was asked: nothing is waited for
+            assert not active()
+    assert node.output.count('the element is back after ') == 2
+    assert node.output.count('preparing the device') == 1  # not at every attempt
+
+
+def test_only_a_missing_element_is_waited_for(refused):
+    """Settings that are wrong stay so; and without the setting nothing is waited for."""
+    given = {'device.driver': 'rig', 'device.retry': 1.0}
+    assert 'device.address of a rig must be' in refused(given | {'device.address': 'slot 2'})
 
 
 def test_a_start_without_a_rig_fails(refused):

@@ -127,6 +127,7 @@ def test_the_policy_allows_what_the_client_does(robot):
             client.erase,
             client.calibrate,
             client.self_test,
+            lambda: client.procedure('survey'),
             client.abort,
             lambda: client.pause(False),
             client.step,

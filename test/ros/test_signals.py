@@ -8,9 +8,15 @@ import sys
 import time
 from pathlib import Path
 
-import pytest
+import rclpy
 from closed_bag import check_closed
 from robot import Robot
+
+from mlmem_ros.ros.node.node import MemoryNode
+from mlmem_ros.ros.node.run import begin, end, turn
+from mlmem_ros.ros.node_process import node_arguments
+
+FAST = {'design.check': 'skip', 'scale.time': 1e-5}
 
 
 def begin_write(robot):
@@ -23,14 +29,12 @@ def begin_write(robot):
     return answer
 
 
-@pytest.mark.parametrize('again', [False, True], ids=['once', 'again and again'])
-def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path, again):
+def test_ctrl_c_in_the_middle_of_a_write(start, tmp_path):
     bag = tmp_path / 'session'
     node = start({'record.path': str(bag)}, apart=True)
     with Robot() as robot:
         written = begin_write(robot)
-        node.signal(signal.SIGINT)
-        while again and node.running:  # from the terminal, from launch, from an impatient user
+        while node.running:  # from the terminal, from launch, from an impatient user
             node.signal(signal.SIGINT)
             time.sleep(0.01)
         answer = robot.answer(written)
@@ -78,14 +82,67 @@ def test_during_the_start(start):
 
 def test_a_signal_while_python_still_loads(start):
     """In the first second or two, before there is a node: it ends without a traceback."""
+    begun = []
     for delay in (0.25, 0.5, 0.9):
-        node = start(apart=True)
+        begun.append((delay, start(apart=True)))
         time.sleep(delay)  # the moment is what is tested
-        node.signal(signal.SIGTERM)
+        begun[-1][1].signal(signal.SIGTERM)
+    for delay, node in begun:
         status = node.exit_status()
         assert 'Traceback' not in node.output, delay
         # 0, or the signal itself if not even our handler was loaded
         assert status in (0, -signal.SIGTERM), delay
+
+
+def test_a_request_during_the_start_is_answered():
+    """SIGTERM comes before the executor has taken it."""
+    context = rclpy.Context()
+    with Robot() as robot:
+        sent = []
+
+        class Slow(MemoryNode):
+            def begin(self):
+                super().begin()
+                sent.extend(robot.send(name) for name in ('read', 'write', 'self_test'))
+                time.sleep(0.2)  # until they have arrived
+
+        nodes, executor = begin(node_arguments('/mlmem', FAST), context, Slow)
+        turn(executor, [signal.SIGTERM])
+        assert end(nodes, executor) == 0
+        for answer in sent[:2]:
+            error = robot.answer(answer)['error']  # whichever came first is shut down
+            assert 'shut down' in error or 'busy' in error
+        assert not ord(robot.response(sent[2]).passed)
+
+
+HANGS = """
+import ctypes, sys
+from mlmem_ros.ros import main
+from mlmem_ros.ros.node import node, run
+run.LEAVE = 0.5
+hang = ctypes.PyDLL(None).sleep  # which keeps the GIL
+node.MemoryNode.destroy_node = lambda self: hang(60)
+node.Host.lost = True
+sys.exit(main.main())
+"""
+
+
+def test_a_middleware_that_hangs_at_the_end_is_cut_off():
+    """With the right status, for all is saved by then."""
+    command = [sys.executable, '-c', HANGS, *node_arguments('/mlmem', FAST)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    try:
+        for line in process.stderr:
+            if 'ready' in line:
+                process.send_signal(signal.SIGTERM)
+            if 'shut down' in line:
+                break
+        begun = time.monotonic()
+        assert process.wait(30.0) == 3
+        assert time.monotonic() - begun < 10.0
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def test_a_node_ends_with_the_tests_that_started_it():

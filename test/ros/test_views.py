@@ -48,8 +48,9 @@ def still(design, configuration, *, V=0.0, ticks=0):
     substrate = V * design.strain_shape
     chain = SimpleNamespace(configuration=configuration, v=configuration + substrate, V_N=V)
     return SimpleNamespace(
-        design=design, chain=chain, ticks=ticks, settings=Settings(), procedure='', reading=None
-    )
+        design=design, chain=chain, ticks=ticks, computed=ticks, settings=Settings(),
+        procedure='', reading=None,
+    )  # fmt: skip
 
 
 def with_wall(design, site):
@@ -109,7 +110,8 @@ def test_columns_move_left_as_time_goes_on():
     contour = Contour(element, PublishSettings(image_span=50))
     images = []
     for tick in range(130):
-        element.ticks, element.chain.configuration = tick, with_wall(design, tick)
+        element.ticks = element.computed = tick
+        element.chain.configuration = with_wall(design, tick)
         contour.take()
         images.append(pixels(contour.message(NOW)))
     assert images[0].shape == (225, 50, 3)

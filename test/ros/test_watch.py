@@ -110,7 +110,7 @@ def test_rates_and_health():
 
 def test_a_silent_node():
     assert 'listening' in picture()[-1]
-    assert 'silent for 7 s' in picture(heard=time.monotonic() - 7.2)[-1]
+    assert 'silent for 7 s' in picture(last_message=time.monotonic() - 7.2)[-1]
 
 
 @pytest.mark.parametrize('width', [20, 48, 80, 300])
@@ -149,9 +149,9 @@ class Terminal:
         """Read until the screen has shown a pattern since the last one."""
         deadline, begin = time.monotonic() + within, len(self.shown)
         while not re.search(pattern, self.shown[begin:]):
-            left = deadline - time.monotonic()
-            assert left > 0.0, f'no {pattern!r} within {within:g} s:\n{self.shown[-3000:]}'
-            self._read(left)
+            remaining = deadline - time.monotonic()
+            assert remaining > 0.0, f'no {pattern!r} within {within:g} s:\n{self.shown[-3000:]}'
+            self._read(remaining)
 
     def type(self, keys):
         os.write(self._own, keys.encode())

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The golden sessions replay: recorded by a node in real time, run again without ROS.
 
-    life            write 2, read, erase, read
+    life            write 2, read, erase, come to rest, read
     manual_drive    write 0, then one level on by strain set by hand, read
     aborted_write   write 3, abort on the way, write 1, read
 

@@ -21,7 +21,8 @@ from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import element_of, replay, replay_commands
-from mlmem_ros.studies.session_figure import figure_of
+
+from .tampering import Tampered
 
 DATA = Path(__file__).parent.parent / 'data'
 JAZZY = get_typestore(Stores.ROS2_JAZZY)
@@ -64,6 +65,26 @@ def test_a_preset_replays_what_its_own_settings_wrote(tmp_path, capsys):
     told = capsys.readouterr().out
     assert 'here write 1' in told
     assert 'refused' not in told
+
+
+def test_a_clock_that_went_back_changes_nothing_but_in_a_copy_sorted_by_time(tmp_path):
+    """As NTP steps a clock, half an hour back in the middle of a session."""
+    whole = Tampered.read(DATA / 'life')
+    middle = len(whole.messages) // 2
+    whole.messages[middle:] = [
+        message._replace(log_time=message.log_time - 1800 * 10**9)
+        for message in whole.messages[middle:]
+    ]
+    whole.write(tmp_path / 'stepped')
+    session = load(tmp_path / 'stepped')
+    assert replay(session).exact
+    times = [time for time, _ in session.outcomes]
+    assert times == sorted(times)
+    assert times[-1] < 60.0
+    whole.messages.sort(key=lambda message: message.log_time)
+    whole.write(tmp_path / 'sorted')
+    with pytest.raises(BagError, match='a copy sorted by time cannot be replayed'):
+        replay(load(tmp_path / 'sorted'))
 
 
 def test_a_command_that_comes_while_busy_is_refused_as_a_node_would(tmp_path):
@@ -217,35 +238,6 @@ def test_a_wrong_recorded_level_is_found_by_inspect(tmp_path, capsys, monkeypatc
     assert main(['inspect', str(DATA / 'life')]) == 0
     monkeypatch.setattr(data, 'load', tampered)
     assert main(['inspect', str(DATA / 'life')]) == 1
-
-
-def test_inspect_plots_without_ros(tmp_path):
-    picture = tmp_path / 'session.png'
-    assert main(['inspect', str(DATA / 'life'), '--plot', str(picture)]) == 0
-    assert picture.read_bytes().startswith(b'\x89PNG')
-
-
-def test_the_picture_of_one_write_shows_its_verifying_echo():
-    session = load(DATA / 'life')
-    session.outcomes = session.outcomes[:1]
-    ((echo, written),) = session.reads('left', ('read', 'write'))
-    assert session.reads('left') == []
-    titled = [(axes.get_title(loc='left'), axes) for axes in figure_of(session).get_axes()]
-    panels = {letter: axes for letter in 'bc' for title, axes in titled if f'({letter})' in title}
-    (shown,) = [line for line in panels['b'].lines if len(line.get_xdata()) == len(echo.t)][1:2]
-    assert shown.get_ydata() == pytest.approx(np.maximum(echo.v_c, 1e-9))
-    measured = panels['c'].lines[1]
-    assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
-    assert 'left end' in panels['b'].get_title(loc='left')
-    assert r'$\Delta_j$' in [axes.get_title() for axes in figure_of(session).get_axes()]
-
-
-def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
-    session = load(DATA / 'life')
-    session.outcomes, session.configuration = [], []
-    titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
-    assert any('no echo gave a level, left end' in title for title in titles)
-    assert any('configuration not recorded' in title for title in titles)
 
 
 def test_a_truncated_session_is_repaired_and_replayed(tmp_path, capsys):

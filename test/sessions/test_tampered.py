@@ -20,8 +20,6 @@ from mlmem_ros.cli.main import main
 
 from .tampering import Tampered
 
-pytestmark = pytest.mark.usefixtures('quick_disk')
-
 SESSION = Path(__file__).parent.parent / 'data' / 'aborted_write'
 MESSAGES = 83  # up to the state hash of tick 1000: a write, its abort, the next write's start
 MOST_TEXT = 5000

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A page's messages become requests of the client, or are refused before they are sent."""
 
+import asyncio
 import math
 from types import SimpleNamespace
 
@@ -39,8 +40,9 @@ def requests(client):
 @pytest.mark.parametrize(
     ('asked', 'sent'),
     [
-        ({'do': 'write', 'level': 5}, ('write', (5,), {})),
-        ({'do': 'read', 'end': 'both'}, ('read', (), {'end': 'both'})),
+        ({'do': 'write', 'level': 5}, ('procedure', ('write', 600.0), {'level': 5})),
+        ({'do': 'read', 'end': 'both'}, ('procedure', ('read', 600.0), {'end': 'both'})),
+        ({'do': 'locate'}, ('procedure', ('locate', 600.0), {})),
         ({'do': 'pause', 'hold': False}, ('pause', (False,), {})),
         ({'do': 'speed', 'speed': 2}, ('set_parameters', ({'time.speed': 2.0},), {})),
         (
@@ -69,18 +71,28 @@ def test_a_request(requests, client, asked, sent):
         {'do': 'write', 'level': True},
         {'do': 'write', 'level': '1'},
         {'do': 'write', 'level': -1},
+        {'do': 'write', 'level': 10**400},
         {'do': 'read', 'end': 'top'},
         {'do': 'strain', 'strain': math.nan},
         {'do': 'strain', 'strain': 2.0},
         {'do': 'speed', 'speed': math.inf},
         {'do': 'fault', 'name': 'design.N', 'value': 1},
         {'do': 'fault', 'name': 'stuck_cell', 'value': 'x'},
+        {'do': 'fault', 'name': 'stuck_cell', 'value': -(10**400)},
     ],
 )
 def test_an_invalid_request_is_not_sent(requests, client, asked):
-    with pytest.raises(ValueError, match=r'must be|no request'):
+    with pytest.raises(ValueError, match=r'must be|no request|be given'):
         requests.send(asked)
     assert not client.sent
+
+
+def test_whatever_goes_wrong_a_page_is_answered(requests, client, caplog):
+    client.procedure = lambda *_: 1 / 0
+    answer = asyncio.run(requests.ask({'do': 'erase'}))
+    assert (answer['ok'], answer['kind']) == (False, 'failed')
+    assert 'ZeroDivisionError' in answer['text']
+    assert 'Traceback' in caplog.text
 
 
 def test_a_drag_asks_for_a_smooth_move_that_the_actuator_can_make(requests, client):

@@ -241,3 +241,26 @@ def test_a_session_is_fetched_whole_and_no_other_file():
                 assert response.status == 404
 
     asyncio.run(run())
+
+
+MALFORMED = (b'GET / HTTP/9.9\r\n\r\n', b'GET / HTTP/1.1\r\nHost\r\n\r\n', b'\x16\x03\x01' * 99)
+
+
+@pytest.mark.parametrize('sent', MALFORMED)
+def test_malformed_http_is_answered_and_not_logged(sent, caplog):
+    """Anybody may send it, as fast as they like."""
+
+    async def run():
+        runner = served.running(Server(Guard(''), Element()))
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, '127.0.0.1', 0).start()
+            reader, writer = await asyncio.open_connection('127.0.0.1', runner.addresses[0][1])
+            writer.write(sent)
+            assert (await asyncio.wait_for(reader.readline(), SOON)).startswith(b'HTTP/1.')
+            writer.close()
+        finally:
+            await runner.cleanup()
+
+    asyncio.run(run())
+    assert not caplog.records

@@ -3,8 +3,10 @@
 """Page and node start each other and end together."""
 
 import json
+import socket
 import subprocess
 import time
+import urllib.parse
 import urllib.request
 
 from mlmem_ros.cli.main import main
@@ -25,9 +27,10 @@ def until(condition, what, within=20.0):
 
 
 def gone(address):
+    place = urllib.parse.urlsplit(address)
     try:
-        fetched(address)
-    except OSError:
+        socket.create_connection((place.hostname, place.port), timeout=5.0).close()
+    except ConnectionRefusedError:
         return True
     return False
 

@@ -12,14 +12,17 @@ ros2 run gait_store gait_node --ros-args -p memory:=/mlmem
 
 from __future__ import annotations
 
+import signal
 import sys
-import time
 from collections.abc import Sequence
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_msgs.msg import Float32MultiArray, UInt8
 
 from mlmem_ros import MemoryClient, NoAnswer, RequestError, RequestRefused
@@ -38,16 +41,13 @@ REST = 0
 
 
 class GaitNode(Node):
-    """Walks in the gait that the memory holds."""
+    """Walks in the gait that the memory holds, and rests until it knows that."""
 
     def __init__(self, **options: Any) -> None:
-        """Read the gait and begin to walk.
+        """Begin to rest.
 
         Args:
             options: For `rclpy.node.Node`.
-
-        Raises:
-            RequestError: The memory does not answer, or cannot be read.
         """
         super().__init__('gait', **options)
         memory = self.declare_parameter('memory', 'mlmem').value
@@ -55,24 +55,35 @@ class GaitNode(Node):
         self._gait = REST
         self._publisher = self.create_publisher(UInt8, '~/gait', LATCHED)
         self._pressures = self.create_publisher(Float32MultiArray, '~/pressures', SENSOR_DATA)
-        self._walk(self._remembered())
         # A callback that awaits blocks its callback group, but the legs must go on.
         self.create_subscription(
             UInt8, '~/set_gait', self._on_set_gait, RELIABLE, callback_group=self._memory.group
         )
         self.create_timer(PERIOD, self._on_timer)
 
-    def _remembered(self) -> int:
-        """Return the gait that the element holds."""
+    async def remember(self) -> None:
+        """Take up the gait that the element holds.
+
+        Raises:
+            RequestError: The memory does not answer, or cannot be read.
+        """
         for _ in range(PATIENCE):
             try:
-                content = self._memory.read().wait()
+                content = await self._memory.read(timeout=30.0)
             except RequestRefused as busy:  # with a write from before our restart
                 self.get_logger().info(f'waiting for the memory: {busy}')
-                time.sleep(1.0)
+                await self._seconds(1.0)
             else:
-                return REST if content.blank else content.level
+                self._walk(REST if content.blank else content.level)
+                return
         raise NoAnswer(f'the memory was busy for {PATIENCE} s')
+
+    async def _seconds(self, seconds: float) -> None:
+        over = Future()
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        timer = self.create_timer(seconds, lambda: over.set_result(None), clock=clock)
+        await over
+        self.destroy_timer(timer)
 
     async def _on_set_gait(self, message: UInt8) -> None:
         """Write first, then walk: after a crash in between, the robot takes up the stored gait."""
@@ -97,22 +108,30 @@ class GaitNode(Node):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Walk until Ctrl-C; return the exit status."""
-    rclpy.init(args=arguments)
-    node = None
+    """Walk until SIGINT or SIGTERM; return the exit status.
+
+    rclpy's signal handlers would shut ROS down at once, and an exception from a handler may be
+    raised anywhere. Ours only note the signal, and nothing cuts the end short, though a terminal
+    and launch send a SIGINT each.
+    """
+    received: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: received.append(number))
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    node, executor, status = GaitNode(), SingleThreadedExecutor(), 0
+    executor.add_node(node)
+    executor.create_task(node.remember)
     try:
-        node = GaitNode()
-        rclpy.spin(node)
+        while not received:
+            executor.spin_once(timeout_sec=0.1)
     except RequestError as error:
         print(f'the gait is not known: {error}', file=sys.stderr)
-        return 1
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        if node is not None:
-            node.destroy_node()  # leave the graph, or others keep sending for 20 s
-        rclpy.try_shutdown()
-    return 0
+        status = 1
+    for number in (signal.SIGINT, signal.SIGTERM):  # Python takes its handlers away at the end
+        signal.signal(number, signal.SIG_IGN)
+    node.destroy_node()  # leave the graph, or others keep sending for 20 s
+    rclpy.try_shutdown()  # shutdown() sets the default handlers for a moment
+    return status
 
 
 if __name__ == '__main__':

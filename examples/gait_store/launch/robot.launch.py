@@ -36,7 +36,11 @@ def generate_launch_description() -> LaunchDescription:
             RegisterEventHandler(OnStateTransition(goal_state='active', entities=[behaviour])),
             IncludeLaunchDescription(
                 PythonLaunchDescriptionSource(memory),
-                launch_arguments={'namespace': namespace, 'managed': 'true'}.items(),
+                launch_arguments={
+                    'namespace': namespace,
+                    'managed': 'true',
+                    'linger': '3.0',  # it outlives the behaviour, which may write a last time
+                }.items(),
             ),
         ]
     )

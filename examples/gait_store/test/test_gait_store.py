@@ -46,6 +46,7 @@ class Behaviour:
         )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
+        self._executor.create_task(self.node.remember)
         self._thread = threading.Thread(target=self._turn, daemon=True)
         self._thread.start()
 

@@ -8,22 +8,35 @@ the remaining number. It never sleeps or reads a clock. It knows only what the d
 the displacements of the two ends, and never the true wall position.
 """
 
-from .aborting import abort
-from .blocks import Procedure, Result, run
-from .calibrating import calibrate
-from .erasing import erase
-from .listening import read
-from .self_testing import self_test
-from .writing import write
+from collections.abc import Callable
+from importlib import import_module
+from typing import NamedTuple
 
-__all__ = [
-    'Procedure',
-    'Result',
-    'abort',
-    'calibrate',
-    'erase',
-    'read',
-    'run',
-    'self_test',
-    'write',
-]
+from ...procedures import PROCEDURES
+from . import estimates
+from .blocks import Procedure, Result, run
+
+__all__ = ['STEPS', 'Procedure', 'Result', 'Steps', 'run']
+
+
+class Steps(NamedTuple):
+    """How a procedure is done; both take the element and the arguments of its command.
+
+    Attributes:
+        begin: Returns the generator.
+        expected: Returns how long it will take, in time units.
+    """
+
+    begin: Callable[..., Procedure[Result]]
+    expected: Callable[..., float]
+
+
+def _steps(path: str, expected: str) -> Steps:
+    module, _, name = path.partition('.')
+    return Steps(
+        getattr(import_module(f'{__name__}.{module}'), name), getattr(estimates, expected)
+    )
+
+
+STEPS = {name: _steps(row.steps, row.expected) for name, row in PROCEDURES.items()}
+"""By the names in the table of procedures."""

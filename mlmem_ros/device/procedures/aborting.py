@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from ..memory import Memory
-from .blocks import Procedure, Result, ramp, wait
+from .blocks import Procedure, Result, ramp
 
 
 def abort(element: Memory) -> Procedure[Result]:
@@ -15,13 +15,8 @@ def abort(element: Memory) -> Procedure[Result]:
     third ground state, which no strain clears (see `bring_back`).
     """
     times = element.settings.erase
-    detector = element.transducer.detector
     element.transducer.release()
     if element.actuator.strain != 0.0 or element.actuator.moving:
         element.forget()
         yield from ramp(element, 0.0, times.release)
-    elif detector is not None:  # the next read must not mistake this pulse's echo for its own
-        element.transducer.detector = detector  # an abort of this abort must wait too
-        yield from wait(element, times.settle)
-        element.transducer.release()
     return Result(None)

@@ -32,12 +32,13 @@ FOLLOWING_ERROR = 0.1
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a procedure: last reading, attempts, checks and learnt delays."""
+    """The result of a procedure: last reading, attempts, checks, learnt delays, other findings."""
 
     reading: Reading | None
     attempts: int = 1
     checks: tuple[Check, ...] = ()
     delays: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    found: dict[str, float | str] = field(default_factory=dict)
 
 
 def run(
@@ -88,7 +89,7 @@ def ramp(
     element.progress.phase = STRAINING
     element.actuator.ramp_to(strain, duration, delay)
     while element.actuator.moving:
-        yield element.next_look(element.actuator.left)
+        yield element.next_look(element.actuator.remaining)
     allowed = FOLLOWING_ERROR * element.settings.actuator.max_strain
     patience = math.ceil(duration / element.tick)
     while abs((encoder := element.linkage.encoder) - strain) > allowed:
@@ -120,7 +121,7 @@ def launch(
     element.progress.phase = LAUNCHING
     element.transducer.move(End.LEFT, target, times.launch_speed)
     while element.transducer.driving:
-        yield element.next_look(element.transducer.left)
+        yield element.next_look(element.transducer.remaining)
     yield from play(element, Cycle(tuple(rest)))
 
 
@@ -134,12 +135,12 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     element.progress.phase = LAUNCHING
     element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
     while element.transducer.driving:
-        yield element.next_look(element.transducer.left)
+        yield element.next_look(element.transducer.remaining)
     yield from wait(element, element.settings.erase.settle)
     yield from catch_up(element)
 
 
-def slacken(element: Memory) -> Procedure[None]:
+def return_to_zero(element: Memory) -> Procedure[None]:
     """Bring a strain that was set by hand back to zero, and let the element settle.
 
     With the slow times of an erase: a write may return within a tick.

@@ -10,9 +10,8 @@ from ..calibration import Calibration, DelayTable
 from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
-from ..reading import BLANK
-from . import foreseen
-from .blocks import Procedure, Result, slacken
+from ..reading import BLANK, primary
+from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase
 from .listening import look
@@ -24,14 +23,14 @@ def calibrate(element: Memory) -> Procedure[Result]:
 
     Every new delay must be nearest to that of the same level in the present calibration, because a
     failed step would shift all levels of the table by one. Such a step is repeated with up to
-    `write.pulses` other pulses, and the one that works is learnt too.
+    `write.pulses` other pulses, and the one that works is learnt too. A twin's forecast takes the
+    place of the present calibration, if there is one.
 
     Raises:
         ProcedureFailed: The wall did not follow, or the delays do not distinguish the levels (the
             old calibration is kept), or the content could not be restored.
     """
-    foreseen.expect(element, foreseen.everything(element))
-    yield from slacken(element)
+    yield from return_to_zero(element)
     content, known = (yield from look(element)), element.calibration
     try:
         element.calibration = yield from _learn(element)
@@ -49,16 +48,25 @@ def calibrate(element: Memory) -> Procedure[Result]:
 
 def _learn(element: Memory) -> Procedure[Calibration]:
     """Erase, step through all levels, and return the new calibration."""
+    element.calibration = element.forecast or element.calibration
     empty = (yield from erase(element)).reading
     blank = empty.delay if empty else None
     try:
         heard = yield from climb(element, BLANK, element.design.levels - 1)
-        tables = {
-            end: tuple(heard[level][end].delay or 0.0 for level in range(element.design.levels))
-            for end in element.calibration.ends
-        }
-        left = DelayTable(tables[End.LEFT]) if End.LEFT in tables else None
-        right = DelayTable(tables[End.RIGHT], blank)
+        levels = [heard[level] for level in range(element.design.levels)]
+        right = DelayTable(
+            tuple(each.right_delay or 0.0 for each in levels),
+            blank,
+            tuple(each.shapes[End.RIGHT] for each in levels),
+        )
+        learnt = replace(element.calibration, right=right)
+        if learnt.left is not None:
+            left = DelayTable(
+                tuple(each.left_delay or 0.0 for each in levels),
+                shapes=tuple(each.shapes[End.LEFT] for each in levels),
+            )
+            learnt = replace(learnt, left=left)
+        learnt.check(element.design.levels, primary(element.settings.read))
     except (ProcedureFailed, SettingsError) as error:
         raise ProcedureFailed(f'the calibration was not taken: {error}') from error
-    return replace(element.calibration, left=left, right=right)
+    return learnt

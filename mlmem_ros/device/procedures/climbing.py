@@ -11,15 +11,19 @@ from dataclasses import replace
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import BLANK, UNDECODABLE, Reading, describe_level
+from ..reading import (
+    BLANK,
+    UNDECODABLE,
+    Reading,
+    agreement,
+    describe_level,
+    primary,
+)
 from ..trims import Trim, learnt, menu
 from .blocks import Procedure
-from .driving import drive
 from .erasing import erase
-from .listening import probe
-
-Heard = dict[End, Reading]
-"""The reading at each end that is read from."""
+from .going_to_level import go_to_level
+from .listening import look
 
 NOWHERE = -math.inf
 """Margin of a level that is not heard."""
@@ -27,11 +31,15 @@ NOWHERE = -math.inf
 CLEAR = 0.7
 """Least level margin of a wall that has arrived; one stopped on its way has at most 0.6."""
 
+CONFIRMED = 0.2
+"""Least margin at the end that does not name levels: far from it, delays of an element that is not
+yet known differ most."""
+
 BESIDE = 0.1
 """Level margins of a wall at the same place differ by less."""
 
 
-def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]]:
+def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Reading]]:
     """Take the wall from a place up to a level, and learn which pulses do that.
 
     The place is a level, `BLANK` or `UNDECODABLE`. After a failed step the wall continues from
@@ -39,7 +47,7 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
     is kept in the calibration.
 
     Returns:
-        The readings of the levels on the way, by end.
+        The readings of the levels on the way.
 
     Raises:
         ProcedureFailed: No pulse takes the wall up to some level.
@@ -49,14 +57,14 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Heard]
         _Lesson(trim, menu(settings, level)[: settings.write.pulses])
         for level, trim in enumerate(element.calibration.pulses(settings))
     ]
-    heard: dict[int, Heard] = {}
+    heard: dict[int, Reading] = {}
     while place != level:
         if not BLANK <= place < level:
             yield from erase(element)
             place = BLANK
         trims = [lesson.trim for lesson in lessons]
-        yield from drive(element, place, place + 1, plainly=True, trims=trims)
-        heard[place + 1] = yield from _hear(element)
+        yield from go_to_level(element, place, place + 1, plainly=True, trims=trims)
+        heard[place + 1] = yield from look(element)
         margin, why = _margin(element, place + 1, heard[place + 1])
         if lessons[place + 1].passed(margin):
             place += 1
@@ -103,28 +111,30 @@ class _Lesson:
         return not hopeless
 
 
-def _hear(element: Memory) -> Procedure[Heard]:
-    heard = {}
-    for end in element.calibration.ends:
-        heard[end] = yield from probe(element, end)
-    return heard
+def _place(reading: Reading) -> int:
+    """Return the level at which the wall is clearly heard, or `UNDECODABLE`."""
+    return reading.level if reading.level_margin >= CLEAR else UNDECODABLE
 
 
-def _place(heard: Heard) -> int:
-    """Return the level at which all ends clearly hear the wall, or `UNDECODABLE`."""
-    said = {each.level if each.level_margin >= CLEAR else UNDECODABLE for each in heard.values()}
-    return said.pop() if len(said) == 1 else UNDECODABLE
+def _margin(element: Memory, level: int, reading: Reading) -> tuple[float, str]:
+    """Return the margin with which the end that names levels hears one, or why an end does not.
 
-
-def _margin(element: Memory, level: int, heard: Heard) -> tuple[float, str]:
-    """Return the least margin with which the ends hear a level, or why one does not."""
-    margins = []
-    for end, reading in heard.items():
-        if reading.delay is None:
+    The reading itself does not say, because the calibration may be off while it is learnt.
+    """
+    calibration, margin = element.calibration, 1.0
+    for end in calibration.ends:
+        delay = reading.left_delay if end is End.LEFT else reading.right_delay
+        if delay is None:
             return NOWHERE, f'level {level} gives no echo at the {end} end'
-        nearest, margin = element.calibration.table(end).nearest(reading.delay)
-        if nearest != level:
-            said = f'{describe_level(nearest)}, at {reading.delay:.2f}'
+        nearest, clear = calibration.table(end).nearest(delay)
+        if end is primary(element.settings.read) or len(calibration.ends) == 1:
+            margin, right = clear, nearest == level
+        else:
+            probe = element.transducer.probes[end]
+            shape = reading.shapes[end]
+            agreed = agreement(element.design, calibration, probe, end, level, delay, shape)
+            right = agreed >= CONFIRMED
+        if not right:
+            said = f'{describe_level(nearest)}, at {delay:.2f}'
             return NOWHERE, f'on the way to level {level} the {end} end hears {said}'
-        margins.append(margin)
-    return min(margins), ''
+    return margin, ''

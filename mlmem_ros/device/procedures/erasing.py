@@ -11,9 +11,8 @@ from ..motion import Cycle
 from ..moves import throw_cycle, throws
 from ..reading import BLANK, describe_level
 from ..settings import peak
-from . import foreseen
-from .blocks import Procedure, Result, bring_back, catch_up, launch, play, slacken
-from .listening import probe
+from .blocks import Procedure, Result, bring_back, catch_up, launch, play, return_to_zero
+from .listening import look
 
 LOOK_SPACING = 8
 """An erase listens after every cycle at first, then at intervals that grow by an eighth: listening
@@ -26,8 +25,7 @@ def erase(element: Memory, *, plainly: bool = False) -> Procedure[Result]:
     Raises:
         ProcedureFailed: The element is not blank after all throws and then two cycles per level.
     """
-    yield from slacken(element)
-    foreseen.expect(element, foreseen.writing(element, foreseen.known(element), BLANK))
+    yield from return_to_zero(element)
     if not plainly and throws(element.settings):
         thrown = yield from _throw(element)
         if thrown is not None:
@@ -44,7 +42,7 @@ def _throw(element: Memory) -> Procedure[Result | None]:
         element.progress.tried('erase', pulse + 1)
         element.begin_cycle()
         yield from play(element, throw_cycle(element.settings, pulse))
-        reading = yield from probe(element, End.RIGHT)
+        reading = yield from look(element)
         if reading.level == BLANK:
             return Result(reading, pulse + 1)
         if None in (element.phase(End.LEFT), element.phase(End.RIGHT)):
@@ -75,7 +73,7 @@ def _drive_kink(element: Memory) -> Procedure[Result]:
                 kink = meeting = 0
         late = kink - meeting
         if late >= 0 and late % max(1, late // LOOK_SPACING) == 0:
-            reading = yield from probe(element, End.RIGHT)
+            reading = yield from look(element)
             if reading.level == BLANK:
                 return Result(reading)
         element.begin_cycle()

@@ -1,25 +1,31 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Reading: wait for quiet, fire a pulse, listen, decode; from one end or from both."""
+"""Reading: wait until nothing is on its way, fire a pulse from either end, listen, decode.
+
+Both ends listen at the same time, for a wall must be heard from both (see `reading.decode`). No
+pulse is fired while anything may still arrive that a detector would take for its echo.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
-from ..echo import TAIL, Echo, listening_time, threshold
-from ..end import BOTH, End, ends, read_from
+from ..echo import TAIL, Echo, pulse_duration, threshold
+from ..end import End
 from ..errors import ProcedureFailed
 from ..instrument import Instrument
 from ..memory import Memory
 from ..progress import LISTENING, QUIETING
 from ..reading import UNDECODABLE, Reading
-from . import foreseen
 from .blocks import Procedure, Result, catch_up, wait
 
-NOISE_SHARE = 1.25
-"""Ratio of unrest to sensor noise up to which an end counts as at rest."""
+NOISE_SHARE = 2.0
+"""Ratio of the bound on waves to sensor noise up to which it may be noise alone: the greatest mean
+of a tick is that much above the mean of all."""
 
 NEGLIGIBLE = 0.01
 """Negligible noise, as a fraction of the threshold."""
@@ -35,177 +41,207 @@ FALLING = 0.7
 
 
 def quiet(element: Instrument) -> Procedure[None]:
-    """Wait until the strain stands still and both ends are quiet enough for an echo detector.
+    """Wait until the strain stands still and nothing is on its way that an echo detector would
+    hear.
 
-    Both, because a wave at one end is on its way to the other. If only one is read from, both must
-    be as quiet as its detector needs. Sensor noise never ends, so it raises the threshold instead
-    of prolonging the wait, and so does the hum of a shaken element (see `hum`).
+    All that was excited must have had the time to reach an end; from then on what the ends have
+    seen bounds what they may see (see `reverberation`). Sensor noise never ends, so it raises the
+    threshold instead of prolonging the wait, and so does the hum of a shaken element (see `hum`).
 
     Raises:
-        ProcedureFailed: They did not become quiet within `read.patience`.
+        ProcedureFailed: It does not become quiet within `read.patience`.
     """
     while element.actuator.moving:  # set by hand: the wall may be moving
-        yield element.next_look(element.actuator.left)
+        yield element.next_look(element.actuator.remaining)
     yield from catch_up(element)
     element.progress.phase = QUIETING
     patience = math.ceil(element.settings.read.patience / element.tick)
-    while element.base.still and (loud := _loud(element)):
-        if patience == 0:
-            end, limit = loud
+    while element.base.still and (ticks := _coming(element) or _fading(element)[0]):
+        if patience <= 0 and _coming(element):
+            raise ProcedureFailed('the element does not come to rest: it is strained all the time')
+        if patience <= 0:
+            _, end, limit = _fading(element)
+            bound = element.transducer.reverberation[end].returns.bound
             raise ProcedureFailed(
-                f'the {end} end does not come to rest: it moves by '
-                f'{element.transducer.unrest(end):.2g}; an echo can be heard up to {limit:.2g}'
+                f'the element does not come to rest: waves of {bound:.2g} may still reach the '
+                f'{end} end; an echo can be heard up to {limit:.2g}'
             )
-        patience -= 1
-        yield 1
+        until = element.ticks + min(ticks, patience)
+        patience -= until - element.ticks
+        while element.ticks < until:
+            yield until - element.ticks
 
 
 def settle(element: Instrument, longest: float) -> Procedure[None]:
-    """Wait until both ends are quiet, at most for a given time."""
+    """Wait until the element is quiet, at most for a given time."""
     end = element.ticks + math.ceil(longest / element.tick)
-    while element.ticks < end and (_loud(element) or not element.base.still):
+    while element.ticks < end and not still(element):
         yield 1
 
 
-def noise_floor(element: Instrument, end: End) -> float:
-    """Return the contribution of noise alone to v_c at a quiet end; 0 if negligible.
+def still(element: Instrument) -> bool:
+    """Whether nothing is on its way that an echo detector would hear."""
+    return element.base.still and not _coming(element) and not _fading(element)[0]
 
-    That is its mean size, including residual motion, times a factor for its fluctuation.
+
+def expected_wait(element: Instrument) -> float:
+    """Return how long `quiet` waits now, at the earliest, for waves that fade as expected."""
+    if not element.base.still:
+        return 0.0
+    ticks = _coming(element) or _fading(element)[0]
+    return min(ticks * element.tick, element.settings.read.patience)
+
+
+def _coming(element: Instrument) -> int:
+    """Return in how many ticks all that was excited has reached an end; 0 if it has.
+
+    A pulse goes to the wall and back. What a strain excites, anywhere, only goes to an end.
+    """
+    remaining = 0.0
+    for end, each in element.transducer.reverberation.items():
+        passage = element.passage(end)
+        remaining = max(remaining, passage - each.returns.since * element.driver.dt)
+        remaining = max(
+            remaining, 0.5 * passage - (element.ticks - element.stirred) * element.tick
+        )
+    return math.ceil(remaining / element.tick)
+
+
+def _fading(element: Instrument) -> tuple[int, End, float]:
+    """Return in how many ticks nothing is loud any more, at the earliest; at which end, and up to
+    what it is quiet there.
+    """
+    design, transducer = element.design, element.transducer
+    longest = 0, End.LEFT, 0.0
+    for end, each in transducer.reverberation.items():
+        probe = transducer.probes[end]
+        faster = max(0.0, probe.gain_decay - 0.5 * design.eta)  # the threshold falls faster
+        limit = probe.v_th * math.exp(-faster * element.passage(end))
+        limit *= element.settings.read.quiet
+        if each.returns.bound > limit:
+            limit = max(limit, NOISE_SHARE * each.gain * transducer.noise(end))
+        ticks = math.ceil(each.fades(limit) / element.steps_per_tick)
+        longest = max(longest, (ticks, end, limit), key=lambda each: each[0])
+    return longest
+
+
+def noise_floor(element: Instrument, end: End) -> float:
+    """Return the contribution of noise alone to v_c at an end; 0 if negligible.
+
+    That is its mean size in the carrier's band, times a factor for its fluctuation.
     """
     transducer = element.transducer
-    if transducer.noise(end) < NEGLIGIBLE * transducer.probes[end].v_th:
+    noise = transducer.reverberation[end].gain * transducer.noise(end)
+    if noise < NEGLIGIBLE * transducer.probes[end].v_th:
         return 0.0
-    return element.settings.read.noise_factor * transducer.unrest(end)
+    return element.settings.read.noise_factor * noise
 
 
-def hum(element: Instrument, end: End, longest: float) -> Procedure[float]:
-    """Listen to a shaken element without a pulse, and return its contribution to v_c.
+def hum(element: Instrument, wanted: Iterable[End]) -> Procedure[dict[End, float]]:
+    """Listen to a shaken element without a pulse, and return its contribution to v_c by end.
 
     It listens for as long as the longest echo takes, so that present waves pass by, and longer
     while they decay.
     """
     element.progress.phase = LISTENING
     factor = element.settings.read.noise_factor
-    faint = FAINT * float(threshold(element.transducer.probes[end], np.array(longest)))
-    detector, span = element.transducer.listen(end, shaken=True), max(LIFE, longest)
+    detectors = {end: element.transducer.listen(end) for end in wanted}
     while True:
         yield 1
-        loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
-        if detector.time >= span and loud <= faint:
-            break
-        if detector.time >= 2.0 * span and loud > FALLING * before:
-            break
-    element.transducer.release()
-    return loud
+        loudest, done = {}, True
+        for end, detector in detectors.items():
+            longest = element.passage(end)
+            span = max(LIFE, longest)
+            loud, before = (factor * detector.loudest(span, ago) for ago in (0.0, span))
+            faint = FAINT * float(threshold(detector.probe, np.array(longest)))
+            passed = detector.time >= span and loud <= faint
+            done &= passed or (detector.time >= 2.0 * span and loud > FALLING * before)
+            loudest[end] = loud
+        if done:
+            element.transducer.release()
+            return loudest
 
 
-def _loud(element: Instrument) -> tuple[End, float] | None:
-    """Return an end that is not quiet, if any, and how much it may move."""
-    heard, probes = read_from(element.settings), element.transducer.probes
-    for end in probes:
-        limit = element.settings.read.quiet * probes[end if end in heard else end.opposite].v_th
-        unrest = element.transducer.unrest(end)
-        if unrest > limit and unrest > NOISE_SHARE * element.transducer.noise(end):
-            return end, limit
-    return None
+def pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
+    """Fire a pulse at each of some ends and return the echoes; repeat it if interrupted.
 
-
-def answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire a pulse at an end and return the echo; repeat it if listening was interrupted.
-
-    A real element does not wait: a delay cannot be measured across a break. Hum is measured for
-    the time of the longest echo.
+    A real element does not wait: a delay cannot be measured across a break.
 
     Raises:
-        ProcedureFailed: The ends do not come to rest, or every attempt was interrupted.
+        ProcedureFailed: The element does not come to rest, or every attempt was interrupted.
     """
     for _ in range(element.settings.read.attempts):
-        echo = yield from _answer(element, end, longest)
+        echoes = yield from _pulse_echo(element, wanted)
         if not element.transducer.interrupted:
-            return echo
+            return echoes
     raise ProcedureFailed('every attempt to listen was interrupted')
 
 
-def _answer(element: Instrument, end: End, longest: float) -> Procedure[Echo]:
-    """Fire one pulse and return the echo.
+def _pulse_echo(element: Instrument, wanted: tuple[End, ...]) -> Procedure[dict[End, Echo]]:
+    """Fire the pulses one after the other, the shorter first, and listen to all echoes.
 
-    While the base shakes, the carrier is filtered, and hum is measured first. A base that begins
-    to shake after the pulse spoils the echo.
+    While the base shakes, hum is measured first. A base that begins to shake after the pulses
+    spoils the echoes; noise that begins raises the threshold.
     """
     yield from quiet(element)
     yield from wait(element, element.settings.read.rest)
-    shaken, spoiled = not element.base.still, False
-    floor = (yield from hum(element, end, longest)) if shaken else noise_floor(element, end)
+    transducer, shaken, spoiled = element.transducer, not element.base.still, False
+    if shaken:
+        floors = yield from hum(element, wanted)
+    else:
+        floors = {end: noise_floor(element, end) for end in wanted}
     element.progress.phase = LISTENING
-    detector = element.transducer.fire(end, floor, shaken)
-    bound = listening_time(element.design, element.transducer.probes[end], end)
-    last = bound
-    while detector.time < last:  # any delay is yet to come; TAIL follows it
-        yield element.next_look(min(last - detector.time, TAIL))
+    for end in sorted(wanted, key=lambda end: pulse_duration(transducer.probes[end])):
+        transducer.fire(end, floors[end])
+        while transducer.driving:
+            yield element.next_look(transducer.remaining)
+            spoiled |= not (shaken or element.base.still)
+    detectors = transducer.detectors
+    last = {end: element.passage(end) + TAIL for end in detectors}
+    while (remaining := max(last[end] - each.time for end, each in detectors.items())) > 0.0:
+        yield element.next_look(min(remaining, TAIL))  # any delay is yet to come; TAIL follows it
         spoiled |= not (shaken or element.base.still)
-        if spoiled:  # or the echo would arrive after the next pulse
-            last = bound
-        elif detector.delay is not None:
-            last = min(last, detector.delay + TAIL)
-    element.transducer.release()
-    return detector.echo(end, spoiled)
+        for end, detector in detectors.items():
+            if detector.delay is not None and not spoiled:  # or it comes after the next pulse
+                last[end] = min(last[end], detector.delay + TAIL)
+    for end, detector in detectors.items():
+        detector.louder(0.0 if shaken else noise_floor(element, end))
+    strain, dt = element.linkage.encoder, element.driver.dt
+    shots = {tape.end: tape.shot(0.0, strain, dt) for tape in transducer.tapes}
+    transducer.release()
+    return {
+        end: replace(
+            detector.echo(end, shaken=shaken or spoiled, spoiled=spoiled), shot=shots[end]
+        )
+        for end, detector in detectors.items()
+    }
 
 
-def probe(element: Memory, end: End, left: Reading | None = None) -> Procedure[Reading]:
-    """Fire a pulse at an end and return the reading; while the base shakes, repeat until two
-    agree.
+def look(element: Memory, end: str = '') -> Procedure[Reading]:
+    """Probe both ends and return the reading; while the base shakes, again until it is decoded.
 
-    The left end's reading just before is combined with that of the right end.
+    The left end's carrier lies above the band of the inactive phase and so cannot leave the left
+    end of a blank element, and vice versa: then only the other end is probed.
     """
-    said: list[int] = []
-    while True:
-        echo = yield from answer(element, end, element.calibration.longest(end))
-        reading = element.hear(echo, left, said)
-        understood = reading.level != UNDECODABLE or reading.walls is not None
-        if understood or not echo.shaken or len(said) >= element.settings.read.attempts:
-            return reading
-        element.forget()  # until it is confirmed
-
-
-def look(element: Memory) -> Procedure[Reading]:
-    """Probe from the end in the settings, or from the one that can hear.
-
-    The left end's carrier lies above the band of the inactive phase, so a blank element can only
-    be recognised from the right, and vice versa.
-    """
-    return (yield from probe_from(element, ends(element.settings.read.end)))
-
-
-def probe_from(element: Memory, wanted: tuple[End, ...]) -> Procedure[Reading]:
-    """Probe from an end, or from the left and then the right, if they can hear; see `look`."""
-    yield from quiet(element)
-    if element.phase(End.LEFT) == 0:
-        wanted = (End.RIGHT,)
-    elif len(wanted) == 2 and element.phase(End.RIGHT) == 1:
-        wanted = (End.LEFT,)
-    elif len(wanted) == 2:
-        wanted = element.calibration.ends
-    reading = None
-    for end in wanted:
-        reading = yield from probe(element, end, reading)
-    assert reading is not None
+    for _ in range(element.settings.read.attempts):
+        yield from quiet(element)
+        echoes = yield from pulse_echo(element, element.audible)
+        reading = element.hear(echoes, end)
+        shaken = any(echo.shaken for echo in echoes.values())
+        if not shaken or reading.level != UNDECODABLE or reading.walls is not None:
+            break
     return reading
 
 
 def read(element: Memory, end: str = '') -> Procedure[Result]:
-    """Fire a probe pulse from one end, or from both in turn, and decode the echo.
+    """Probe both ends, decode the echoes, and answer with the delay at one of them.
 
     The end is 'left', 'right' or 'both'; empty means the one in the settings.
 
     Raises:
-        ProcedureFailed: The echo cannot be decoded, or the element does not come to rest.
+        ProcedureFailed: The echoes cannot be decoded, or the element does not come to rest.
     """
-    pulses = 2 if (end or element.settings.read.end) == BOTH else 1
-    foreseen.expect(element, foreseen.reading(element, pulses))
-    if end in tuple(End):
-        reading = yield from probe(element, End(end))
-    else:
-        reading = yield from probe_from(element, ends(end or element.settings.read.end))
+    reading = yield from look(element, end)
     if reading.level == UNDECODABLE:
         raise ProcedureFailed(reading.reason)
     return Result(reading)

@@ -9,15 +9,14 @@ import math
 import numpy as np
 
 from ..echo import threshold
-from ..end import End, ends
+from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
 from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
-from . import foreseen
-from .blocks import Procedure, Result, catch_up, ramp, slacken, wait
+from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
-from .listening import look, noise_floor, probe_from, quiet
+from .listening import look, noise_floor, quiet
 from .writing import restore, write
 
 TEST_STRAIN = 0.01
@@ -41,8 +40,7 @@ def self_test(element: Memory) -> Procedure[Result]:
         ProcedureFailed: The content cannot be read and so could not be restored; nothing is
             written.
     """
-    foreseen.expect(element, foreseen.everything(element))
-    yield from slacken(element)
+    yield from return_to_zero(element)
     content = yield from look(element)
     if content.level == UNDECODABLE:
         raise ProcedureFailed(
@@ -125,24 +123,22 @@ def _felt(element: Memory) -> Procedure[float]:
 
 
 def _level(element: Memory, level: int) -> Procedure[Tested]:
-    """Write a level and read it from every end that can hear it."""
+    """Write a level and read it again."""
     written = yield from write(element, level)
-    reading = yield from probe_from(element, tuple(End))
-    heard = ends(reading.end)
-    delays = zip(heard, (reading.delay, reading.right_delay), strict=False)
-    where = 'both ends' if len(heard) == 2 else f'the {heard[0]} end'
+    reading = yield from look(element)
+    delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}
     values = {
         'attempts': float(written.attempts),
-        **{f'{end}_delay': math.nan if each is None else each for end, each in delays},
+        **{name: math.nan if delay is None else delay for name, delay in delays.items()},
         'level_margin': reading.level_margin,
         'threshold_margin': reading.threshold_margin,
         'confidence': reading.confidence,
     }
     if reading.level != level:
         found = reading.reason or describe_level(reading.level)
-        return False, f'read from {where}: {found}', values
+        return False, found, values
     tries = '' if written.attempts == 1 else f' after {written.attempts} attempts'
-    return True, f'read from {where}{tries}', values
+    return True, f'read{tries}', values
 
 
 def _restore(element: Memory, content: Reading) -> Procedure[Tested]:

@@ -6,12 +6,12 @@ from __future__ import annotations
 
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import BLANK, UNDECODABLE, Reading, describe_level
-from . import foreseen
-from .blocks import Procedure, Result, slacken
+from ..reading import UNDECODABLE, Reading, describe_level
+from . import estimates
+from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
-from .driving import drive
 from .erasing import erase
+from .going_to_level import go_to_level
 from .listening import look
 
 
@@ -28,25 +28,22 @@ def write(element: Memory, level: int) -> Procedure[Result]:
         ProcedureFailed: The level was not reached within `write.attempts`.
     """
     attempts, least = element.settings.write.attempts, element.settings.write.min_margin
-    yield from slacken(element)
+    yield from return_to_zero(element)
     reading = element.reading
     if reading is None or reading.level == UNDECODABLE:
-        foreseen.expect(
-            element, foreseen.reading(element, 2) + foreseen.driving(element, BLANK, level)
-        )
         reading = yield from look(element)
     learnt = element.calibration.trims is not None
     present, seen = reading.level, []
     for attempt in range(1, attempts + 1):
         element.progress.tried('write', attempt)
-        foreseen.expect(element, foreseen.writing(element, present, level))
+        estimates.expect(element, estimates.writing(element, present, level))
         try:
             if learnt and attempt > 1:
                 yield from climb(element, present, level)
             else:
                 plainly = 1 < attempt == attempts
                 force = _force(element, attempt)
-                yield from drive(element, present, level, force, plainly=plainly)
+                yield from go_to_level(element, present, level, force, plainly=plainly)
             reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,28 +27,26 @@ class Cells(NamedTuple):
     """The properties of an element's cells.
 
     Attributes:
-        height: alpha_j d, shape (n,).
-        origin: Displacement over the substrate at which theta is zero, shape (n,): the shift of a
-            cell's ground states minus c.
+        law: Constants of the on-site law.
+        spring: Constants of the coupling.
+        origin: Displacement over the substrate from which the on-site formula counts, shape (n,).
         mobility: Inverse of a cell's mass, shape (n,).
         substrate: Of a rigid substrate its displacement per unit V_N, shape (n,); of an elastic
             one the stiffness left of every cell and right of the last, shape (n + 1,).
         stuck: Indices of the cells that do not move relative to the base, whole numbers.
         eta: Damping.
-        a, b: Potential.
     """
 
-    height: Array
+    law: tuple[Any, ...]
+    spring: tuple[Any, ...]
     origin: Array
     mobility: Array
     substrate: Array
     stuck: npt.NDArray[np.int64]
     eta: float
-    a: float
-    b: float
 
 
-class Course(NamedTuple):
+class Forcing(NamedTuple):
     """The prescribed motion of a run, at every node of every step, and the range of cells.
 
     Attributes:
@@ -57,8 +55,9 @@ class Course(NamedTuple):
         site: Index of the driven cell's displacement.
         driven: Number of leading nodes at which it is driven.
         motion: Its displacement and velocity, shape (2, >= driven).
-        every: Number of steps between range checks of all cells.
+        every: Number of steps between checks of all cells.
         low, high: The range of a cell's D; by default there is none.
+        slow: The loop ends at a check at which all cells are slower; by default never.
     """
 
     V_N: Array
@@ -69,6 +68,7 @@ class Course(NamedTuple):
     every: int = 1
     low: float = -math.inf
     high: float = math.inf
+    slow: float = 0.0
 
 
 def aligned(values: Array, first: int = 0) -> Array:

@@ -6,15 +6,29 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..jit import specialised
+from ..laws import Coupling, Linear, Multistable, OnSite
 from ..potential import Array
 from .arrays import Chained
 
 Complex = NDArray[np.complex128]
+
+
+@cache
+def _loop(
+    advance: Callable[..., tuple[int, bool]],
+    on_site: Callable[..., Any],
+    coupling: Callable[..., Any],
+) -> Callable[..., tuple[int, bool]]:
+    if (on_site, coupling) == (Multistable.formula, Linear.formula):
+        return advance
+    return specialised(advance, on_site=on_site, coupling=coupling)
 
 
 class Integrator(ABC):
@@ -36,7 +50,11 @@ class Integrator(ABC):
     accurate_step: float
     accurate_turn: float
     keeps_accelerations: bool
-    advance: Callable[..., bool]
+    advance: Callable[..., tuple[int, bool]]
+
+    def loop(self, on_site: OnSite, coupling: Coupling) -> Callable[..., tuple[int, bool]]:
+        """Return the loop for a kind of on-site law and of coupling; compiled once per kind."""
+        return _loop(self.advance, on_site.formula, coupling.formula)
 
     @abstractmethod
     def limit(self, omega: float, eta: float) -> float:
@@ -49,7 +67,7 @@ class Integrator(ABC):
 
     @abstractmethod
     def arrays(self, n: int) -> Chained:
-        """Return the arrays of a chain of n cells: u, v, A and the loop's work space."""
+        """Return the arrays of a chain of n cells: u, du, ddu and the loop's work space."""
 
     @abstractmethod
     def constants(self, dt: float, mobility: Array, eta: float) -> Any:
@@ -82,7 +100,7 @@ class Integrator(ABC):
     def squared_frequency(self, omega: Array, eta: float, dt: float) -> Complex:
         """Return the effective stiffness (unit mass) of this scheme for a wave of a frequency.
 
-        A harmonic motion exp(i omega t) solves v'' + eta v' + w v = 0 for
+        A harmonic motion exp(i omega t) solves u'' + eta u' + w u = 0 for
         w = omega^2 - i eta omega. For the scheme's discrete motion w differs by its dispersion and
         numerical damping: it is the w for which exp(i omega dt) is an eigenvalue of the step,
         found by the secant method.

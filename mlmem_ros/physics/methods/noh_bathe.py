@@ -26,9 +26,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import fma, kernel
-from ..potential import Array, on_site
-from .arrays import Cells, Chained, Course, displacements, per_cell
+from ..laws.law import rub
+from ..laws.linear import neighbours as coupling
+from ..laws.multistable import amplified as on_site
+from ..potential import Array
+from .arrays import Cells, Chained, Forcing, displacements, per_cell
 from .integrator import Complex, Integrator
+from .rest import slow
 
 P = 0.54
 """The paper's split of the step."""
@@ -76,10 +80,12 @@ def advance(
     chain: Chained,
     substrate: Chained | None,
     cells: Cells,
-    course: Course,
+    forcing: Forcing,
     constants: Array,
     ends: Array,
-) -> bool:
+    friction: tuple[float, float] | None,
+    drag: Array | None,
+) -> tuple[int, bool]:
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b).
 
     One pass over the cells makes one sub-step: it computes the accelerations at the present
@@ -88,33 +94,37 @@ def advance(
 
     Args:
         steps: Number of steps.
-        chain: u, v, A and the work space u_p, w, A_p of the metamaterial.
+        chain: u, du, ddu and the work space u_p, du_p, ddu_p of the metamaterial.
         substrate: The same of an elastic substrate, whose two ends belong to the frame and the
             actuator: they are moved, not integrated, and their velocities and accelerations read
             zero. None for a rigid one, V_j = V_N shape_j; the elastic part is then not compiled.
         cells: The element.
-        course: What is prescribed, at the end of every sub-step.
+        forcing: What is prescribed, at the end of every sub-step.
         constants: a0 ... a7.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
+        friction: Force and creep of dry friction; None for none, which is then not compiled.
+        drag: eta times the velocity of the substrate's end, at the end of every sub-step, where
+            damping acts on the motion relative to a rigid substrate; None where it acts on v,
+            which is then not compiled.
 
     Returns:
-        Whether a cell was out of range at a check.
+        The number of steps done, and whether a cell was out of range at a check.
     """
-    u, v, A, u_p, w, A_p = chain
+    u, du, ddu, u_p, du_p, ddu_p = chain
     if substrate is not None:
-        U, V, B, U_p, W, B_p = substrate
-    height, origin, mobility, under, stuck, eta, a, b = cells
-    V_N, shake, site, driven, motion, every, low, high = course
+        U, dU, ddU, U_p, dU_p, ddU_p = substrate
+    law, spring, origin, mobility, under, stuck, eta = cells
+    V_N, shake, site, driven, motion, every, low, high, limit = forcing
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
     h0, h3 = 0.5 * a0, 0.5 * a3
-    n, strayed = len(v), False
+    n, done, strayed = len(du), steps, False
 
     for j in range(n):
-        u_p[j + 1] = fma(a0, fma(h0, A[j], v[j]), u[j + 1])
+        u_p[j + 1] = fma(a0, fma(h0, ddu[j], du[j]), u[j + 1])
         if substrate is not None:
-            U_p[j + 1] = fma(a0, fma(h0, B[j], V[j]), U[j + 1])
+            U_p[j + 1] = fma(a0, fma(h0, ddU[j], dU[j]), U[j + 1])
     for k in range(steps):
-        # Sub-step 1: from u_p make A_p, w and the next u.
+        # Sub-step 1: from u_p make ddu_p, du_p and the next u.
         i = 2 * k
         end, base = V_N[i], shake[i]
         if i < driven:
@@ -131,33 +141,37 @@ def advance(
             else:
                 X = U_p[j + 1]
                 y = x - (X + origin[j])
-            slope, sine = on_site(height[j], y, a, b)
-            pull = fma(-slope, sine, fma(-2.0, x, u_p[j]) + u_p[j + 2])
-            pull = fma(-eta, fma(a0, A[j], v[j]), pull)
+            slope, sine = on_site(law, j, y)
+            pull = fma(-slope, sine, coupling(spring, u_p[j], x, u_p[j + 2]))
+            pull = fma(-eta, fma(a0, ddu[j], du[j]), pull)
+            if drag is not None:
+                pull = fma(drag[i], under[j], pull)
+            if friction is not None:
+                pull = pull - rub(friction, fma(a0, ddu[j], du[j]))
             acceleration = fma(mobility[j], pull, -base)
-            middle = fma(h0 + h3, acceleration, fma(h0, A[j], v[j]))
-            A_p[j] = acceleration
-            w[j] = middle
+            middle = fma(h0 + h3, acceleration, fma(h0, ddu[j], du[j]))
+            ddu_p[j] = acceleration
+            du_p[j] = middle
             u[j + 1] = fma(a3, middle, x)
             if substrate is not None:
                 pull = fma(under[j + 1], U_p[j + 2] - X, -under[j] * (X - U_p[j]))
-                pull = fma(-eta, fma(a0, B[j], V[j]), fma(slope, sine, pull))
+                pull = fma(-eta, fma(a0, ddU[j], dU[j]), fma(slope, sine, pull))
                 acceleration = pull - base
-                middle = fma(h0 + h3, acceleration, fma(h0, B[j], V[j]))
-                B_p[j] = acceleration
-                W[j] = middle
+                middle = fma(h0 + h3, acceleration, fma(h0, ddU[j], dU[j]))
+                ddU_p[j] = acceleration
+                dU_p[j] = middle
                 U[j + 1] = fma(a3, middle, X)
         for j in stuck:
             u[j + 1] = u_p[j + 1]
-            w[j] = A_p[j] = 0.0
+            du_p[j] = ddu_p[j] = 0.0
         if i < driven:
-            w[site - 1] = fma(h3, A_p[site - 1], motion[1, i])
+            du_p[site - 1] = fma(h3, ddu_p[site - 1], motion[1, i])
         if i + 1 < driven:
             u[site] = motion[0, i + 1]
         elif i < driven:  # released in mid-step: predict from the enforced velocity
-            u[site] = fma(a3, w[site - 1], u_p[site])
+            u[site] = fma(a3, du_p[site - 1], u_p[site])
 
-        # Sub-step 2: from u make A, v and the next u_p.
+        # Sub-step 2: from u make ddu, du and the next u_p.
         end, base = V_N[i + 1], shake[i + 1]
         u[0] = u[1]
         u[n + 1] = u[n]
@@ -171,30 +185,34 @@ def advance(
             else:
                 X = U[j + 1]
                 y = x - (X + origin[j])
-            slope, sine = on_site(height[j], y, a, b)
-            pull = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
-            pull = fma(-eta, fma(h3, A_p[j], w[j]), pull)
+            slope, sine = on_site(law, j, y)
+            pull = fma(-slope, sine, coupling(spring, u[j], x, u[j + 2]))
+            pull = fma(-eta, fma(h3, ddu_p[j], du_p[j]), pull)
+            if drag is not None:
+                pull = fma(drag[i + 1], under[j], pull)
+            if friction is not None:
+                pull = pull - rub(friction, fma(h3, ddu_p[j], du_p[j]))
             acceleration = fma(mobility[j], pull, -base)
-            velocity = fma(a7, acceleration, fma(a6 - h3, A_p[j], fma(a5, A[j], w[j])))
-            A[j] = acceleration
-            v[j] = velocity
+            velocity = fma(a7, acceleration, fma(a6 - h3, ddu_p[j], fma(a5, ddu[j], du_p[j])))
+            ddu[j] = acceleration
+            du[j] = velocity
             u_p[j + 1] = fma(a0, fma(h0, acceleration, velocity), x)
             if substrate is not None:
                 pull = fma(under[j + 1], U[j + 2] - X, -under[j] * (X - U[j]))
-                pull = fma(-eta, fma(h3, B_p[j], W[j]), fma(slope, sine, pull))
+                pull = fma(-eta, fma(h3, ddU_p[j], dU_p[j]), fma(slope, sine, pull))
                 acceleration = pull - base
-                velocity = fma(a7, acceleration, fma(a6 - h3, B_p[j], fma(a5, B[j], W[j])))
-                B[j] = acceleration
-                V[j] = velocity
+                velocity = fma(a7, acceleration, fma(a6 - h3, ddU_p[j], fma(a5, ddU[j], dU_p[j])))
+                ddU[j] = acceleration
+                dU[j] = velocity
                 U_p[j + 1] = fma(a0, fma(h0, acceleration, velocity), X)
         for j in stuck:
             u_p[j + 1] = u[j + 1]
-            v[j] = A[j] = 0.0
+            du[j] = ddu[j] = 0.0
         if substrate is not None:
-            V[0] = B[0] = V[n - 1] = B[n - 1] = 0.0
+            dU[0] = ddU[0] = dU[n - 1] = ddU[n - 1] = 0.0
         if i + 1 < driven:
-            v[site - 1] = motion[1, i + 1]
-            u_p[site] = fma(a0, fma(h0, A[site - 1], v[site - 1]), u[site])
+            du[site - 1] = motion[1, i + 1]
+            u_p[site] = fma(a0, fma(h0, ddu[site - 1], du[site - 1]), u[site])
         ends[0, k] = u[1]
         ends[1, k] = u[n]
         if (k + 1) % every == 0:
@@ -202,7 +220,13 @@ def advance(
                 D = u[j + 1] - (end * under[j] if substrate is None else U[j + 1])
                 if not low <= D <= high:  # also true for NaN
                     strayed = True
-    return strayed
+            calm = slow(du, limit)
+            if substrate is not None:
+                calm = calm and slow(dU, limit)
+            if calm:
+                done = k + 1
+                break
+    return done, strayed
 
 
 class NohBathe(Integrator):
@@ -224,7 +248,7 @@ class NohBathe(Integrator):
         return OMEGA_DT_LIMIT / omega * (math.hypot(omega, eta) - eta) / omega
 
     def arrays(self, n: int) -> Chained:
-        """Return u, v, A, u_p, w and A_p (see `Integrator`)."""
+        """Return u, du, ddu, u_p, du_p and ddu_p (see `Integrator`)."""
         u, u_p = displacements(n), displacements(n)
         return u, per_cell(n), per_cell(n), u_p, per_cell(n), per_cell(n)
 
@@ -233,17 +257,17 @@ class NohBathe(Integrator):
         return np.array(coefficients(dt))
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
-        """Return the matrix of a step on (U, V, A), shape (m, 3, 3) (see `Integrator`)."""
+        """Return the matrix of a step on (U, dU, ddU), shape (m, 3, 3) (see `Integrator`)."""
         a0, a1, a2, a3, a4, a5, a6, a7 = coefficients(dt)
-        U, V, A = np.eye(3, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
+        U, dU, ddU = np.eye(3, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
         k = stiffness[:, None]
-        U_p = U + a0 * V + a1 * A
-        A_p = -k * U_p - eta * (V + a0 * A)
-        V_p = V + a2 * (A + A_p)
-        U_n = U_p + a3 * V_p + a4 * A_p
-        A_n = -k * U_n - eta * (V_p + a3 * A_p)
-        V_n = V_p + a5 * A + a6 * A_p + a7 * A_n
-        return np.stack((U_n, V_n, A_n), axis=1)
+        U_p = U + a0 * dU + a1 * ddU
+        ddU_p = -k * U_p - eta * (dU + a0 * ddU)
+        dU_p = dU + a2 * (ddU + ddU_p)
+        U_n = U_p + a3 * dU_p + a4 * ddU_p
+        ddU_n = -k * U_n - eta * (dU_p + a3 * ddU_p)
+        dU_n = dU_p + a5 * ddU + a6 * ddU_p + a7 * ddU_n
+        return np.stack((U_n, dU_n, ddU_n), axis=1)
 
 
 NOH_BATHE = NohBathe()

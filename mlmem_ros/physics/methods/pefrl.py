@@ -17,10 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import fma, kernel
+from ..laws.law import rub
+from ..laws.linear import neighbours as coupling
+from ..laws.multistable import amplified as on_site
 from ..portable import exponential
-from ..potential import Array, on_site
-from .arrays import Cells, Chained, Course, aligned, displacements, per_cell
+from ..potential import Array
+from .arrays import Cells, Chained, Forcing, aligned, displacements, per_cell
 from .integrator import Complex, Integrator
+from .rest import slow
 
 XI, LAMBDA, CHI = 0.1786178958448091, -0.2123418310626054, -0.06626458266981849
 
@@ -59,33 +63,37 @@ def advance(
     chain: Chained,
     substrate: Chained | None,
     cells: Cells,
-    course: Course,
+    forcing: Forcing,
     constants: Constants,
     ends: Array,
-) -> bool:
+    friction: tuple[float, float] | None,
+    drag: Array | None,
+) -> tuple[int, bool]:
     """Advance Eq. (1a), and over an elastic substrate Eq. (1b); see `noh_bathe.advance`.
 
     Args:
         steps: Number of steps.
-        chain: u, v, A, which is unused here, and two rows of displacements x: those at a kick, and
-            those after the following drift.
+        chain: u, du, ddu, which is unused here, and two rows of displacements x: those at a
+            kick, and those after the following drift.
         substrate: The same of an elastic substrate, or None.
         cells: The element.
-        course: What is prescribed, in order of time. The stages are not: the second goes back. A
+        forcing: What is prescribed, in order of time. The stages are not: the second goes back. A
             step not driven to its end is free.
         constants: Of a step.
         ends: Out: displacement of the first and the last cell after every step, (2, steps).
+        friction: Force and creep of dry friction, which lowers the order to one; None for none.
+        drag: eta times the velocity of the substrate's end, in order of time, or None.
 
     Returns:
-        Whether a cell was out of range where it was looked at.
+        The number of steps done, and whether a cell was out of range where it was looked at.
     """
-    u, v, _, x = chain
+    u, du, _, x = chain
     if substrate is not None:
-        U, V, _, X = substrate
-    height, origin, _, under, stuck, _, a, b = cells
-    V_N, shake, site, driven, motion, every, low, high = course
+        U, dU, _, X = substrate
+    law, spring, origin, _, under, stuck, _ = cells
+    V_N, shake, site, driven, motion, every, low, high, limit = forcing
     drifts, decay, kick, push, substrate_decay, substrate_kick = constants
-    n, strayed = len(v), False
+    n, done, strayed = len(du), steps, False
 
     for j in range(1, n + 1):
         x[0, j] = u[j]
@@ -95,9 +103,9 @@ def advance(
         i = 5 * k
         held = i + 5 <= driven
         for j in range(n):
-            x[0, j + 1] = fma(drifts[0], v[j], x[0, j + 1])
+            x[0, j + 1] = fma(drifts[0], du[j], x[0, j + 1])
             if substrate is not None:
-                X[0, j + 1] = fma(drifts[0], V[j], X[0, j + 1])
+                X[0, j + 1] = fma(drifts[0], dU[j], X[0, j + 1])
         for stage in range(4):  # kick at x[at], then drift to x[to]
             at, to = stage % 2, 1 - stage % 2
             by = (stage + 1) // 2 % 2
@@ -118,28 +126,32 @@ def advance(
                 else:
                     HERE = X[at, j + 1]
                     y = here - (HERE + origin[j])
-                slope, sine = on_site(height[j], y, a, b)
-                pull = fma(-slope, sine, fma(-2.0, here, x[at, j]) + x[at, j + 2])
-                velocity = fma(decay[by, j], v[j], fma(kick[by, j], pull, -push[by, j] * base))
-                v[j] = velocity
+                slope, sine = on_site(law, j, y)
+                pull = fma(-slope, sine, coupling(spring, x[at, j], here, x[at, j + 2]))
+                if drag is not None:
+                    pull = fma(drag[node], under[j], pull)
+                if friction is not None:
+                    pull = pull - rub(friction, du[j])
+                velocity = fma(decay[by, j], du[j], fma(kick[by, j], pull, -push[by, j] * base))
+                du[j] = velocity
                 x[to, j + 1] = fma(drift, velocity, here)
                 if substrate is not None:
                     tension = under[j + 1] * (X[at, j + 2] - HERE)
                     pull = fma(-under[j], HERE - X[at, j], tension)
                     pull = fma(slope, sine, pull) - base
-                    velocity = fma(under_decay, V[j], under_kick * pull)
-                    V[j] = velocity
+                    velocity = fma(under_decay, dU[j], under_kick * pull)
+                    dU[j] = velocity
                     X[to, j + 1] = fma(drift, velocity, HERE)
             for j in stuck:
                 x[to, j + 1] = x[at, j + 1]
-                v[j] = 0.0
+                du[j] = 0.0
         if substrate is not None:
             X[0, 1] = 0.0
             X[0, n] = V_N[i + 4]
-            V[0] = V[n - 1] = 0.0
+            dU[0] = dU[n - 1] = 0.0
         if held:
             x[0, site] = motion[0, i + 4]
-            v[site - 1] = motion[1, i + 4]
+            du[site - 1] = motion[1, i + 4]
         ends[0, k] = x[0, 1]
         ends[1, k] = x[0, n]
         if (k + 1) % every == 0:
@@ -148,11 +160,17 @@ def advance(
                 D = x[0, j + 1] - (end * under[j] if substrate is None else X[0, j + 1])
                 if not low <= D <= high:  # also true for NaN
                     strayed = True
+            calm = slow(du, limit)
+            if substrate is not None:
+                calm = calm and slow(dU, limit)
+            if calm:
+                done = k + 1
+                break
     for j in range(1, n + 1):
         u[j] = x[0, j]
         if substrate is not None:
             U[j] = X[0, j]
-    return strayed
+    return done, strayed
 
 
 class Pefrl(Integrator):
@@ -170,7 +188,7 @@ class Pefrl(Integrator):
         return OMEGA_DT_LIMIT / omega
 
     def arrays(self, n: int) -> Chained:
-        """Return u, v, A and the loop's two rows of displacements (see `Integrator`)."""
+        """Return u, du, ddu and the loop's two rows of displacements (see `Integrator`)."""
         return displacements(n), per_cell(n), per_cell(n), aligned(np.zeros((2, n + 2)), 1)
 
     def constants(self, dt: float, mobility: Array, eta: float) -> Constants:
@@ -182,14 +200,14 @@ class Pefrl(Integrator):
         return Constants(np.array(DRIFTS) * dt, decay, kick, push, *substrate)
 
     def step_matrix(self, stiffness: Complex, eta: float, dt: float) -> Complex:
-        """Return the matrix of a step on (U, V), shape (m, 2, 2) (see `Integrator`)."""
-        U, V = np.eye(2, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
+        """Return the matrix of a step on (U, dU), shape (m, 2, 2) (see `Integrator`)."""
+        U, dU = np.eye(2, dtype=np.complex128)[:, None, :] * np.ones((len(stiffness), 1))
         for number, share in enumerate(DRIFTS):
-            U = U + share * dt * V
+            U = U + share * dt * dU
             if number < len(KICKS):
                 decay, kick, _ = _kick(KICKS[number] * dt, np.ones(1), eta)
-                V = decay * V - kick * stiffness[:, None] * U
-        return np.stack((U, V), axis=1)
+                dU = decay * dU - kick * stiffness[:, None] * U
+        return np.stack((U, dU), axis=1)
 
 
 def _kick(h: float, mobility: Array, eta: float) -> tuple[Array, Array, Array]:

@@ -17,7 +17,7 @@ from ...contract.word import Word, word_of
 from ...contract.word_code import Stroke, WordCode
 from ...words import BLANK
 from .client import MemoryClient
-from .line import Line
+from .connection import Connection
 from .reply import Reply, Steps
 
 SHORTEST = 0.1
@@ -63,7 +63,7 @@ class MemoryBank:
         self.elements = tuple(elements)
         self._names = tuple(element.name for element in elements)
         names = f'{self._names[0]} ... {self._names[-1]}'
-        self._line = Line(elements[0].node, ReentrantCallbackGroup(), names, 0.0)
+        self._connection = Connection(elements[0].node, ReentrantCallbackGroup(), names, 0.0)
         self._change: Reply[Word] | None = None
 
     @classmethod
@@ -119,7 +119,7 @@ class MemoryBank:
             if errors:
                 raise self._failed(errors)
 
-        return Reply(self._line, 'ready', steps(), timeout + 5.0)
+        return Reply(self._connection, 'ready', steps(), timeout + 5.0)
 
     def write(self, word: int, timeout: float = 60.0, *, spare: int = 0) -> Reply[Word]:
         """Write a word, every digit verified by an echo.
@@ -150,7 +150,7 @@ class MemoryBank:
             answers, errors = yield from _together(replies)
             return word_of(self.code, self._names, answers, errors)
 
-        return Reply(self._line, 'read', steps(), timeout + 5.0)
+        return Reply(self._connection, 'read', steps(), timeout + 5.0)
 
     def erase(self, timeout: float = 60.0) -> Reply[Word]:
         """Make all elements blank, waiting at most `timeout` seconds for the answer."""
@@ -163,11 +163,11 @@ class MemoryBank:
         until, seal = time.monotonic() + timeout, len(self.elements) - 1
 
         def stroke(levels: Stroke) -> Mapping[int, Reply[Any]]:
-            left = max(SHORTEST, until - time.monotonic())
+            remaining = max(SHORTEST, until - time.monotonic())
             return {
-                place: self.elements[place].erase(left)
+                place: self.elements[place].erase(remaining)
                 if level == BLANK
-                else self.elements[place].write(level, left)
+                else self.elements[place].write(level, remaining)
                 for place, level in levels.items()
                 if place not in failed
             }
@@ -195,7 +195,7 @@ class MemoryBank:
         failed: dict[int, RequestError] = {}
         before = self._change
         under_way = self.code.check and before and not (before.done() or before.cancelled())
-        reply = Reply(self._line, what, steps(), timeout + 5.0)
+        reply = Reply(self._connection, what, steps(), timeout + 5.0)
         if not under_way:
             self._change = reply
         return reply

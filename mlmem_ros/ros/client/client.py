@@ -14,7 +14,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import SetBool, Trigger
 
+from ... import doors
 from ...contract.answers import (
+    ANSWERS,
     Answer,
     Calibrated,
     Decoded,
@@ -27,11 +29,12 @@ from ...contract.answers import (
     parse_self_test,
 )
 from ...contract.errors import RequestRefused
+from ...contract.fields import fitted, parameter
 from ...contract.goals import action_types
 from ...contract.requests import message_of
 from ..qos import EVERY_ONE
+from .connection import Call, Connection
 from .goal import Action, Goal
-from .line import Call, Line
 from .reply import Reply, Steps
 
 T = TypeVar('T')
@@ -69,15 +72,17 @@ class MemoryClient:
             actions: Whether procedures are goals of the node's actions, if it serves them;
                 otherwise they give no feedback.
         """
+        doors.look('rclpy')
         self.node = node
         self.name = node.resolve_service_name(name)
         self._name = name
         self.group = MutuallyExclusiveCallbackGroup()
         self._group = ReentrantCallbackGroup()  # of what brings answers
-        self._line = Line(node, self._group, self.name, patience)
+        self._connection = Connection(node, self._group, self.name, patience)
         self._clients: dict[str, Any] = {}
+        self._reads: list[Goal[Decoded]] = []  # not answered yet
         self._actions = {
-            request: Action(self._line, request, kind, self._client)
+            request: Action(self._connection, request, kind, self._client)
             for request, kind in (action_types() if actions else {}).items()
         }
 
@@ -87,9 +92,9 @@ class MemoryClient:
         Args:
             timeout: Longest wait in seconds; it overrides the client's patience.
         """
-        line = Line(self.node, self._group, self.name, timeout)
+        connection = Connection(self.node, self._group, self.name, timeout)
         steps = self._call('request', SetParametersAtomically, None, lambda _: None)
-        return Reply(line, 'ready', steps, timeout + 1.0)
+        return Reply(connection, 'ready', steps, timeout + 1.0)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
         """Write a level, verified by an echo.
@@ -99,20 +104,24 @@ class MemoryClient:
             timeout: Longest wait for the answer in seconds.
 
         Raises:
-            ValueError: The level is not a whole number from 0.
+            ValueError: The level is not a whole number from 0 to 65535.
         """
-        if isinstance(level, bool) or not isinstance(level, int) or level < 0:
-            raise ValueError(f'level must be a whole number from 0; got {level!r}')
+        level = fitted('level', 'uint16', level)  # as the action has it
         return self._goal('write', Decoded, timeout, f'write {level}', level=level)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Goal[Decoded]:
         """Fire a pulse and decode its echo.
 
+        A read waits for earlier ones of this client, or the node would refuse it as busy.
+
         Args:
             timeout: Longest wait for the answer in seconds.
             end: The end to probe this time: left, right or both; empty for the node's `read.end`.
         """
-        return self._goal('read', Decoded, timeout, end=end)
+        earlier = [each for each in self._reads if not (each.done() or each.cancelled())]
+        read = self._goal('read', Decoded, timeout, after=earlier, end=end)
+        self._reads = [*earlier, read]
+        return read
 
     def erase(self, timeout: float = 60.0) -> Goal[Decoded]:
         """Make the element blank."""
@@ -130,6 +139,16 @@ class MemoryClient:
         """Stop the running procedure and bring the strain to zero."""
         return self._request('abort', Done, timeout)
 
+    def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
+        """Request any procedure of the node by its name; see `mlmem_ros.procedures`.
+
+        Args:
+            name: The procedure, such as locate.
+            timeout: Longest wait for the answer in seconds.
+            arguments: Its arguments.
+        """
+        return self._goal(name, ANSWERS.get(name, Decoded), timeout, **arguments)
+
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
         """Pause or resume the element's time.
 
@@ -139,13 +158,13 @@ class MemoryClient:
         """
         request = SetBool.Request(data=bool(hold))
         steps = self._call('pause', SetBool, request, lambda said: _parsed(Paused, said))
-        return Reply(self._line, 'pause', steps, timeout)
+        return Reply(self._connection, 'pause', steps, timeout)
 
     def step(self, timeout: float = 10.0) -> Reply[Stepped]:
         """Run one tick while time is paused."""
         request = Trigger.Request()
         steps = self._call('step', Trigger, request, lambda said: _parsed(Stepped, said))
-        return Reply(self._line, 'step', steps, timeout)
+        return Reply(self._connection, 'step', steps, timeout)
 
     def follow(
         self,
@@ -203,7 +222,7 @@ class MemoryClient:
 
         request = GetParameters.Request(names=list(names))
         steps = self._call('get_parameters', GetParameters, request, understood)
-        return Reply(self._line, 'parameters', steps, timeout)
+        return Reply(self._connection, 'parameters', steps, timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
         """Set parameters of the node that may change while it runs, such as those of `faults`.
@@ -214,6 +233,9 @@ class MemoryClient:
 
         Returns:
             A reply; it is refused, with the reason, if the node rejects one of them.
+
+        Raises:
+            ValueError: A whole number has more than 64 bits.
         """
 
         def understood(response: Any) -> None:
@@ -222,10 +244,13 @@ class MemoryClient:
                     refused = f'parameter {name} was refused: {result.reason}'
                     raise RequestRefused({'error': refused})
 
-        given = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        given = [
+            parameter(name, Parameter.Type.from_parameter_value(value).value, value)
+            for name, value in values.items()
+        ]
         request = SetParameters.Request(parameters=given)
         steps = self._call('set_parameters', SetParameters, request, understood)
-        return Reply(self._line, 'set_parameters', steps, timeout)
+        return Reply(self._connection, 'set_parameters', steps, timeout)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
         """Send any request that `~/request` takes; see `contract.requests`.
@@ -234,6 +259,9 @@ class MemoryClient:
             name: The request.
             timeout: Longest wait for the answer in seconds.
             arguments: Its arguments.
+
+        Raises:
+            ValueError: An argument is not of its type.
         """
         return self._request(name, Answer, timeout, **arguments)
 
@@ -243,18 +271,29 @@ class MemoryClient:
         self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
         """Send one of the `requests`, with its arguments."""
-        return Reply(self._line, what or name, self._requested(name, kind, arguments), timeout)
+        return Reply(
+            self._connection, what or name, self._requested(name, kind, arguments), timeout
+        )
 
     def _goal(
-        self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
+        self,
+        name: str,
+        kind: type[SomeAnswer],
+        timeout: float,
+        what: str = '',
+        after: Sequence[Reply[Any]] = (),
+        **arguments: Any,
     ) -> Goal[SomeAnswer]:
-        """Request a procedure, by its action if the node serves it."""
+        """Request a procedure, after others, by its action if the node serves it."""
         service: Steps[Any] = self._requested(name, kind, arguments)
         if kind is SelfTested:  # its own service reports every check
             service = self._call('self_test', SelfTest, SelfTest.Request(), parse_self_test)
         there = Call(self._client('request', SetParametersAtomically))
         action = self._actions.get(name)
-        return Goal(self._line, what or name, action, arguments, kind, there, service, timeout)
+        goal = action and action.request(arguments)
+        return Goal(
+            self._connection, what or name, action, goal, kind, after, there, service, timeout
+        )
 
     def _requested(
         self, name: str, kind: type[SomeAnswer], arguments: Mapping[str, Any]

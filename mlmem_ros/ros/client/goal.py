@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 from uuid import uuid4
 
@@ -17,7 +17,8 @@ from unique_identifier_msgs.msg import UUID
 from ...contract import goals
 from ...contract.errors import RequestRefused
 from ..qos import RELIABLE
-from .line import Call, Line
+from .awaiting import suspended
+from .connection import Call, Connection
 from .reply import End, Reply, Steps
 
 T = TypeVar('T')
@@ -26,15 +27,19 @@ ClientOf = Callable[[str, Any], Any]
 """Returns the rclpy client of a service below the node's name, of a type."""
 
 
+MOST = 20
+"""Most requests of a client that wait for one another."""
+
+
 class Action:
     """Access to an action of a node, named like its request.
 
     Its ROS entities are created on demand.
     """
 
-    def __init__(self, line: Line, name: str, kind: Any, client_of: ClientOf) -> None:
+    def __init__(self, connection: Connection, name: str, kind: Any, client_of: ClientOf) -> None:
         self.name = name
-        self._line = line
+        self._connection = connection
         self._impl, self._goal = kind.Impl, kind.Goal
         self._client_of = client_of
         self._listeners: dict[bytes, Callable[[Any], None]] = {}
@@ -43,8 +48,8 @@ class Action:
     @property
     def served(self) -> bool:
         """Whether the node serves it, as far as is known."""
-        node = self._line.node
-        return bool(node.count_services(f'{self._line.peer}/{self.name}/_action/send_goal'))
+        node = self._connection.node
+        return bool(node.count_services(f'{self._connection.peer}/{self.name}/_action/send_goal'))
 
     def request(self, arguments: Mapping[str, Any]) -> Any:
         """Return the request that sends a new goal."""
@@ -69,12 +74,12 @@ class Action:
         """Listen to the feedback of a goal, until `forget`."""
         self._listeners[bytes(number.uuid)] = hear
         if self._subscription is None:
-            self._subscription = self._line.node.create_subscription(
+            self._subscription = self._connection.node.create_subscription(
                 self._impl.FeedbackMessage,
-                f'{self._line.peer}/{self.name}/_action/feedback',
+                f'{self._connection.peer}/{self.name}/_action/feedback',
                 self._hear,
                 RELIABLE,
-                callback_group=self._line.group,
+                callback_group=self._connection.group,
             )
 
     def forget(self, number: UUID) -> None:
@@ -102,22 +107,23 @@ class Goal(Reply[T]):
 
     def __init__(
         self,
-        line: Line,
+        connection: Connection,
         what: str,
         action: Action | None,
-        arguments: Mapping[str, Any],
+        request: Any,
         kind: type[Any],
+        after: Sequence[Reply[Any]],
         there: Call,
         service: Steps[T],
         timeout: float,
     ) -> None:
-        """Send the request: wait for the node with `there`, then use the action or the service."""
+        """Send the request: wait for others and, with `there`, for the node; then ask it."""
         self._action = action
-        self._request: Any = action and action.request(arguments)
+        self._request = request
         self._taken = self._unwanted = False
         self._news: deque[Any] = deque()
-        self._heard: Future | None = None
-        super().__init__(line, what, self._converse(there, kind, service), timeout)
+        self._ended: Future | None = None
+        super().__init__(connection, what, self._converse(after, there, kind, service), timeout)
 
     def cancel_goal(self) -> bool:
         """Make the node stop this procedure, and nothing else, and release the strain.
@@ -143,14 +149,19 @@ class Goal(Reply[T]):
     async def __anext__(self) -> Any:
         """Wait for the next feedback; what came before the first wait is lost."""
         while not self._news:
-            self._heard = Future(executor=self._line.node.executor)
+            self._ended = Future(executor=self._connection.node.executor)
             if self.done() or self.cancelled():
                 raise StopAsyncIteration
             if not self._news:  # none has arrived meanwhile
-                await self._heard
+                await suspended(self._ended, self._drive)
         return self._news.popleft()
 
-    def _converse(self, there: Call, kind: type[Any], service: Steps[T]) -> Steps[T]:
+    def _converse(
+        self, after: Sequence[Reply[Any]], there: Call, kind: type[Any], service: Steps[T]
+    ) -> Steps[T]:
+        if len(after) >= MOST:
+            raise RequestRefused({'error': f'busy: {MOST} requests are already waiting'})
+        yield after[-1:]
         yield there
         if self._action is None or not self._action.served:
             self._action = None
@@ -180,8 +191,8 @@ class Goal(Reply[T]):
 
     def _wake(self) -> None:
         """Resume whoever waits for feedback."""
-        waits, self._heard = self._heard, None
+        waits, self._ended = self._ended, None
         if waits is not None:
             waits.set_result(None)
-            if (executor := self._line.node.executor) is not None:
+            if (executor := self._connection.node.executor) is not None:
                 executor.wake()

@@ -54,7 +54,7 @@ class View:
         echo: v_c of the last echo in cells over time, compensated for damping.
         outcome: How the last procedure ended.
         health: Status of every component, by its name.
-        heard: When the last message came, on the clock of `time.monotonic`.
+        last_message: When the last message came, on the clock of `time.monotonic`.
     """
 
     name: str
@@ -67,12 +67,12 @@ class View:
     echo: list[float] | None = None
     outcome: Status | None = None
     health: dict[str, Status] = field(default_factory=dict)
-    heard: float = field(default_factory=time.monotonic)
+    last_message: float = field(default_factory=time.monotonic)
 
     @property
     def silence(self) -> float:
         """Seconds since the last message."""
-        return time.monotonic() - self.heard
+        return time.monotonic() - self.last_message
 
 
 def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
@@ -133,14 +133,14 @@ class Monitor:
 
     def _on_wall(self, message: Any) -> None:
         self.view.walls = list(message.data)
-        self.view.heard = time.monotonic()
+        self.view.last_message = time.monotonic()
 
     def _on_joint_states(self, message: Any) -> None:
         self.view.strain = received.displacement(message) / self._length
-        self.view.heard = time.monotonic()
+        self.view.last_message = time.monotonic()
 
     def _on_diagnostics(self, message: Any) -> None:
         for status in message.status:
             if status.name.startswith(self._prefix):
                 self.view.health[status.name.removeprefix(self._prefix)] = Status.of(status)
-                self.view.heard = time.monotonic()
+                self.view.last_message = time.monotonic()

@@ -28,7 +28,7 @@ from ...device import (
 from ...device.units import Units
 from ...session.data import SessionData
 from ...session.replay import element_of
-from ...session.report import agreeing, ending
+from ...session.report import agreeing, ending, remains
 from ..qos import LATCHED, RELIABLE
 from .client import MemoryClient
 from .reply import Reply
@@ -51,38 +51,41 @@ class Played:
     """How a session went in a running node.
 
     Attributes:
-        heard: How the node's procedures ended; see `ending`.
+        ended: How the node's procedures ended; see `ending`.
         recorded: How they ended when they were recorded.
         lost: What is missing from the recording, one line each.
         hints: What differed before the first command, one line each.
     """
 
-    heard: list[str]
+    ended: list[str]
     recorded: list[str]
     lost: list[str]
     hints: list[str]
 
     @property
     def passed(self) -> bool:
-        """Whether every recorded procedure ended the same way, and none is missing."""
-        agree = agreeing(self.recorded, self.heard) == len(self.recorded)
-        return bool(self.recorded) and agree and not self.lost
+        """Whether every recorded procedure ended the same way."""
+        return bool(self.recorded) and agreeing(self.recorded, self.ended) == len(self.recorded)
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing is missing from the recording."""
+        return not self.lost
 
     @property
     def verdict(self) -> str:
         """The verdict in one sentence, with any reason against it in capitals."""
         if not self.recorded:
             return 'NOTHING TO COMPARE: the bag has no finished procedure on ~/outcome'
-        if agreeing(self.recorded, self.heard) < len(self.recorded):
+        if agreeing(self.recorded, self.ended) < len(self.recorded):
             why = '; see what differed beforehand' if self.hints else ''
             return f'THE LEVELS DIFFER from those that were recorded{why}'
-        agree = 'every procedure ended as it was recorded'
-        lost = 'NOT WHOLE: part of the recording is lost; in what remains, '
-        return f'{lost}{agree}' if self.lost else agree
+        return f'{remains(self.lost)}every procedure ended as it was recorded'
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values, for programs."""
-        return {'verdict': self.verdict, 'passed': self.passed, **asdict(self)}
+        found = {'verdict': self.verdict, 'passed': self.passed, 'whole': self.whole}
+        return found | asdict(self)
 
 
 def play(session: SessionData, name: str, progress: Progress) -> Played:
@@ -103,14 +106,14 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
         RequestError: There is no such node, it is busy, or a procedure did not end.
     """
     schedule = _schedule(session)
-    heard: list[str] = []
+    ended: list[str] = []
     begun = 0
 
     def listen(status: DiagnosticStatus) -> None:
-        heard.append(ending(received.values(status)))
+        ended.append(ending(received.values(status)))
 
     def all_ended() -> None:
-        wait_until(lambda: len(heard) >= begun, f'the end of a procedure of {name}', PATIENCE)
+        wait_until(lambda: len(ended) >= begun, f'the end of a procedure of {name}', PATIENCE)
 
     with standalone(name) as client:
         client.ready().wait()
@@ -120,20 +123,20 @@ def play(session: SessionData, name: str, progress: Progress) -> Played:
         client.node.create_subscription(
             DiagnosticStatus, f'{client.name}/outcome', listen, LATCHED
         )
-        wait_until(lambda: heard, f'the outcome of a read of {name}')  # of ours, and latched
-        heard.clear()
+        wait_until(lambda: ended, f'the outcome of a read of {name}')  # of ours, and latched
+        ended.clear()
         start = time.monotonic()
         for due, command in schedule:
-            while (left := due - (time.monotonic() - start)) > 0.0:
-                progress(round(1e3 * (due - left)), round(1e3 * schedule[-1][0]))
-                time.sleep(min(left, POLL))
+            while (remaining := due - (time.monotonic() - start)) > 0.0:
+                progress(round(1e3 * (due - remaining)), round(1e3 * schedule[-1][0]))
+                time.sleep(min(remaining, POLL))
             if not isinstance(command, ANY_TIME):  # the node may be slower than the recorded one
                 all_ended()
             send(command)
             begun += not isinstance(command, NO_END)
         all_ended()
     recorded = [ending(values) for _, values in session.outcomes]
-    return Played(heard, recorded, session.lost, hints)
+    return Played(ended, recorded, session.lost, hints)
 
 
 def _otherwise(session: SessionData, client: MemoryClient) -> Iterator[str]:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -15,15 +16,13 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.task import Future
 
 from ...contract.errors import NoAnswer
-from .line import Call, Line
+from .awaiting import TAKE, suspended
+from .connection import Call, Connection
 
 T = TypeVar('T')
 
 POLL = 0.05
 """Seconds between two checks of clock and graph while a request is pending."""
-
-TAKE = 0.002
-"""Seconds between two checks for an answer in a waiting thread."""
 
 GRACE = 1.0
 """Seconds that a node may be missing from the graph before its answer is given up."""
@@ -39,7 +38,7 @@ End = Callable[[], None]
 class Reply(Future, Generic[T]):
     """The future answer to a request, which is sent when the reply is created.
 
-    In a coroutine, such as an `async def` callback, await it::
+    In a coroutine, such as an `async def` callback or one of asyncio, await it::
 
         async def on_button(self, _):
             content = await self.memory.write(5)
@@ -54,12 +53,12 @@ class Reply(Future, Generic[T]):
     does.
     """
 
-    def __init__(self, line: Line, what: str, steps: Steps[T], timeout: float) -> None:
+    def __init__(self, connection: Connection, what: str, steps: Steps[T], timeout: float) -> None:
         """Begin a conversation about `what`, with a time-out in seconds for all of it."""
-        super().__init__(executor=line.node.executor)
+        super().__init__(executor=connection.node.executor)
         if not timeout > 0.0:
             raise ValueError(f'timeout must be above 0 s; got {timeout!r}')
-        self._line = line
+        self._connection = connection
         self._what = what
         self._steps = steps
         self._timeout = timeout
@@ -71,15 +70,22 @@ class Reply(Future, Generic[T]):
         self._busy = False
         self._turn = threading.RLock()  # a waiting thread and the executor's may meet here
         with self._turn:
-            self._timer = line.node.create_timer(
-                POLL, self._look, line.group, Clock(clock_type=ClockType.STEADY_TIME)
+            self._timer = connection.node.create_timer(
+                POLL, self._look, connection.group, Clock(clock_type=ClockType.STEADY_TIME)
             )
         self._go_on()
 
-    def __await__(self) -> Generator[None, None, T]:
-        """Suspend the coroutine until the answer comes."""
-        answer: T = yield from super().__await__()
-        return answer
+    def __await__(self) -> Generator[Any, None, T]:
+        """Suspend the coroutine, of rclpy or asyncio, until the answer comes."""
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> T:
+        try:
+            await suspended(self, self._drive)
+        except asyncio.CancelledError:  # asyncio's time-outs end what they wait for
+            self.cancel()
+            raise
+        return self._answer()
 
     def wait(self) -> T:
         """Block this thread until the answer comes.
@@ -95,8 +101,11 @@ class Reply(Future, Generic[T]):
         """
         while not self._settled.wait(TAKE):
             self._drive()
+        return self._answer()
+
+    def _answer(self) -> T:
         if self.cancelled():
-            raise NoAnswer(f'{self._line.peer}: {self._what} was cancelled')
+            raise NoAnswer(f'{self._connection.peer}: {self._what} was cancelled')
         answer: T = self.result()
         return answer
 
@@ -136,8 +145,12 @@ class Reply(Future, Generic[T]):
             try:
                 end = work()
             except InvalidHandle:
-                gone = NoAnswer(f'{self._line.peer}: the node was destroyed during {self._what}')
+                gone = NoAnswer(
+                    f'{self._connection.peer}: the node was destroyed during {self._what}'
+                )
                 end = partial(self.set_exception, gone)
+            except Exception as error:  # for the caller, not for the executor of the robot
+                end = partial(self.set_exception, error)
             finally:
                 self._busy = False
             if end is not None:
@@ -150,7 +163,7 @@ class Reply(Future, Generic[T]):
         if end is not None:
             end()
             self._settled.set()
-            if (executor := self._line.node.executor) is not None:
+            if (executor := self._connection.node.executor) is not None:
                 executor.wake()
 
     # --- in turn ---------------------------------------------------------------------------
@@ -190,7 +203,7 @@ class Reply(Future, Generic[T]):
 
     def _send(self, call: Call) -> None:
         """Send the request if its service is available: DDS drops messages without a reader."""
-        if not self._line.node.context.ok() or not call.client.service_is_ready():
+        if not self._connection.node.context.ok() or not call.client.service_is_ready():
             return
         if call.request is None:
             self._sent = Future()
@@ -203,8 +216,8 @@ class Reply(Future, Generic[T]):
 
     def _hopeless(self, now: float) -> str:
         """Return why there will be no answer; empty while there may be one."""
-        peer, patience = self._line.peer, min(self._line.patience, self._timeout)
-        if not self._line.node.context.ok():
+        peer, patience = self._connection.peer, min(self._connection.patience, self._timeout)
+        if not self._connection.node.context.ok():
             return f'{peer}: ROS was shut down during {self._what}'
         if isinstance(self._step, Call):
             if self._sent is None and now - self._asked > patience:
@@ -215,14 +228,14 @@ class Reply(Future, Generic[T]):
             if self._step.client.service_is_ready():
                 self._seen = now
             elif self._sent is not None and now - self._seen > GRACE:
-                return f'{peer} went away during {self._what}'
+                return f'{peer} went away during {self._what}: how it ended is not known'
         if now - self._begun > self._timeout:
             return f'{peer} did not answer {self._what} within {self._timeout:g} s'
         return ''
 
     def _release(self) -> None:
         """Clean up the timer and the pending request."""
-        self._line.node.destroy_timer(self._timer)
+        self._connection.node.destroy_timer(self._timer)
         self._steps.close()
         if isinstance(self._step, Call) and self._sent is not None:
             self._step.client.remove_pending_request(self._sent)

@@ -23,10 +23,12 @@ from ... import threads
 from ...contract import goals, messages
 from ...contract.commands import OF_REQUEST
 from ...contract.requests import REQUESTS
-from ...device import Command, Outcome
+from ...device import Outcome
+from ...device.mailbox import Asked
+from ...device.progress import Feedback
 from ...host import Host
 from ..qos import EVERY_ONE, RELIABLE
-from .boundary import settled
+from .callback_guard import settled
 
 FEEDBACK_EVERY = 0.05
 """Seconds between two feedback messages of a goal."""
@@ -41,9 +43,32 @@ NONE, FAILED, REFUSED, CANCELED = range(4)
 """The results' error codes."""
 
 
-def served_actions(node: Node, host: Host) -> list[Action]:
-    """Serve the actions of a node, if their types are built; return them."""
-    return [Action(node, host, name, kind) for name, kind in goals.action_types().items()]
+class Actions:
+    """The actions of a node, if their types are built."""
+
+    def __init__(self, node: Node, host: Host) -> None:
+        """Serve them."""
+        self._host = host
+        self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
+        self._reported = 0.0
+        self._served = [
+            Action(node, host, self._open, name, kind)
+            for name, kind in goals.action_types().items()
+        ]
+
+    @property
+    def waiting(self) -> int:
+        """How many goals are open, or have just ended without a request for the result."""
+        return sum(action.waiting for action in self._served)
+
+    def tick(self) -> None:
+        """Publish feedback of the running goal, if due; called in the loop's thread."""
+        if not self._open or threads.monotonic() - self._reported < FEEDBACK_EVERY:
+            return
+        for goal, action in self._open.copy().items():
+            if (feedback := self._host.feedback(goal.request)) is not None:
+                self._reported = threads.monotonic()
+                action.report(goal, feedback)
 
 
 @dataclass(eq=False)
@@ -52,37 +77,40 @@ class Goal:
 
     Attributes:
         info: Its id, and when it was accepted.
-        command: The device command.
+        request: The request that it makes.
         status: Its status, one of `GoalStatus`.
-        open: Whether its procedure has not ended yet.
         result: The answer to a result request.
         ended: When it ended, on the steady clock.
         fetched: Whether its result has been requested.
-        let_go: The abort caused by its client's cancel, which ends at zero strain.
+        let_go: The abort asked for by its client's cancel, which ends at zero strain.
     """
 
     info: GoalInfo
-    command: Command
+    request: Asked
     status: int = GoalStatus.STATUS_EXECUTING
-    open: bool = True
     result: Future[Any] = field(default_factory=lambda: threads.Future())
     ended: float = 0.0
     fetched: bool = False
-    let_go: Future[Outcome | None] | None = None
+    let_go: Asked | None = None
 
 
 class Action:
     """One action: its goals, from acceptance until nobody asks for their results any more."""
 
-    def __init__(self, node: Node, host: Host, name: str, kind: Any) -> None:
-        """Serve an action, named like the request behind its goals."""
+    def __init__(
+        self, node: Node, host: Host, open_goals: dict[Goal, Action], name: str, kind: Any
+    ) -> None:
+        """Serve an action, named like the request behind its goals.
+
+        Goals are in `open_goals` while their procedures have not ended.
+        """
         self._node = node
         self._host = host
         self._name = name
         self._kind = kind
         self._goals: dict[bytes, Goal] = {}
+        self._open = open_goals
         self._lock = threads.Lock()
-        self._reported = 0.0
         own, impl = f'~/{name}/_action', kind.Impl
         for service, type_, callback in (
             ('send_goal', impl.SendGoalService, self._take),
@@ -102,25 +130,28 @@ class Action:
         number = bytes(request.goal_id.uuid)
         wanted = {each: getattr(request.goal, each) for each in REQUESTS[self._name]}
         now = self._node.get_clock().now().to_msg()
-        goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), OF_REQUEST[self._name](**wanted))
         with self._lock:
             self._forget()
-            response.accepted = self._goals.setdefault(number, goal) is goal
+            response.accepted = number not in self._goals
+            if not response.accepted:
+                return response
+            asked = self._host.submit(OF_REQUEST[self._name](**wanted))
+            goal = Goal(GoalInfo(goal_id=request.goal_id, stamp=now), asked)
+            self._goals[number] = goal
+            self._open[goal] = self
             self._publish_status()
-        if response.accepted:
-            response.stamp = now
-            done = self._host.submit(goal.command)
-            done.add_done_callback(lambda done: self._ended(goal, done))
+        response.stamp = now
+        asked.answer.add_done_callback(lambda done: self._ended(goal, done))
         return response
 
     def _cancel(self, request: CancelGoal.Request, response: CancelGoal.Response) -> Any:
         """Stop the selected goals, and release the strain; nothing else is stopped."""
         with self._lock:
             meant = list(self._meant(request.goal_info))
-            stopped = [goal for goal in meant if goal.open and goal.let_go is None]
+            stopped = [goal for goal in meant if goal in self._open and goal.let_go is None]
             for goal in stopped:
                 goal.status = GoalStatus.STATUS_CANCELING
-                goal.let_go = self._host.cancel(goal.command)
+                goal.let_go = self._host.cancel(goal.request)
             if stopped:
                 self._publish_status()
         response.goals_canceling = [goal.info for goal in stopped]
@@ -158,18 +189,19 @@ class Action:
         """Take the end of a goal's procedure, in the thread that delivers it."""
         try:
             result, status = self._judged(done)
-        except Exception as defect:  # answer the client anyway
-            self._host.journal.exception(self._name, defect)
-            result, status = self._failed(FAILED, defect)
+        except Exception as error:  # answer the client anyway
+            self._host.log.exception(self._name, error)
+            result, status = self._failed(FAILED, error)
         with self._lock:
-            let_go, goal.open = goal.let_go, False
+            let_go = goal.let_go
+            del self._open[goal]
         if let_go is None or status == GoalStatus.STATUS_SUCCEEDED:
             self._settle(goal, result, status)
             return
         if result.error_code == FAILED:
             result.error_code, status = CANCELED, GoalStatus.STATUS_CANCELED
         # the next goal must find the element at rest
-        let_go.add_done_callback(lambda _: self._settle(goal, result, status))
+        let_go.answer.add_done_callback(lambda _: self._settle(goal, result, status))
 
     def _settle(self, goal: Goal, result: Any, status: int) -> None:
         """Answer a request for a goal's result."""
@@ -181,6 +213,7 @@ class Action:
     def _judged(self, done: Future[Outcome | None]) -> tuple[Any, int]:
         """Return the result and status at the end of a procedure."""
         if (refusal := done.exception()) is not None:
+            self._host.log.refused(self._name, refusal)
             return self._failed(REFUSED, refusal)
         outcome = done.result()
         assert outcome is not None
@@ -213,20 +246,12 @@ class Action:
 
     # --- topics --------------------------------------------------------------------------
 
-    def tick(self) -> None:
-        """Publish feedback of the running goal, if due; called in the loop's thread."""
-        if not self._goals or threads.monotonic() - self._reported < FEEDBACK_EVERY:
-            return
-        with self._lock:
-            open_ones = [each for each in self._goals.items() if each[1].open]
-        for number, goal in open_ones:
-            if (feedback := self._host.feedback(goal.command)) is None:
-                continue
-            self._reported = threads.monotonic()
-            message = self._kind.Impl.FeedbackMessage()
-            message.goal_id.uuid = list(number)
-            message.feedback = self._kind.Feedback(**feedback._asdict())
-            self._feedback.publish(message)
+    def report(self, goal: Goal, feedback: Feedback) -> None:
+        """Publish the feedback of a goal."""
+        message = self._kind.Impl.FeedbackMessage()
+        message.goal_id = goal.info.goal_id
+        message.feedback = self._kind.Feedback(**feedback._asdict())
+        self._feedback.publish(message)
 
     def _publish_status(self) -> None:
         """Publish the status of all goals; the caller holds the lock, to keep them in order."""

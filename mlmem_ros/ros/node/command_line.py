@@ -12,7 +12,7 @@ from ...version import __version__
 NAMESPACE = '/bank'
 """Namespace of a bank, unless a remapping gives another."""
 
-MOST = 64
+MOST = 128
 """Most elements; more are probably a mistake."""
 
 

@@ -113,8 +113,7 @@ def transducer(element: MemoryElement) -> Health:
     text = 'driving' if part.driving else 'listening'
     values: dict[str, Any] = {f'unrest_{end}': part.unrest(end) for end in End}
     for end in element.calibration.ends:
-        delays = element.calibration.table(end).delays
-        values[f'delays_{end}'] = ' '.join(f'{delay:g}' for delay in delays)
+        values[f'delays_{end}'] = element.calibration.table(end).delays
     if reading is None:
         return Health(OK, text, values)
     margin = reading.threshold_margin

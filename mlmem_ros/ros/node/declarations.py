@@ -12,9 +12,9 @@ from ...device import PRESETS, Preset, preset
 from ...device.faults import Faults
 from ...device.presets import DEFAULT
 from ...host.design_check import CHOICES
+from ...host.files import FileSettings
 from ...host.settings import (
     DeviceSettings,
-    FileSettings,
     PublishSettings,
     RecordSettings,
     StateSettings,
@@ -35,6 +35,15 @@ OF_THE_NODE = {
         False,
         Description('serve the page of this element while the node runs: `mlmem view`'),
     ),
+    'linger': (
+        0.0,
+        Description(
+            'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
+            's',
+            low=0.0,
+            high=3600.0,
+        ),
+    ),
     'design.preset': (
         DEFAULT,
         Description(
@@ -42,6 +51,16 @@ OF_THE_NODE = {
             'probe_right, read and time',
             choices=tuple(PRESETS),
         ),
+    ),
+    'design.file': (
+        '',
+        Description(
+            'parameter file that brings the element instead of a preset; set at the start'
+        ),
+    ),
+    'design.digest': (
+        '',
+        Description('hash of the present design and settings: elements with one are the same'),
     ),
     'design.check': (
         'refuse',
@@ -55,6 +74,19 @@ OF_A_PRESET = (
     'throw', 'probe', 'probe_right', 'read', 'time',
 )  # fmt: skip
 """Groups that a preset sets; the others are the robot's."""
+
+
+LISTED = {
+    *LIVE, *OF_THE_NODE, 'device', 'actuator', 'disturbance', 'scale', 'publish', 'record',
+    'state', 'files', 'faults', 'write.attempts', 'erase.method', 'read.end',
+}  # fmt: skip
+"""Groups and names that every node lists: what a robot builder changes. All others come with the
+preset or a file; a node that was given one lists that, too."""
+
+
+def is_listed(name: str) -> bool:
+    """Return whether every node lists a parameter."""
+    return name in LISTED or name.partition('.')[0] in LISTED
 
 
 def groups(chosen: Preset | None = None) -> dict[str, Any]:

@@ -6,16 +6,17 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
 from ...contract.messages import key_values
 from ...contract.topics import DIAGNOSTICS
-from ...device import Loop
+from ...device import DriverError, Loop, MemoryElement, Reading
 from ...host import Host
 from ..qos import profile
-from .boundary import Boundary
+from .callback_guard import CallbackGuard
 from .components import ELEMENT, ERROR, INACTIVE, OK, WARN, Health, Hysteresis, compared
 
 PERIOD = 1.0
@@ -28,12 +29,16 @@ class Pace:
     def __init__(self, host: Host) -> None:
         self._host = host
         self._last = (time.monotonic(), 0, 0)
+        self._jumps: int | None = None
         self._logged = 0
 
-    def health(self, loop: Loop | None) -> Health:
-        """Report how the loop keeps time: in s, and its rate since the last report in ticks/s."""
+    def health(self, loop: Loop | None, procedure: str = '') -> Health:
+        """Report how the loop keeps time: in s, and its rate since the last report in ticks/s.
+
+        `procedure` is the running one.
+        """
         if loop is None:
-            self._logged = 0
+            self._logged, self._jumps = 0, None
             refused = {'refused': self._host.refused}
             if self._host.stopped:
                 return Health(ERROR, self._host.stopped, refused)
@@ -47,21 +52,32 @@ class Pace:
             'real_time_factor': rate * loop.tick_seconds,
             'ticks': statistics.ticks,
             'overruns': statistics.overruns,
+            'clock_jumps': loop.pacer.jumps,
             'lateness_mean': statistics.lateness_mean,
             'lateness_deviation': statistics.lateness_deviation,
             'busy': statistics.busy,
-            'procedure': loop.element.procedure,
+            'procedure': procedure,
             'paused': loop.paused,
             'refused': self._host.refused,
-            'defects': self._host.journal.caught,
+            'defects': self._host.log.caught,
         }
         if loop.failure:
             return Health(ERROR, str(loop.failure), values)
+        jumps = loop.pacer.jumps
+        jumped, self._jumps = jumps - (jumps if self._jumps is None else self._jumps), jumps
+        if jumped == 1:
+            self._host.log.info('the clock has jumped: the device goes on without a gap')
+        if jumped > 1:
+            slack = loop.pacer.slack
+            return Health(
+                WARN, f'the clock advances in steps of more than {slack:g} s: time stands still',
+                values,
+            )  # fmt: skip
         if lost > 0:
             text = f'{statistics.overruns} ticks of time were skipped'
             if statistics.overruns >= 2 * self._logged:  # log it each time it has doubled
                 self._logged = statistics.overruns
-                self._host.journal.warning(f'{text}: the machine is too slow for this pace')
+                self._host.log.warning(f'{text}: the machine is too slow for this pace')
             return Health(WARN, text, values)
         return Health(OK, 'paused' if loop.paused else 'running', values)
 
@@ -90,49 +106,71 @@ def recorder(host: Host) -> Health:
     return Health(OK, status.state, values)
 
 
+def twin(host: Host) -> Health:
+    """Report the residual of reads against a twin's forecast, in cells; warn of what changed."""
+    if (watcher := host.watcher) is None:
+        return Health(OK, 'no twin')
+    values = watcher.values()
+    return (
+        Health(WARN, watcher.text, values) if watcher.text else Health(OK, 'as forecast', values)
+    )
+
+
 class Diagnostics:
     """Publishes one status for every component, once a period."""
 
-    def __init__(self, node: Node, host: Host, boundary: Boundary) -> None:
+    def __init__(self, node: Node, host: Host, callback_guard: CallbackGuard) -> None:
         self._name = node.get_fully_qualified_name()
         self._clock = node.get_clock()
         self._host = host
-        self._boundary = boundary
+        self._callback_guard = callback_guard
         self._pace = Pace(host)
         self._seen: dict[str, Health] = {}  # of the device, as last sampled
-        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'recorder')}
+        self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
+        self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
+        self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'twin', 'recorder')}
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
         )
-        boundary.every(PERIOD, DIAGNOSTICS.name, self._report)
+        callback_guard.every(PERIOD, DIAGNOSTICS.name, self._report)
 
     def announce(self, text: str) -> None:
         """Report what keeps the node from reporting by itself; from any thread."""
         self._publish({'loop': Health(OK, text)})
 
     def _report(self) -> None:
-        loop, guarded = self._host.loop, self._boundary.guarded
+        loop = self._host.loop
+        if not self._publisher.get_subscription_count():
+            self._pace.health(loop)  # which logs what is lost
+            return
         if loop is None or loop.failure:
             self._publish_all(loop)
             return
 
         def look() -> None:
-            before = self._seen.get('material', INACTIVE)
-            self._seen = {name: health(loop.element) for name, health in ELEMENT.items()}
-            self._seen['material'] = compared(self._seen['material'], before)
+            self._look(loop.element)
+            self._publish_all(loop, loop.element.procedure)
 
-        where = DIAGNOSTICS.name
-        publish = guarded(where, lambda _: self._publish_all(loop))
-        loop.call(guarded(where, look)).add_done_callback(publish)
+        loop.call(self._callback_guard.guarded(DIAGNOSTICS.name, look))
 
-    def _publish_all(self, loop: Loop | None) -> None:
+    def _look(self, element: MemoryElement) -> None:
+        """Sample the components; an element at rest is as it was."""
+        still = (element.computed, element.reading) if element.at_rest else None
+        if still is not None and still == self._still:
+            return
+        before, self._still = self._seen.get('material', INACTIVE), still
+        self._seen = {name: _seen(health, element) for name, health in ELEMENT.items()}
+        self._seen['material'] = compared(self._seen['material'], before)
+
+    def _publish_all(self, loop: Loop | None, procedure: str = '') -> None:
         if loop is None:
-            self._seen = {}
+            self._seen, self._still = {}, None
             for held in self._held.values():
                 held.forget()
         present = {
-            'loop': self._pace.health(loop),
+            'loop': self._pace.health(loop, procedure),
             **{name: self._seen.get(name, INACTIVE) for name in ELEMENT},
+            'twin': twin(self._host),
             'recorder': recorder(self._host),
         }
         self._publish({name: self._held[name].smooth(now) for name, now in present.items()})
@@ -140,9 +178,22 @@ class Diagnostics:
     def _publish(self, present: dict[str, Health]) -> None:
         message = DiagnosticArray()
         for component, health in present.items():
-            status = DiagnosticStatus(level=health.level, message=health.text)
-            status.name, status.hardware_id = f'{self._name[1:]}: {component}', self._name
-            status.values = key_values(health.values)
-            message.status.append(status)
+            if component not in self._made or self._made[component][0] != health:
+                self._made[component] = health, self._status(component, health)
+            message.status.append(self._made[component][1])
         message.header.stamp = self._clock.now().to_msg()
         self._publisher.publish(message)
+
+    def _status(self, component: str, health: Health) -> DiagnosticStatus:
+        status = DiagnosticStatus(level=health.level, message=health.text)
+        status.name, status.hardware_id = f'{self._name[1:]}: {component}', self._name
+        status.values = key_values(health.values)
+        return status
+
+
+def _seen(health: Callable[[MemoryElement], Health], element: MemoryElement) -> Health:
+    """Return a component's health; a driver that cannot tell is an error of its own."""
+    try:
+        return health(element)
+    except DriverError as error:
+        return Health(ERROR, str(error))

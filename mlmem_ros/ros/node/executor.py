@@ -14,7 +14,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.task import Future
 
-from ...host import Journal
+from ...host import ThrottledLog
 from ..events import events_executor
 
 MOST = 1000
@@ -26,12 +26,12 @@ class GuardedExecutor:
 
     def __init__(self, context: Context | None = None) -> None:
         self._events = events_executor(context)
-        self._journals: dict[Node, Journal] = {}
+        self._logs: dict[Node, ThrottledLog] = {}
         self._interrupted = Future()
 
-    def add_node(self, node: Node, journal: Journal) -> None:
+    def add_node(self, node: Node, log: ThrottledLog) -> None:
         """Spin a node from now on, and log what cannot be decoded in its journal."""
-        self._journals[node] = journal
+        self._logs[node] = log
         self._events.add_node(node)
 
     def turn(self, seconds: float) -> None:
@@ -39,9 +39,9 @@ class GuardedExecutor:
         try:
             self._events.spin_until_future_complete(self._interrupted, seconds)
         except Exception as error:  # the executor forgets requests that came with it
-            for node, journal in self._journals.items():
-                _refuse(journal, error)
-                _catch_up(node, journal)
+            for node, log in self._logs.items():
+                _refuse(log, error)
+                _catch_up(node, log)
         if self._interrupted.done():
             self._interrupted = Future()
 
@@ -80,18 +80,18 @@ class GuardedExecutor:
         self._events.shutdown()
 
 
-def _refuse(journal: Journal, error: Exception) -> None:
-    journal.refused('a message', f'it cannot be decoded: {error}')
+def _refuse(log: ThrottledLog, error: Exception) -> None:
+    log.refused('a message', f'it cannot be decoded: {error}')
 
 
-def _catch_up(node: Node, journal: Journal) -> None:
+def _catch_up(node: Node, log: ThrottledLog) -> None:
     """Serve the requests that wait. Topics need no catching up: we take their bytes."""
     for service in node.services:
         for _ in range(MOST):
             try:
                 request, header = service.handle.service_take_request(service.srv_type.Request)
             except Exception as error:
-                _refuse(journal, error)
+                _refuse(log, error)
             else:
                 if request is None:
                     break

@@ -4,31 +4,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.parameter import Parameter
 
-from ...device import Event
+from ...contract.services import SERVICES
+from ...device import DriverError, Event
 from ...device.pacing import SteadyPacer
 from ...host import REFUSALS, Host
-from .actions import served_actions
-from .boundary import Boundary
+from .actions import Actions
+from .callback_guard import CallbackGuard
 from .compiling import telling_compilation
 from .diagnostics import Diagnostics
-from .inlets import Inlets
-from .namesakes import Namesakes
-from .outlets import Outlets
+from .duplicate_name_check import DuplicateNameCheck
 from .parameters import ParameterSet
+from .publishers import Publishers
 from .recorded import session_plan
+from .retries import Retries
 from .services import Services
 from .sim_time import SimTimePacer
+from .subscriptions import Subscriptions
+from .unlisted import UnlistedParameters
+
+REQUESTED = {'send_goal', *(service.name for service in SERVICES)}
+"""Services whose clients want something of the element, unlike those of its parameters."""
 
 TEND = 1.0
 """Seconds between two checks of the disk, the intervals and the clock."""
 
 
-class MemoryNode(LifecycleNode):
+class MemoryNode(UnlistedParameters, LifecycleNode):
     """One mechanical memory element as a managed ROS 2 node; all its names are `~/...`.
 
     - *configure* checks the design, compiles, builds the device, and restores its saved content,
@@ -37,69 +44,138 @@ class MemoryNode(LifecycleNode):
     - *cleanup* releases the device.
 
     A failed transition says why and leaves the node in its previous state; a device that fails
-    while active, and a defect anywhere in a transition, leave it unconfigured.
+    while active, and a fault of the software in a transition, leave it unconfigured.
+
+    `memory_node` is a process of it. It also goes into a program of your own, in any executor,
+    beside other nodes::
+
+        with MemoryNode(parameters={'state.path': 'element.json'}) as memory:
+            executor.add_node(memory)
+            executor.add_node(robot)
+            executor.spin()
+
+    The block configures and activates it, unless `autostart` is false, and ends with its content
+    saved. A callback in the same executor must await replies, not wait for them.
 
     Attributes:
         host: Holds the element; it is independent of ROS.
     """
 
-    def __init__(self, name: str = 'mlmem', **options: Any) -> None:
+    def __init__(
+        self,
+        name: str = 'mlmem',
+        *,
+        parameters: Mapping[str, bool | int | float | str] | None = None,
+        **options: Any,
+    ) -> None:
         """Declare parameters, services and command topics.
 
         Args:
             name: Name of the node, unless a remapping gives another.
-            options: For `rclpy.lifecycle.LifecycleNode`.
+            parameters: Parameters by name, instead of those of the command line.
+            options: For `rclpy.lifecycle.LifecycleNode`, such as `namespace`.
 
         Raises:
             SettingsError: A parameter has the wrong type or is out of range, or settings
                 contradict each other.
         """
-        super().__init__(name, **options)
+        given = [Parameter(key, value=value) for key, value in (parameters or {}).items()]
+        super().__init__(name, parameter_overrides=given, **options)
         self.host = Host(
             self.get_logger(),
             lambda: self.get_clock().now().nanoseconds,
             name=self.get_fully_qualified_name(),
-            failed=lambda: self.executor.create_task(self._mind_failure),
+            failed=self._failed,
         )
-        self._boundary = boundary = Boundary(self, self.host.journal)
+        self._callback_guard = callback_guard = CallbackGuard(self, self.host.log)
         try:
-            self._given = ParameterSet(self, self.host)
+            self._given = self.known = ParameterSet(self, self.host)
         except BaseException:
             self.destroy_node()
             raise
-        self._inlets = Inlets(self, self.host)
-        self._actions = served_actions(self, self.host)  # before ~/request: who sees it sees them
+        self._subscribed = Subscriptions(self, self.host)
+        self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
         Services(self, self.host)
-        self._diagnostics = Diagnostics(self, self.host, boundary)
-        self._namesakes = Namesakes(self, self.host.journal, boundary)
-        self._outlets: Outlets | None = None
+        self._diagnostics = Diagnostics(self, self.host, callback_guard)
+        self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
+        self._published: Publishers | None = None
         self._starting = False
         self._awaits_clock = True
+        self._sim_time = SimTimePacer(self.get_clock())
         self._refusal: Exception | None = None
-        boundary.every(TEND, 'checking disks and clock', self._tend)
-        boundary.guard_services()
+        self._retries = Retries(
+            self, self.host, lambda: float(self.get_parameter('device.retry').value)
+        )
+        callback_guard.every(TEND, 'checking disks and clock', self._on_timer)
+        callback_guard.guard_services()
 
-    def start(self) -> None:
-        """Configure and activate, as a node with autostart does.
+    def __enter__(self) -> MemoryNode:
+        try:
+            if self.get_parameter('autostart').value:
+                self.begin()
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+        if self.executor is not None:
+            self.executor.remove_node(self)
+        self.destroy_node()
+
+    def begin(self) -> None:
+        """Start as a node with autostart does: with `device.retry`, wait for a missing element.
 
         Raises:
             One of `REFUSALS`: The transition that failed.
         """
-        self._starting = True
-        for transition in (self.trigger_configure, self.trigger_activate):
-            if transition() != TransitionCallbackReturn.SUCCESS and self._refusal is not None:
-                raise self._refusal
-        self._starting = False
+        try:
+            self.start()
+        except DriverError as error:
+            if not self._retries.begin(error):
+                raise
+
+    def start(self) -> None:
+        """Configure and activate.
+
+        Raises:
+            One of `REFUSALS`: The transition that failed.
+        """
+        self._starting, self._refusal = True, None
+        try:
+            for transition in (self.trigger_configure, self.trigger_activate):
+                if transition() != TransitionCallbackReturn.SUCCESS and self._refusal is not None:
+                    raise self._refusal
+        finally:
+            self._starting = False
+
+    @property
+    def unconfigured(self) -> bool:
+        """Whether the node is in that state."""
+        return bool(self._state_machine.current_state[1] == 'unconfigured')
 
     @property
     def waiting(self) -> int:
         """How many requests have not been answered yet."""
-        goals = sum(action.waiting for action in self._actions)
-        return len(self._boundary.waiting) + goals
+        return len(self._callback_guard.waiting) + self._actions.waiting
+
+    @property
+    def client_count(self) -> int:
+        """How many clients of its requests are on the ROS graph."""
+        names = [service.srv_name for service in self.services]
+        return sum(
+            self.count_clients(name) for name in names if name.rpartition('/')[2] in REQUESTED
+        )
+
+    @property
+    def answered(self) -> int:
+        """How many requests have been answered."""
+        return self._callback_guard.answered
 
     def close(self) -> None:
         """Stop time if it runs, save the content, close the session file."""
-        with self.host.journal.guarded('closing'):
+        with self.host.log.guarded('closing'):
             self.host.close()
         self._release()
 
@@ -120,7 +196,7 @@ class MemoryNode(LifecycleNode):
 
     def on_deactivate(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Hold the state, at zero strain."""
-        return self._attempt('deactivate', self.host.deactivate)
+        return self._attempt('deactivate', self._deactivate)
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release the device."""
@@ -132,9 +208,11 @@ class MemoryNode(LifecycleNode):
 
     def on_error(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Release a device that failed: the node is unconfigured afterwards."""
-        with self.host.journal.guarded('handling an error'):
+        failure = self.host.failure
+        with self.host.log.guarded('handling an error'):
             self.host.fail()
         self._release()
+        self._retries.begin(failure)
         return TransitionCallbackReturn.SUCCESS
 
     def _attempt(self, transition: str, work: Callable[[], None]) -> TransitionCallbackReturn:
@@ -145,11 +223,11 @@ class MemoryNode(LifecycleNode):
             if self.host.failure is not None:
                 return TransitionCallbackReturn.ERROR
             if not self._starting:
-                self.host.journal.error(f'cannot {transition}: {error}')
+                self.host.log.error(f'cannot {transition}: {error}')
             return TransitionCallbackReturn.FAILURE
         except Exception as error:
             self._refusal = error
-            self.host.journal.exception(transition, error)
+            self.host.log.exception(transition, error)
             return TransitionCallbackReturn.ERROR
         return TransitionCallbackReturn.SUCCESS
 
@@ -157,12 +235,13 @@ class MemoryNode(LifecycleNode):
 
     def _configure(self) -> None:
         given = self._given.values()
-        self.get_logger().info('preparing the device')
+        if not self._retries.waiting:
+            self.get_logger().info('preparing the device')
         integrator = given.settings.time.integrator
         with telling_compilation(self, given.design, integrator, self._diagnostics.announce):
             element = self.host.configure(given)
         self._given.lock(given.design.levels)
-        self._outlets = Outlets(self, element, given.publish, self.host)
+        self._published = Publishers(self, element, given.publish, self.host)
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {given.design.N} cells, '
             f'{given.design.substrate} substrate, '
@@ -176,42 +255,56 @@ class MemoryNode(LifecycleNode):
             given,
             session_plan(self, given.record),
             self._after_tick,
-            SimTimePacer(self.get_clock()) if sim_time else SteadyPacer(),
+            self._sim_time if sim_time else SteadyPacer(),
             self.get_parameter('time.speed').value,
-            lambda: self._outlets is not None and self._outlets.heard,
+            lambda: self._published is not None and self._published.has_subscribers,
+            lambda: self._published is not None and self._published.watched,
         )
         self._awaits_clock = True
+        self.host.log.info('active: time runs')
+
+    def _deactivate(self) -> None:
+        self.host.deactivate()
+        self.host.log.info('inactive: the strain is zero, time stands still')
 
     def _clean_up(self) -> None:
         self.host.release()
         self._release()
+        self.host.log.info('unconfigured: the device is released')
 
     def _release(self) -> None:
-        if self._outlets is not None:
-            self._outlets.close()
-        self._outlets = None
+        if self._published is not None:
+            self._published.close()
+        self._published = None
         self._given.locked = False
 
     # --- while active --------------------------------------------------------------------
 
     def _after_tick(self, events: Sequence[Event]) -> None:
         """Publish what happened, in the loop's thread."""
-        if self._outlets is not None:
-            self._outlets.tick(events)
-        for action in self._actions:
-            action.tick()
+        if self._published is not None:
+            self._published.tick(events)
+        self._actions.tick()
+
+    def _failed(self) -> None:
+        """Have an executor look after a failed device; without one, the next `_on_timer` does."""
+        if (executor := self.executor) is not None:
+            executor.create_task(self._mind_failure)
 
     def _mind_failure(self) -> None:
-        """Leave the active state through error handling: unconfigured."""
-        with self.host.journal.guarded('handling a failure'):
-            self.trigger_deactivate()
+        """Leave the active state through error handling, if the device failed: unconfigured."""
+        with self.host.log.guarded('handling a failure'):
+            if self.host.failure is not None:
+                self.trigger_deactivate()
 
-    def _tend(self) -> None:
-        self.host.tend()
+    def _on_timer(self) -> None:
+        self._mind_failure()
+        self.host.on_timer()
+        self._retries.on_timer()
         simulated = self.get_parameter('use_sim_time').value
         if simulated and self._awaits_clock and self.host.loop is not None:
             self._awaits_clock = False  # logged once per activation
             if not self.get_clock().now().nanoseconds:
-                self.host.journal.warning(
+                self.host.log.warning(
                     'use_sim_time is set but no /clock has arrived yet: time stands still'
                 )

@@ -7,6 +7,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -22,13 +23,12 @@ from rclpy.parameter import Parameter
 
 from ...clipped import clipped
 from ...described import Description, descriptions
-from ...device import PRESETS, Refused, SettingsError, drivers, preset
+from ...device import PRESETS, Preset, Refused, SettingsError, drivers, preset
 from ...device.settings import Settings
 from ...host import Host
-from ...host.files import confined
 from ...host.settings import Parameters
 from ...physics import DesignError
-from .declarations import LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups
+from .declarations import LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups, is_listed
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -42,15 +42,21 @@ LIVE_GROUPS = ('record', 'faults')
 PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
 
-PATHS = ('record.path', 'state.path')
-"""Parameters that make the node write files."""
+PRESET, FILE, DIGEST = 'design.preset', 'design.file', 'design.digest'
+"""What brings an element, and what tells one from another."""
+
+PATHS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
+"""Parameters that name files of the node."""
 
 
 class ParameterSet:
-    """Declares all parameters of the contract, validates them, and puts changes into effect."""
+    """Knows all parameters of the contract, validates them, and puts changes into effect.
+
+    It declares those that every node lists and those that are given; see `unlisted`.
+    """
 
     def __init__(self, node: Node, host: Host) -> None:
-        """Declare all parameters.
+        """Declare the parameters.
 
         Raises:
             SettingsError: A parameter has the wrong type or is out of range, or the values do not
@@ -58,20 +64,21 @@ class ParameterSet:
         """
         self._node = node
         self._host = host
+        self._given: dict[str, Parameter] = node._parameter_overrides  # no public way to ask
         self._choices: dict[str, tuple[str, ...]] = {}
+        self._admitting = False
         self.locked = False
         """Whether the node is configured, so that only live parameters may be set."""
-        chosen = preset(self._declare('design.preset', *OF_THE_NODE['design.preset']))
-        self._defaults = groups(chosen)
-        own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
-        for name, default, description in declarations(chosen):
-            if name != 'design.preset':
-                self._declare(name, own.get(name, default), description)
+        self._bring(self._first())
+        for name, (default, description) in self._known.items():
+            if (name in self._given or is_listed(name)) and not node.has_parameter(name):
+                self._declare(name, default, description)
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
-        _warn_of_strangers(node)
+        self._warn_of_strangers()
         self._limit_level(self.values().design.levels)
+        self._compare_digest()
         node.add_pre_set_parameters_callback(self._meant)  # with two, rclpy would use both answers
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._apply)
@@ -88,10 +95,80 @@ class ParameterSet:
         check = self._node.get_parameter('design.check').value
         return Parameters(check=check, settings=Settings(**given), **parts)
 
+    def digest(self) -> str:
+        """Return the hash of design and settings; empty if they contradict each other."""
+        try:
+            values = self.values()
+        except (DesignError, SettingsError):
+            return ''
+        return Preset(values.design, values.settings).digest
+
+    def told(self, name: str) -> tuple[Parameter, ParameterDescriptor] | None:
+        """Return a parameter that is not declared, and its description, if there is one."""
+        if name == DIGEST and self._node.has_parameter(name):
+            default, description = self.digest(), OF_THE_NODE[DIGEST][1]
+        elif name in self._known and not self._node.has_parameter(name):
+            default, description = self._known[name]
+        else:
+            return None
+        parameter, described = Parameter(name, value=default), descriptor(description, default)
+        described.name, described.type = name, parameter.type_.value
+        return parameter, described
+
+    def admitted(self, names: Iterable[str]) -> list[str]:
+        """Declare those parameters that are not declared yet; return them."""
+        new = [
+            n for n in dict.fromkeys(names) if n in self._known and self.told(n) and n != DIGEST
+        ]
+        self._admitting = True  # rclpy asks our callbacks about a default, too
+        for name in new:
+            self._declare(name, *self._known[name])
+        self._admitting = False
+        return new
+
     def lock(self, levels: int) -> None:
         """Allow only live parameters from now on, and levels below `levels`."""
         self._limit_level(levels)
         self.locked = True
+
+    def _first(self) -> Preset:
+        """Return the element that a node starts with, from a file or a preset."""
+        file, (first, described) = self._declare(FILE, *OF_THE_NODE[FILE]), OF_THE_NODE[PRESET]
+        if not file:
+            return preset(self._declare(PRESET, first, described))
+        from ... import parameter_file  # most nodes have none
+
+        try:
+            basis, chosen = parameter_file.preset_of(file), parameter_file.load(file)
+        except parameter_file.ParameterFileError as error:
+            raise SettingsError(f'parameter {FILE}: {error}') from error
+        if (given := self._declare(PRESET, basis, described)) != basis:
+            raise SettingsError(
+                f'parameter {PRESET} must be that of {FILE}, {basis}, or not be given; got {given}'
+            )
+        return chosen
+
+    def _bring(self, chosen: Preset) -> None:
+        """Take the values of an element for all parameters that are not declared."""
+        own = {'publish.frame_id': self._node.get_fully_qualified_name()[1:]}
+        self._defaults = groups(chosen)
+        self._known = {
+            name: (own.get(name, default), description)
+            for name, default, description in declarations(chosen)
+        }
+
+    def _value(self, name: str) -> Any:
+        declared = self._node.has_parameter(name)
+        return self._node.get_parameter(name).value if declared else self._known[name][0]
+
+    def _compare_digest(self) -> None:
+        """Warn if a file that names a digest, as a dump does, is no longer of this element."""
+        given = self._given.get(DIGEST)
+        if given is not None and given.value not in ('', present := self.digest()):
+            self._node.get_logger().warning(
+                f'the element is not the one whose parameters were saved: its design and settings '
+                f'have the digest {present}, not {clipped(given.value)}'
+            )
 
     def _declare(self, name: str, default: Any, description: Description) -> Any:
         """Declare a parameter; return its value."""
@@ -114,8 +191,7 @@ class ParameterSet:
         return value.value
 
     def _raw(self, name: str) -> str:
-        override = self._node._parameter_overrides.get(name)  # rclpy has no public way to ask
-        return repr(override.value) if override is not None else 'something else'
+        return repr(self._given[name].value) if name in self._given else 'something else'
 
     def _group(self, prefix: str, **changed: Any) -> Any:
         """Return a group of settings, with changes.
@@ -125,7 +201,7 @@ class ParameterSet:
         """
         defaults = self._defaults[prefix]
         values = {
-            field.name: self._node.get_parameter(f'{prefix}.{field.name}').value
+            field.name: self._value(f'{prefix}.{field.name}')
             for field, _ in descriptions(defaults)
         }
         try:
@@ -147,6 +223,8 @@ class ParameterSet:
         self._node.set_descriptor('target_level', described)
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
+        if self._admitting:
+            return SetParametersResult(successful=True)
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
@@ -154,6 +232,7 @@ class ParameterSet:
             if faults and self._host.element is not None:
                 self._host.element.specimen(self._group('faults', **faults))
         except (Refused, SettingsError) as error:
+            self._host.log.refused('a parameter', error)
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
@@ -163,17 +242,25 @@ class ParameterSet:
         Raises:
             SettingsError: It may not.
         """
+        if not self._node.has_parameter(name):  # rclpy takes an empty name for a declared one
+            raise SettingsError(f'there is no parameter {clipped(name)}')
         live = name in LIVE or name.split('.')[0] in LIVE_GROUPS
         if name == 'use_sim_time':
             if self._host.loop is not None:
                 raise SettingsError(f'{name} may be set only while the node is not active')
         elif self.locked and (not live or name == PACE):
             raise SettingsError(f'{name} may be set only while the node is unconfigured')
-        if name == 'files.root':
+        if (
+            name in ('files.root', FILE)
+            and value != self._value(name)
+            and (name, value) != (FILE, '')
+        ):
             raise SettingsError(f'{name} may be set only at the start of the node')
+        if name == DIGEST and value != (digest := self.digest()):
+            raise SettingsError(f'{name} is computed: {digest}; got {clipped(value)}')
         if name in PATHS and value:
             try:
-                confined(value, self._node.get_parameter('files.root').value)
+                self._group('files').confined(value)
             except SettingsError as error:
                 raise SettingsError(f'{name}: {error}') from error
         if why := self._not_a_choice(name, value):
@@ -188,31 +275,54 @@ class ParameterSet:
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
-        with self._host.journal.guarded('parameters'):
+        if self._admitting:
+            return
+        with self._host.log.guarded('parameters'):
+            given = ', '.join(f'{each.name} = {clipped(each.value)}' for each in changed)
+            self._host.log.info(f'set {given}', 'parameters')
             if any(map(_is_fault, changed)):
-                self._host.be_faulty(self._group('faults'))
+                self._host.set_faults(self._group('faults'))
+            if {PRESET, FILE} & {each.name for each in changed} and not self._value(FILE):
+                self._bring(preset(self._value(PRESET)))
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return the parameters to set, including all those of a preset among them.
+        """Return the parameters to set, including all those declared of a preset among them.
 
-        Explicit values override the preset's; all are accepted together, or none.
+        Explicit values override the preset's; all are accepted together, or none. A file goes on
+        to bring the element until it is left for nothing or for another preset than its own.
         """
         changed = [self._double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
-        if (name := given.get('design.preset')) not in tuple(PRESETS):
+        file = self._value(FILE)
+        leaving = bool(file) and given.get(FILE) == ''
+        name = given.get(PRESET, self._value(PRESET) if leaving else None)
+        of_the_file = bool(file) and not leaving and name == self._value(PRESET)
+        if name not in tuple(PRESETS) or of_the_file:
             return changed
         others = {*given, *OF_THE_NODE, *LIVE}
         return [
             *changed,
+            Parameter(FILE, value=''),
             *(
                 Parameter(key, value=value)
                 for key, value, _ in declarations(preset(name))
                 if key.split('.')[0] in OF_A_PRESET and key not in others
+                if self._node.has_parameter(key)
             ),
         ]
+
+    def _warn_of_strangers(self) -> None:
+        """Warn of given parameters that do not exist, such as misspelt ones."""
+        known = sorted({*self._known, *self._node.list_parameters([], 0).names})
+        for name in sorted(self._given):
+            if name in known or name.startswith('qos_overrides.'):
+                continue
+            alike = difflib.get_close_matches(name, known, 1)
+            hint = f'; did you mean {alike[0]}?' if alike else ''
+            self._node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
 
     def _double(self, parameter: Parameter) -> Parameter:
         """Return a parameter with an integer converted to a double if a double is declared."""
@@ -226,17 +336,6 @@ class ParameterSet:
 def _is_fault(parameter: Parameter) -> bool:
     name: str = parameter.name
     return name.startswith(FAULTS)
-
-
-def _warn_of_strangers(node: Node) -> None:
-    """Warn of given parameters that do not exist, such as misspelt ones."""
-    known = sorted(node.list_parameters([], 0).names)
-    for name in sorted(node._parameter_overrides):  # rclpy has no public way to ask
-        if name in known or name.startswith('qos_overrides.'):
-            continue
-        alike = difflib.get_close_matches(name, known, 1)
-        hint = f'; did you mean {alike[0]}?' if alike else ''
-        node.get_logger().warning(f'there is no parameter {name}: it is ignored{hint}')
 
 
 def descriptor(description: Description, default: Any) -> ParameterDescriptor:

@@ -4,14 +4,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeVar
 
 from rclpy.node import Node
 
 from ...contract import topics
 from ...device import drivers
 from ...host import SessionPlan
+from ...host.files import FileSettings
 from ...host.settings import RecordSettings
+
+T = TypeVar('T')
 
 
 def session_plan(
@@ -28,14 +33,12 @@ def session_plan(
         SettingsError: The parameters contradict each other.
     """
     if settings is None:
-        values = node.get_parameters_by_prefix('record')
-        settings = RecordSettings(**{name: item.value for name, item in values.items()})
+        settings = _group(node, 'record', RecordSettings)
     if path:
         settings = replace(settings, path=path)
     published = topics.STREAMS + (topics.VIEWS if settings.views else ())
     if node.get_parameter('device.driver').value != drivers.SIMULATION:
         published = tuple(topic for topic in published if topic not in topics.OF_A_SIMULATION)
-    given = node.get_parameters_by_prefix('')
     return SessionPlan(
         node.get_fully_qualified_name(),
         settings,
@@ -43,5 +46,11 @@ def session_plan(
             topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
             for topic in (*topics.COMMANDS, *published)
         ],
-        {name: parameter.value for name, parameter in given.items()},
+        {name: node.get_parameter(name).value for name in node.get_parameters_by_prefix('')},
+        _group(node, 'files', FileSettings),
     )
+
+
+def _group(node: Node, prefix: str, kind: Callable[..., T]) -> T:
+    values = node.get_parameters_by_prefix(prefix)
+    return kind(**{name: item.value for name, item in values.items()})

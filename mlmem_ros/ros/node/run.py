@@ -7,7 +7,7 @@ from __future__ import annotations
 import gc
 import signal
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
@@ -15,10 +15,10 @@ import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.logging import get_logger
-from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from ...host import REFUSALS
+from ..deadline import exit_within
 from ..node_process import child
 from .executor import GuardedExecutor
 from .node import MemoryNode
@@ -30,8 +30,17 @@ could not be saved. (2 is a wrong command line.)"""
 POLL = 10.0
 """Seconds per turn of the executor, which must not wait without a time-out."""
 
+QUIET = 0.5
+"""Seconds without a client after which none is expected any more."""
+
 LAST_ANSWERS = 1.0
 """Longest time in seconds for answering pending requests when the nodes end."""
+
+MOMENT = 0.01
+"""Seconds in which the executor takes what has arrived."""
+
+LEAVE = 5.0
+"""Seconds for leaving the ROS graph. All is saved by then: a middleware that hangs is cut off."""
 
 DELIVERY = 0.2
 """Seconds for the middleware to deliver these answers before it is shut down."""
@@ -75,9 +84,10 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
                 pages.enter_context(child('mlmem_ros.cli.main', view))
         with executor.woken_by_signals():
             turn(executor, stop)
+            linger(nodes, executor, stop)
         for number in (signal.SIGINT, signal.SIGTERM):  # a second signal must not cut this short
             signal.signal(number, signal.SIG_IGN)
-        return end(nodes, executor)
+        return end(nodes, executor, lambda status: exit_within(LEAVE, status))
 
 
 def begin(
@@ -109,10 +119,10 @@ def begin(
         for element in elements:
             try:
                 node = _made(kind, context, element)
-                executor.add_node(node, node.host.journal)
+                executor.add_node(node, node.host.log)
                 nodes.append(node)
                 if node.get_parameter('autostart').value:
-                    node.start()
+                    node.begin()
             except Exception as error:
                 refused.append(error)
                 if len(refused) == len(elements):
@@ -133,8 +143,7 @@ def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> 
     """Return a node distinguished from others."""
     given = dict(element)
     namespace = given.pop('namespace', None)
-    parameters = [Parameter(name, value=value) for name, value in given.items()]
-    return kind(context=context, namespace=namespace, parameter_overrides=parameters)
+    return kind(context=context, namespace=namespace, parameters=given)
 
 
 def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
@@ -143,20 +152,52 @@ def turn(executor: GuardedExecutor, stop: Sequence[object]) -> None:
         executor.turn(POLL)
 
 
-def end(nodes: Sequence[MemoryNode], executor: GuardedExecutor) -> int:
-    """Save, answer pending requests, and leave the ROS graph; return the exit status."""
+def linger(nodes: Sequence[MemoryNode], executor: GuardedExecutor, stop: Sequence[int]) -> None:
+    """After SIGINT, let nodes work until no client is left, SIGTERM comes, or for their `linger`.
+
+    A terminal and launch stop a robot and its memory together, and the robot may want to write a
+    last time.
+    """
+    longest = max(node.get_parameter('linger').value for node in nodes)
+    if longest and signal.SIGTERM not in stop:
+        nodes[0].get_logger().info(f'serving for at most {longest:g} s, until no client is left')
+    begun = seen = now = time.monotonic()
+    while signal.SIGTERM not in stop and now - begun < longest and now - seen < QUIET:
+        executor.turn(0.1 * QUIET)
+        now = time.monotonic()
+        if any(node.client_count for node in nodes):
+            seen = now
+
+
+def end(
+    nodes: Sequence[MemoryNode],
+    executor: GuardedExecutor,
+    leaving: Callable[[int], None] = lambda status: None,
+) -> int:
+    """Save, answer all requests, and leave the ROS graph; return the exit status.
+
+    Args:
+        nodes: The nodes.
+        executor: Theirs.
+        leaving: Called with the exit status once all is saved and answered.
+    """
+    executor.turn(MOMENT)  # takes what was sent during the start
+    answered = sum(node.answered for node in nodes)
     pending = any(node.waiting for node in nodes)
     with ThreadPoolExecutor(len(nodes)) as closers:  # a hung disk affects only one element
         list(closers.map(MemoryNode.close, nodes))
     deadline = time.monotonic() + LAST_ANSWERS
+    executor.turn(MOMENT)  # refuses what was sent meanwhile
     while any(node.waiting for node in nodes) and time.monotonic() < deadline:
-        executor.turn(0.01)  # they are refused, but not answered yet
-    if pending:
+        executor.turn(MOMENT)  # they are refused, but not answered yet
+    if pending or answered < sum(node.answered for node in nodes):
         time.sleep(DELIVERY)
     for node in nodes:
         node.get_logger().info('shut down; not all was saved' if node.host.lost else 'shut down')
+    status = NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
+    leaving(status)
     executor.shutdown()
     for node in nodes:
         node.destroy_node()
     rclpy.try_shutdown(context=nodes[0].context)
-    return NOT_SAVED if any(node.host.lost for node in nodes) else ENDED
+    return status

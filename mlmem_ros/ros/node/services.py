@@ -14,11 +14,12 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from ...contract import answers, messages
-from ...contract.commands import Record, requested
-from ...device import Abort, Calibrate, Command, Erase, Read, Refused, SelfTest, Write
+from ...contract.commands import Record, name_of, requested
+from ...device import Command, Refused, SelfTest, Write
 from ...host import REFUSALS, Host
+from ...procedures import PROCEDURES, Procedure
 from ..qos import EVERY_ONE
-from .boundary import settled
+from .callback_guard import settled
 from .recorded import session_plan
 
 Answered = Awaitable[tuple[bool, str]]
@@ -31,23 +32,24 @@ class Services:
     def __init__(self, node: Node, host: Host) -> None:
         self._node = node
         self._host = host
-        procedures: dict[str, Callable[[], Command]] = {
-            'write': lambda: Write(node.get_parameter('target_level').value),
-            'read': Read,
-            'erase': Erase,
-            'calibrate': Calibrate,
-            'abort': Abort,
-        }
-        for name, command in procedures.items():
-            self._serve(Trigger, name, self._procedure(command))
+        for name, row in PROCEDURES.items():
+            if name != 'self_test':  # which answers in a type of its own
+                self._serve(Trigger, name, self._procedure(row))
         self._serve(Trigger, 'step', lambda _: self._stepped())
         self._serve(SetBool, 'pause', lambda request: self._paused(request.data))
         self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
         self._create(SetParametersAtomically, 'request', self._request)
         self._create(SelfTestService, 'self_test', self._self_test)
 
-    def _procedure(self, command: Callable[[], Command]) -> Callable[[Any], Answered]:
-        return lambda _: self._done(command())
+    def _procedure(self, row: Procedure) -> Callable[[Any], Answered]:
+        """Return the answer to a Trigger; what it must be given is a parameter."""
+
+        def answer(_: Any) -> Answered:
+            targets = {name: f'target_{name}' for name in row.required}
+            given = {name: self._node.get_parameter(of).value for name, of in targets.items()}
+            return self._done(row.command(**given))
+
+        return answer
 
     def _serve(self, kind: type[Any], name: str, answer: Callable[[Any], Answered]) -> None:
         """Create a service of std_srvs."""
@@ -69,7 +71,7 @@ class Services:
             asked = requested(request.parameters)
         except Refused as refusal:
             self._host.refused += 1
-            result.reason = answers.refusal(refusal)
+            _, result.reason = self._refused('request', refusal)
             return response
         doing = self._recorded(asked) if isinstance(asked, Record) else self._done(asked)
         result.successful, result.reason = await doing
@@ -78,9 +80,9 @@ class Services:
     async def _done(self, command: Command) -> tuple[bool, str]:
         asked = {'asked': command.level} if isinstance(command, Write) else {}
         try:
-            outcome = await settled(self._host.submit(command))
+            outcome = await settled(self._host.submit(command).answer)
         except REFUSALS as failure:
-            return False, answers.refusal(failure, **asked)
+            return self._refused(name_of(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
         return outcome.success, answers.answer(outcome, **asked)
@@ -90,21 +92,21 @@ class Services:
             plan = session_plan(self._node, path=asked.path) if asked.on else None
             path = await settled(self._host.record(plan))
         except REFUSALS as refusal:
-            return False, answers.refusal(refusal)
+            return self._refused('record', refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
     async def _paused(self, hold: bool) -> tuple[bool, str]:
         try:
             tick = await settled(self._host.pause(hold))
         except REFUSALS as refusal:
-            return False, answers.refusal(refusal)
+            return self._refused('pause', refusal)
         return True, json.dumps({'paused': hold, 'tick': tick})
 
     async def _stepped(self) -> tuple[bool, str]:
         try:
             tick = await settled(self._host.step())
         except REFUSALS as refusal:
-            return False, answers.refusal(refusal)
+            return self._refused('step', refusal)
         return True, json.dumps({'tick': tick})
 
     async def _self_test(
@@ -112,11 +114,17 @@ class Services:
     ) -> SelfTestService.Response:
         response.id = name = self._node.get_fully_qualified_name()
         try:
-            outcome = await settled(self._host.submit(SelfTest()))
+            outcome = await settled(self._host.submit(SelfTest()).answer)
         except REFUSALS as failure:
+            self._refused('self_test', failure)
             response.status = [messages.refused_test(name, str(failure))]
         else:
             assert outcome is not None
             response.passed = bytes([outcome.success])
             response.status = messages.test_statuses(outcome, name)
         return response
+
+    def _refused(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
+        """Log a refusal; return the answer, along with what was asked for."""
+        self._host.log.refused(what, reason)
+        return False, answers.refusal(reason, **asked)

@@ -46,17 +46,24 @@ class Contour:
         # latest ones always lie side by side.
         self._pixels = np.full((rows, 2 * self._columns, 3), EMPTY, dtype=np.uint8)
         self._taken = 0
+        self._drawn = -1
+        self._seen = (element.ticks - 1) // self._every
 
     def take(self) -> None:
-        """Take a column of the present state, if one is due in this tick."""
-        if self._element.ticks % self._every:
+        """Take the columns that were due since the last call: of a run at rest they are equal."""
+        due = self._element.ticks // self._every - self._seen
+        if due <= 0:
             return
-        shown = self._element.chain.configuration[:: self._stride]
-        column = COLOURS[self._palette.indices(shown[::-1])]
-        column[self._lines] = column[self._lines] * DEFECT_SHADE
-        place = self._taken % self._columns
-        self._pixels[:, place] = self._pixels[:, place + self._columns] = column
-        self._taken += 1
+        self._seen += due
+        if self._element.computed != self._drawn:  # else it rests since the last column
+            shown = self._element.chain.configuration[:: self._stride]
+            self._column = COLOURS[self._palette.indices(shown[::-1])]
+            self._column[self._lines] = self._column[self._lines] * DEFECT_SHADE
+            self._drawn = self._element.computed
+        places = (self._taken + np.arange(min(due, self._columns))) % self._columns
+        for place in places:
+            self._pixels[:, place] = self._pixels[:, place + self._columns] = self._column
+        self._taken += len(places)
 
     def message(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""

@@ -12,9 +12,7 @@ export class Controls {
     this.log = log;
     this.held = false;
     this.faults = {};
-    for (const button of document.querySelectorAll('.actions [data-do]')) {
-      button.onclick = () => this.ask(button, { do: button.dataset.do });
-    }
+    this.connectProcedures();
     find('pause').onclick = async () => {
       const answer = await this.ask(find('pause'), { do: 'pause', hold: !this.held });
       if (answer.ok) this.hold(answer.details.paused);
@@ -49,8 +47,13 @@ export class Controls {
     this.showFaults();
   }
 
-  /** Show the node's parameters. */
+  /** Show the node's procedures and parameters. */
   set(about) {
+    for (const [name, { takes, title }] of Object.entries(about.procedures)) {
+      const known = document.querySelector(`.actions [data-do="${name}"]`);
+      if (known) known.title = title;
+      else if (!takes.length) this.offer(name, title);
+    }
     find('strain').min = -about.max_strain;
     find('strain').max = about.max_strain;
     find('cell').max = about.cells;
@@ -81,6 +84,20 @@ export class Controls {
     if (this.dragging || this.sending) return;
     find('strain').value = strain;
     find('strained').textContent = signed(strain, 3);
+  }
+
+  connectProcedures() {
+    for (const button of document.querySelectorAll('.actions [data-do]')) {
+      button.onclick = () => this.ask(button, { do: button.dataset.do });
+    }
+  }
+
+  /** Add the button of a procedure, before that which aborts. */
+  offer(name, title) {
+    const button = make('button', { title }, spelt(name));
+    button.dataset.do = name;
+    document.querySelector('.actions [data-do="abort"]').before(button);
+    this.connectProcedures();
   }
 
   connectStrain() {
@@ -151,3 +168,6 @@ const recorded = (path, id) => make('span', {},
   `recorded ${path.split('/').pop()}: `,
   make('a', { textContent: 'open', href: `/?session=${id}`, target: '_blank' }), ' · ',
   make('a', { textContent: 'download', href: `/sessions/${id}/bag.zip`, download: '' }));
+
+/** Return the name of a procedure as a button shows it. */
+const spelt = (name) => (name[0].toUpperCase() + name.slice(1)).replace('_', '-');

@@ -135,6 +135,7 @@ export class Live {
       return line;
     }));
     this.controls.health(parts);
+    this.panel.twin.show(parts.twin);
     const { delays_left: left, delays_right: right, confidence, level } = { ...parts.transducer?.values, ...parts.memory?.values };
     const before = JSON.stringify(this.delays);
     for (const [end, text] of Object.entries({ left, right })) if (text) this.delays[end] = text.split(' ').map(Number);

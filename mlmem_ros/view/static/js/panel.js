@@ -6,8 +6,7 @@ import { Chain } from './chain.js';
 import { Echo } from './echo.js';
 import { find, signed } from './page.js';
 import { Picture } from './picture.js';
-
-const REWRITING = ['write', 'erase', 'calibrate', 'self_test']; // the content shown meanwhile is the last one
+import { Twin } from './twin.js';
 
 export class Panel {
   /** @param {Controls} controls of a running element; absent for a session */
@@ -17,6 +16,7 @@ export class Panel {
     this.chain = new Chain(this.root, controls);
     this.picture = new Picture(this.root, Boolean(controls));
     this.echo = new Echo(this.root);
+    this.twin = new Twin(this.root);
     this.find = (name) => this.root.querySelector(name);
   }
 
@@ -36,7 +36,7 @@ export class Panel {
     const content = this.find('.level');
     content.textContent = level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown';
     content.classList.toggle('word', !(level >= 0));
-    content.classList.toggle('past', REWRITING.includes(doing?.name));
+    content.classList.toggle('past', Boolean(this.about.procedures[doing?.name]?.changes)); // it is the last one
     this.find('.code').textContent = level >= 0 ? this.about.codes[level] ?? '' : '';
     const known = confidence != null && level >= -1;
     this.find('.confidence i').style.width = known ? `${100 * confidence}%` : '0';
@@ -54,6 +54,7 @@ export class Panel {
     if (!this.about) return;
     this.picture.build();
     this.echo.build();
+    this.twin.build();
     this.chain.draw();
   }
 }

@@ -9,7 +9,6 @@ import { last, Track } from './track.js';
 import { fetchFrame } from './wire.js';
 
 const MOMENT = 0.02; // seconds within which all messages of an event come
-const PROCEDURES = ['write', 'read', 'erase', 'calibrate', 'self_test', 'abort'];
 
 export class Sessions {
   constructor() {
@@ -31,7 +30,7 @@ export class Sessions {
     this.duration = Math.max(...this.sessions.map((session) => session.duration), 0.001);
     for (const session of this.sessions) {
       session.track = new Track(session);
-      session.runs = runs(session.events);
+      session.runs = runs(session.events, session.element.procedures);
       session.panel = new Panel();
       session.panel.set(session.element, session.track, session.name, this.duration);
     }
@@ -124,13 +123,13 @@ export class Sessions {
 const told = (event) => (event ? `${event.text} (${event.t.toFixed(2)} s)` : '–');
 
 /** Return which procedure ran when: from its command to its outcome. */
-function runs(events) {
+function runs(events, procedures) {
   const found = [];
   let open = null;
   for (const event of events) {
     if (event.kind === 'command') {
       const [name, level] = event.text.split(' ');
-      if (PROCEDURES.includes(name)) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
+      if (name in procedures) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
     } else if (open) {
       found.push({ ...open, to: event.t });
       open = null;

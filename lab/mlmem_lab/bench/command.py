@@ -1,0 +1,95 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem bench`: measure our speed and that of others on this machine.
+
+All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
+numbers do not. Peers that are not installed are named and skipped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, print_json
+
+if TYPE_CHECKING:
+    from .comparison import Comparison
+
+
+@command(
+    'measure kernel, ensembles, recorder and node, beside their peers',
+    option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
+    option('--list', action='store_true', help='list the benchmarks'),
+    option('--repeats', type=int, default=7, help='rounds per comparison'),
+    option('--output', type=Path, default=Path('benchmarks'), help='folder for the results'),
+    option(
+        '--result',
+        type=Path,
+        help='result file of the tables, whose others are kept; the node has a row of node.json',
+    ),
+    JSON,
+    text=__doc__,
+)
+def bench(arguments: argparse.Namespace) -> int:
+    """Run the benchmarks; return the exit status."""
+    from . import load, select
+    from .processors import keep_row
+
+    console = plain_console(aside=arguments.json)
+    try:
+        selected = select(arguments.names)
+    except KeyError as error:
+        return complain('bench', error.args[0], 2)
+    if arguments.repeats < 1:
+        return complain('bench', f'repeats must be at least 1; got {arguments.repeats}', 2)
+    result = arguments.result
+    if result is not None and result.resolve().parent == arguments.output.resolve():
+        return complain('bench', f'--result must be outside of {arguments.output} (--output)', 2)
+    if arguments.list:
+        for name in selected:
+            console.print(f'{name:10} {load(name).TITLE}', highlight=False)
+        return 0
+    arguments.output.mkdir(parents=True, exist_ok=True)
+    results, tables = [], {}
+    for name in selected:
+        benchmark = load(name)
+        with console.status(f'{name}: {benchmark.TITLE}'):
+            comparisons = benchmark.run(arguments.repeats)
+        for comparison in comparisons:
+            console.print(comparison.table())
+            files = ', '.join(str(file) for file in keep(comparison, arguments.output))
+            console.print(f'{files}\n', highlight=False)
+            results.append(comparison.as_dict())
+            if comparison.name != 'node':
+                tables[comparison.name] = comparison.rows()
+            elif arguments.result is not None:
+                keep_row(comparison, arguments.result.with_name('node.json'))
+    if arguments.json:
+        print_json({'comparisons': results})
+    if arguments.result is not None and tables:
+        keep_tables(tables, arguments.result)
+    return 0
+
+
+def keep_tables(tables: dict[str, list[dict[str, str]]], file: Path) -> None:
+    """Write tables to a result file, beside those of other comparisons that it has."""
+    from ..results import load as load_result
+    from ..results import save
+
+    kept = load_result(file)['tables'] if file.exists() else {}
+    save(file, {'tables': kept | tables}, 'mlmem bench --result FILE')
+
+
+def keep(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write every sample as JSON, and a picture where matplotlib is; return the files."""
+    file = folder / f'{comparison.name}.json'
+    file.write_text(json.dumps(comparison.as_dict(), indent=1) + '\n', encoding='utf-8')
+    try:
+        from .plot import draw
+    except ModuleNotFoundError:
+        return [file]
+    return [file, draw(comparison, file.with_suffix('.png'))]

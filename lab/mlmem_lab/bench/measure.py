@@ -1,0 +1,133 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a benchmark measures: side by side, in turns, repeatedly.
+
+A shared machine is fast one second and slow the next. So every round runs all contenders in turn,
+and only the ratio of two contenders within a round counts.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mlmem_ros.physics.potential import Array
+
+LEAST_SECONDS = 0.03
+"""A sample repeats its call for at least this long."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median and quartiles; printed as the median and half their distance."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, samples: Sequence[float] | Array) -> Spread:
+        """Return the spread of samples."""
+        low, median, high = np.percentile(samples, (25.0, 50.0, 75.0))
+        return cls(float(median), float(low), float(high))
+
+    def __str__(self) -> str:
+        return f'{_short(self.median)} \u00b1 {0.5 * (self.high - self.low):.1g}'
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One way to do the work.
+
+    Attributes:
+        name: Its name.
+        call: Does the work once; called many times.
+        work: Units of work in a call: the cost is reported per unit.
+        x: Its place along the axis of a scaling comparison, or None.
+        values: Other numbers to report, such as the error it was run at.
+    """
+
+    name: str
+    call: Callable[[], object]
+    work: float
+    x: float | None = None
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """The measurements of one contender.
+
+    Attributes:
+        name: Its name.
+        samples: Cost per unit of work in every round.
+        x: Its place along the axis of a scaling comparison, or None.
+        values: Other numbers.
+        verdict: Whether it reaches its goal, in words; empty without one.
+        key: What it is called in a result file; empty for its name.
+    """
+
+    name: str
+    samples: tuple[float, ...]
+    x: float | None = None
+    values: dict[str, float] = field(default_factory=dict)
+    verdict: str = ''
+    key: str = ''
+
+    @property
+    def spread(self) -> Spread:
+        """Median and quartiles of the cost."""
+        return Spread.of(self.samples)
+
+    def over(self, other: Entry) -> Spread:
+        """Return the ratio of the costs, round by round: what two runs on one machine share."""
+        return Spread.of(np.array(self.samples) / np.array(other.samples))
+
+
+def measure(
+    contenders: Iterable[Contender],
+    repeats: int,
+    *,
+    scale: float = 1.0,
+    clock: Callable[[], float] = time.perf_counter,
+) -> list[Entry]:
+    """Measure contenders side by side.
+
+    Args:
+        contenders: The contenders; each is called once before anything is measured.
+        repeats: Rounds. Every second round goes through the contenders backwards.
+        scale: Units of cost in a second: 1e9 reports nanoseconds.
+        clock: The clock that measures cost.
+
+    Returns:
+        An entry per contender.
+    """
+    field_ = list(contenders)
+    calls = [_calls_per_sample(each) for each in field_]
+    samples: list[list[float]] = [[] for _ in field_]
+    for number in range(repeats):
+        order = range(len(field_))
+        for i in order if number % 2 == 0 else reversed(order):
+            begun = clock()
+            for _ in range(calls[i]):
+                field_[i].call()
+            samples[i].append((clock() - begun) / (calls[i] * field_[i].work) * scale)
+    return [
+        Entry(each.name, tuple(taken), each.x, each.values)
+        for each, taken in zip(field_, samples, strict=True)
+    ]
+
+
+def _calls_per_sample(contender: Contender) -> int:
+    contender.call()
+    begun = time.perf_counter()
+    contender.call()
+    seconds = max(time.perf_counter() - begun, 1e-9)
+    return max(1, round(LEAST_SECONDS / seconds))
+
+
+def _short(number: float) -> str:
+    return f'{number:.3g}' if abs(number) < 1000 else f'{number:,.0f}'

@@ -1,0 +1,161 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The node at its defaults: share of a core, tick lateness, read latency, start, memory.
+
+Requests come from another process. The time of a read beyond the ticks that the material needs is
+the latency of client, transport, command and loop; a request that is refused at once shows client
+and transport alone, and so does the same request to a node that does nothing else.
+
+Beside each figure stands which share of a core others took while it was measured. On a machine
+that was not quiet no figure is called good.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import statistics
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+from .comparison import Comparison
+from .machine_load import QUIET
+from .measure import Entry, Spread
+from .node_process import NodeProcess, beyond, echo_service, listen, write
+from .open_page import open_page
+
+TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
+
+SETTLED = 5.0
+"""Seconds after the start in which nothing is measured: discovery is under way."""
+
+SECONDS = 10.0
+"""Idle time per repeat."""
+
+BANK = 4
+"""Elements of a bank."""
+
+READS = 15
+"""Reads per repeat."""
+
+
+class Figure(NamedTuple):
+    """What is measured: its name, and the goal: at most, or with `least` at least this."""
+
+    name: str
+    goal: float | None = None
+    least: bool = False
+
+    def verdict(self, value: float, others: float) -> str:
+        """Return whether the goal is reached; only on a quiet machine it can be."""
+        if self.goal is None:
+            return ''
+        if (value >= self.goal) if self.least else (value <= self.goal):
+            return 'good' if others <= QUIET else 'not judged: the machine was busy'
+        return f'above {self.goal:g}' if not self.least else f'below {self.goal:g}'
+
+
+FIGURES = {
+    'share': Figure('processor, nobody listens, % of a core', 1.0),
+    'heard': Figure('processor, somebody listens to the streams, % of a core', 3.0),
+    'shaken': Figure('processor, the same with an IMU of 200 Hz, % of a core'),
+    'lost': Figure('ticks skipped with the IMU', 0.0),
+    'writing': Figure('processor, one write after another, % of a core', 6.0),
+    'seen': Figure('processor, a page is open, % of a core'),
+    'busy': Figure('work per tick while writing, us', 60.0),
+    'factor': Figure('speed at rest, as fast as possible, times real time', 1000.0, least=True),
+    'p50': Figure('tick lateness p50, ms'),
+    'p99': Figure('tick lateness p99, ms', 1.0),
+    'worst': Figure('tick lateness, maximum, ms'),
+    'seen_p50': Figure('tick lateness p50 with a page, ms'),
+    'seen_p99': Figure('tick lateness p99 with a page, ms'),
+    'overruns': Figure('ticks skipped', 0.0),
+    'latency': Figure('read latency beyond the physics, p50, ms', 1.0),
+    'transport': Figure('a refused request, p50, ms'),
+    'echo': Figure('the same of an echo service, p50, ms'),
+    'ready': Figure('start-up time, warm cache, s', 1.0),
+    'cold': Figure('start-up time, cold cache, s'),
+    'memory': Figure('memory, MB'),
+    'bank': Figure(
+        f'processor, {BANK} elements in one process, nobody listens, % of a core', 12.0
+    ),
+    'bank_memory': Figure('memory of these, MB', 400.0),
+}
+
+Seen = dict[str, tuple[float, float]]
+"""By key of a figure: its value, and the share of others in percent of a core."""
+
+
+def run(repeats: int) -> list[Comparison]:
+    """Start nodes one after another and collect their reports.
+
+    Args:
+        repeats: Twice the number of nodes.
+    """
+    found = _reports(max(3, repeats // 2))
+    terms = (
+        f'{len(found) - 1} nodes, each idle for {SECONDS:g} s, then used; others: share of a '
+        f'core that others took meanwhile, in percent, of which {QUIET:g} are quiet'
+    )
+    entries = [_entry(key, [each[key] for each in found if key in each]) for key in FIGURES]
+    title = 'The node at its defaults'
+    return [Comparison('node', title, 'value', terms, entries, measured=False)]
+
+
+def _entry(key: str, seen: list[tuple[float, float]]) -> Entry:
+    """Return the samples of a figure, with the load and the verdict."""
+    samples, loads = zip(*seen, strict=True)
+    figure, others = FIGURES[key], max(loads)
+    verdict = figure.verdict(Spread.of(samples).median, others)
+    return Entry(figure.name, samples, values={'others': others}, verdict=verdict, key=key)
+
+
+def _reports(repeats: int) -> list[Seen]:
+    from mlmem_ros import MemoryClient
+    from mlmem_ros.ros.client.standalone import standalone
+
+    os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, 100))
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    found: list[Seen] = []
+    with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
+        found.append({'cold': (cold.ready, cold.others)})
+    for _ in range(repeats):
+        with NodeProcess() as node:
+            node.watch(SETTLED)
+            seen: Seen = {'ready': (node.ready, node.others)}
+            seen |= _of(node.watch(SECONDS), 'share', 'p50', 'p99', 'worst', 'overruns', 'memory')
+            seen |= _of(node.watch(SECONDS, speed=0.0), 'factor')
+            seen |= _of(listen(node, SECONDS, shaken=False), heard='share')
+            seen |= _of(listen(node, SECONDS, shaken=True), shaken='share', lost='overruns')
+            with standalone() as memory, echo_service():
+                memory.ready().wait()
+                report = node.watch(SECONDS, partial(write, memory))
+                seen |= _of(report, 'busy', writing='share')
+                read = partial(memory.request, 'read')
+                echo = MemoryClient(memory.node, 'echo', actions=False)
+                asked: dict[str, Callable[[], Any]] = {
+                    'transport': memory.step,
+                    'echo': echo.step,
+                    'latency': read,
+                }
+                for key, ask in asked.items():
+                    load = node.load()
+                    median = statistics.median(beyond(ask) for _ in range(READS))
+                    seen[key] = median, load.others()
+            with open_page('mlmem'):
+                node.watch(SETTLED)
+                page = node.watch(SECONDS)
+            seen |= _of(page, seen='share', seen_p50='p50', seen_p99='p99')
+        with NodeProcess(BANK) as bank:
+            bank.watch(SETTLED)
+            four = bank.watch(SECONDS)
+        found.append(seen | _of(four, bank='share', bank_memory='memory'))
+    return found
+
+
+def _of(report: dict[str, float], *keys: str, **names: str) -> Seen:
+    """Return figures of a report, some under other names, with the load."""
+    return {key: (report[name], report['others']) for key, name in
+            [*zip(keys, keys, strict=True), *names.items()]}  # fmt: skip

@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Memory nodes that measure themselves: the process that the benchmark `node` starts.
+
+It prints one JSON line when it is ready. For every line that it reads it measures itself for so
+many seconds, at a speed if there is a second number, and prints the result as another line. It
+serves requests all the time, until its
+standard input is closed.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import select
+import sys
+import time
+from array import array
+from pathlib import Path
+
+import numpy as np
+
+from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.ros.node.command_line import bank_arguments
+from mlmem_ros.ros.node.executor import GuardedExecutor
+from mlmem_ros.ros.node.node import MemoryNode
+from mlmem_ros.ros.node.run import ONE, begin, end
+
+
+class Watched(LoopStatistics):
+    """Keeps every lateness."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.all, self.ticks_of = array('f'), array('q')
+
+    def count(self, lateness: float, busy: float, ticks: int = 1) -> None:
+        """Take the times of equal ticks."""
+        super().count(lateness, busy, ticks)
+        self.all.append(lateness)
+        self.ticks_of.append(ticks)
+
+    def percentiles(self, *shares: float) -> list[float]:
+        """Return the lateness that so many percent of the ticks do not exceed, in ms."""
+        late = np.array(self.all)
+        order = np.argsort(late)
+        done = np.cumsum(np.array(self.ticks_of)[order])
+        at = np.searchsorted(done, np.array(shares) / 100.0 * done[-1])
+        return [1e3 * float(each) for each in late[order][np.minimum(at, len(late) - 1)]]
+
+
+def main(begun: float, number: int) -> None:
+    """Run nodes, print, serve.
+
+    Args:
+        begun: When the process was started, in seconds since the epoch.
+        number: How many; above 1 they are those of `memory_bank`.
+    """
+    bank = bank_arguments(['memory_bank', f'--elements={number}'])[1]
+    nodes, executor = begin([], elements=bank if number > 1 else ONE)
+    gc.freeze()
+    _tell({'ready': time.time() - begun})
+    while True:
+        executor.turn(0.1)
+        if select.select([sys.stdin], [], [], 0.0)[0]:
+            if not (line := sys.stdin.readline()):
+                break
+            seconds, *speed = map(float, line.split())
+            _tell(_watch(nodes[0], executor, seconds, *speed))
+    end(nodes, executor)
+
+
+def _watch(
+    node: MemoryNode, executor: GuardedExecutor, seconds: float, speed: float = 1.0
+) -> dict[str, float]:
+    """Return measurements of the process, and of the ticks of its first node."""
+    loop = node.host.open_loop()
+    statistics = Watched()
+    node.host.set_speed(speed)
+
+    def begin() -> None:
+        loop.statistics = statistics
+
+    loop.call(begin).result()  # between two ticks; those of a rest before are done
+    used, begun = time.process_time(), time.monotonic()
+    while (now := time.monotonic()) - begun < seconds:
+        executor.turn(begun + seconds - now)
+    used = time.process_time() - used
+    node.host.set_speed(1.0)
+    loop.call(lambda: None).result()
+    p50, p99, worst = statistics.percentiles(50.0, 99.0, 100.0)
+    return {
+        'share': 100.0 * used / (now - begun),
+        'busy': 1e6 * statistics.busy,
+        'p50': p50,
+        'p99': p99,
+        'worst': worst,
+        'ticks': statistics.ticks,
+        'factor': statistics.ticks * loop.tick_seconds / (now - begun),
+        'overruns': statistics.overruns,
+        'memory': _resident(),
+    }
+
+
+def _tell(values: dict[str, float]) -> None:
+    print(json.dumps(values), flush=True)
+
+
+def _resident() -> float:
+    """Return the resident memory in MB."""
+    lines = Path('/proc/self/status').read_text(encoding='ascii').splitlines()
+    return next(int(line.split()[1]) / 1e3 for line in lines if line.startswith('VmRSS'))
+
+
+if __name__ == '__main__':
+    main(float(sys.argv[1]), int(sys.argv[2]))

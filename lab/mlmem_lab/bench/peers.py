@@ -1,0 +1,196 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""General solvers on the problem of the comparisons, each with its best settings.
+
+A peer is created and compiled once, and then solves from start to end at a setting: a tolerance,
+relative and absolute, or a step.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mlmem_ros.physics.jit import kernel
+from mlmem_ros.physics.potential import Array, on_site
+
+from .problem import Problem
+
+TOLERANCES = tuple(10.0 ** (-0.5 * k) for k in range(6, 25))
+
+RightHandSide = Callable[[float, Array], Array]
+
+
+class Peer(NamedTuple):
+    """A solver that is ready.
+
+    Attributes:
+        ladder: Settings, cheapest first.
+        solve: From a setting to the displacements at the end, shape (N,).
+    """
+
+    ladder: Sequence[float]
+    solve: Callable[[float], Array]
+
+
+@kernel
+def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> Array:
+    """Return d(u, v)/dt: a compiled loop, which a Python solver calls."""
+    n = len(height)
+    out = np.empty(2 * n)
+    for j in range(n):
+        x = y[j]
+        left = y[j - 1] if j > 0 else x
+        right = y[j + 1] if j < n - 1 else x
+        slope, sine = on_site(height[j], x + c, a, b)
+        out[j] = y[n + j]
+        out[n + j] = left - 2.0 * x + right - slope * sine - eta * y[n + j]
+    return out
+
+
+def _compiled(problem: Problem) -> RightHandSide:
+    p, height = problem.design, problem.height
+    return lambda t, y: _rhs(y, height, p.eta, p.a, p.b, p.c)
+
+
+def _numpy(problem: Problem) -> RightHandSide:
+    """Return the same in plain NumPy."""
+
+    def rhs(t: float, y: Array) -> Array:
+        x, velocity = np.split(y, 2)
+        return np.concatenate((velocity, problem.force(x) - problem.design.eta * velocity))
+
+    return rhs
+
+
+def _dop853(right: Callable[[Problem], RightHandSide], problem: Problem, duration: float) -> Peer:
+    from scipy.integrate import solve_ivp
+
+    p, rhs = problem.design, right(problem)
+    start = np.concatenate((problem.start, np.zeros(p.N)))
+
+    def solve(tolerance: float) -> Array:
+        options: dict[str, Any] = {'method': 'DOP853', 'rtol': tolerance, 'atol': tolerance}
+        solution = solve_ivp(rhs, (0.0, duration), start, t_eval=[duration], **options)
+        return np.asarray(solution.y[: p.N, -1])
+
+    return Peer(TOLERANCES, solve)
+
+
+def _heyoka(problem: Problem, duration: float) -> Peer:
+    """Taylor's method, compiled for every tolerance."""
+    import heyoka as hy
+
+    p, n = problem.design, problem.design.N
+    u, v = hy.make_vars(*(f'u{j}' for j in range(n))), hy.make_vars(*(f'v{j}' for j in range(n)))
+    equations = []
+    for j in range(n):
+        force = problem.on_site(u[j], float(problem.height[j]), hy.sin)
+        pull = hy.sum([u[max(j - 1, 0)], u[min(j + 1, n - 1)], -2.0 * u[j]])
+        equations += [(u[j], v[j]), (v[j], pull - force - p.eta * v[j])]
+    start = np.zeros(2 * n)
+    start[::2] = problem.start
+
+    @functools.cache
+    def integrator(tolerance: float) -> Any:
+        return hy.taylor_adaptive(equations, start, tol=tolerance, compact_mode=True)
+
+    def solve(tolerance: float) -> Array:
+        taylor = integrator(tolerance)
+        taylor.time = 0.0
+        taylor.state[:] = start
+        taylor.propagate_until(duration)
+        return np.array(taylor.state[::2])
+
+    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
+
+
+def _diffrax(problem: Problem, duration: float) -> Peer:
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    jax.config.update('jax_enable_x64', True)
+    p, height = problem.design, jnp.asarray(problem.height)
+
+    def rhs(t: Any, y: Any, _: Any) -> Any:
+        x, velocity = y
+        force = problem.on_site(x, height, jnp.sin)
+        around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
+        return velocity, around - 2.0 * x - force - p.eta * velocity
+
+    term, start = diffrax.ODETerm(rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
+
+    def end(y: Any, tolerance: Any) -> Any:
+        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        solution = diffrax.diffeqsolve(
+            term, diffrax.Dopri8(), 0.0, duration, None, y, stepsize_controller=controller,
+            max_steps=None, adjoint=diffrax.ForwardMode(),
+        )  # fmt: skip
+        return solution.ys[0][-1]
+
+    compiled = jax.jit(end)
+    return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
+
+
+def _mujoco(problem: Problem, duration: float) -> Peer:
+    """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
+
+    MuJoCo has no such potential, so our compiled loop evaluates it before each step, which the
+    simulator's symplectic Euler method allows.
+    """
+    import mujoco
+
+    p, n = problem.design, problem.design.N
+    bodies = ''.join(
+        f'<body pos="{j} 0 0"><joint name="u{j}" type="slide" axis="1 0 0" damping="{p.eta!r}"/>'
+        '<geom type="sphere" size="0.1" mass="1" contype="0" conaffinity="0"/></body>'
+        for j in range(n)
+    )
+    springs = ''.join(
+        f'<fixed stiffness="1" springlength="0"><joint joint="u{j}" coef="-1"/>'
+        f'<joint joint="u{j + 1}" coef="1"/></fixed>'
+        for j in range(n - 1)
+    )
+    text = (
+        '<mujoco><option gravity="0 0 0" integrator="Euler"><flag contact="disable" '
+        'eulerdamp="disable"/></option>'
+        f'<worldbody>{bodies}</worldbody><tendon>{springs}</tendon></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data, height = mujoco.MjData(model), problem.height
+
+    def solve(dt: float) -> Array:
+        mujoco.mj_resetData(model, data)
+        steps = round(duration / dt)
+        model.opt.timestep = duration / steps
+        data.qpos[:] = problem.start
+        for _ in range(steps):
+            _on_site(data.qpos, height, p.a, p.b, p.c, data.qfrc_applied)
+            mujoco.mj_step(model, data)
+        return np.array(data.qpos)
+
+    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
+
+
+@kernel
+def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
+    for j in range(len(u)):
+        slope, sine = on_site(height[j], u[j] + c, a, b)
+        out[j] = -slope * sine
+
+
+PEERS: dict[str, Callable[[Problem, float], Peer]] = {
+    'SciPy DOP853': functools.partial(_dop853, _compiled),
+    'SciPy DOP853, NumPy': functools.partial(_dop853, _numpy),
+    'heyoka': _heyoka,
+    'diffrax Dopri8': _diffrax,
+    'MuJoCo': _mujoco,
+}
+"""What makes each ready, from the problem and its duration.
+
+They raise `ModuleNotFoundError` where the package is not installed.
+"""

@@ -1,0 +1,129 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem design` beyond `check`: finds designs, and proves them by simulation."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mlmem_ros.cli.command import element_of
+from mlmem_ros.cli.design import print_report
+from mlmem_ros.cli.output import complain, markdown, plain_console, plain_table, print_json
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.parameter_file import load, text_of
+
+from ..results import save
+from ..studies.campaign import CampaignError
+from ..studies.campaign.terminal import evaluated
+from ..studies.proof import Proof, Tally
+from ..studies.proof_table import cells
+from . import DesignNotFound, propose, searched
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mlmem_ros.device import Settings
+    from mlmem_ros.element_file import Element
+    from mlmem_ros.physics import Design
+
+
+def find(arguments: argparse.Namespace) -> int:
+    """Find a design and write it; return the exit status."""
+    try:
+        return _find(arguments)
+    except DesignNotFound as error:
+        return complain('design', error, 2)
+    except CampaignError as error:
+        return complain('design', error, 1)
+
+
+def prove(arguments: argparse.Namespace) -> int:
+    """Simulate designs; return the exit status."""
+    designs = [(Path(source).stem, *load(source)) for source in arguments.sources]
+    if element := element_of(arguments, *designs[0][1:]):
+        designs = [(f'{designs[0][0]}-{arguments.element.stem}', *designs[0][1:])]
+    try:
+        return _show(
+            plain_console(aside=arguments.json),
+            designs,
+            arguments,
+            arguments.markdown,
+            arguments.output,
+            element,
+        )
+    except CampaignError as error:
+        return complain('design', error, 1)
+
+
+def _find(arguments: argparse.Namespace) -> int:
+    console = plain_console(aside=arguments.json)
+    found = propose(arguments.levels)
+    how = f'mlmem design --levels {arguments.levels}'
+    if arguments.search > 0:
+        how += f' --search {arguments.search}'
+        try:
+            settings = searched(found.design, found.settings, arguments.search)
+        except ImportError as error:
+            raise DesignNotFound(f'--search needs the extra `search`: {error}') from error
+        found = dataclasses.replace(found, settings=settings)
+    text = f'# {arguments.levels} levels, by `{how}`.\n' + text_of(found.design, found.settings)
+    if arguments.json and not arguments.prove:
+        print_json(
+            {
+                'design': found.design,
+                'settings': found.settings,
+                'verdict': found.report.verdict.value,
+                'file': arguments.output,
+            }
+        )
+    if arguments.output is None:
+        print(text, end='', file=console.file)  # and nothing else, so that it can be piped
+    else:
+        arguments.output.write_text(text, encoding='utf-8')
+        console.print(f'written: {arguments.output}')
+        for number, reason in found.reasons.items():
+            console.print(f'not {number} cells per level: {reason}')
+        print_report(console, f'{arguments.levels} levels', found.report, brief=True)
+    if not arguments.prove:
+        return 0
+    name = f'levels_{arguments.levels}'
+    return _show(console, [(name, found.design, found.settings)], arguments, None)
+
+
+def _show(
+    console: Console,
+    designs: list[tuple[str, Design, Settings]],
+    arguments: argparse.Namespace,
+    table_file: Path | None,
+    result_file: Path | None = None,
+    element: Element | None = None,
+) -> int:
+    """Prove designs and print the table of them; return the exit status."""
+    proofs, passed = [], True
+    for name, design, settings in designs:
+        with console.status(f'{name}: calibrating {design.levels} levels'):
+            study = Proof(design, settings, arguments.sample, element=element).campaign()
+        ledger = arguments.folder / f'{name}.jsonl'
+        tally = Tally.of(evaluated(console, study, ledger, arguments.jobs, what=f'{name}: runs'))
+        proofs.append(cells(name, design, settings, tally))
+        passed = passed and not tally.errors
+        for error in tally.errors:
+            console.print(f'{name}: {error}', style='red')
+    columns = [list(proofs[0]), *(list(proof.values()) for proof in proofs)]
+    (_, *names), *lines = zip(*columns, strict=True)
+    table = plain_table('', '', *names)
+    for line in lines:
+        table.add_row(*line)
+    console.print(table)
+    if arguments.json:
+        print_json({'passed': passed, 'proofs': proofs})
+    if table_file is not None:
+        table_file.write_text(markdown(columns), encoding='utf-8')
+    if result_file is not None:
+        made = ' '.join(['mlmem design prove', *names])
+        proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
+        save(result_file, {'presets': proven}, made, of=[n for n in names if n in PRESETS])
+    return 0 if passed else 1

@@ -1,0 +1,13 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Chains of other laws than a memory's, one per file, stepped by the same two loops."""
+
+from .lattice import Lattice
+from .phi4 import Phi4
+from .pieces import Pieces
+from .power_law import PowerLaw
+from .springs import Springs
+from .toda import Toda
+from .wells import Wells
+
+__all__ = ['Lattice', 'Phi4', 'Pieces', 'PowerLaw', 'Springs', 'Toda', 'Wells']

@@ -1,0 +1,150 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A chain of cells of any laws over a frame at rest, in any consistent units.
+
+`Chain` is the material of a memory; a lattice is what the same loops do with another law: a
+measured potential, magnets between the cells, dry friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mlmem_ros.physics.chain import FREE, HeldCell
+from mlmem_ros.physics.errors import StateError
+from mlmem_ros.physics.laws import Coupling, Friction, OnSite
+from mlmem_ros.physics.methods import NOH_BATHE, Integrator
+from mlmem_ros.physics.methods.arrays import Cells, Forcing, aligned
+from mlmem_ros.physics.potential import Array
+
+
+class Lattice:
+    """The state of a chain, and how it advances. Its ends are free unless they are held or driven.
+
+    Attributes:
+        on_site: Law of the cells.
+        coupling: Law of the springs between them.
+        masses: Shape (n,).
+        damping: Viscous drag on every cell: force per velocity.
+        friction: Dry friction on every cell; None for none.
+        dt: Step size. It must be well below 2 / (highest angular frequency); it is not checked.
+        integrator: How it is stepped.
+        steps_done: Steps since it was made.
+    """
+
+    def __init__(
+        self,
+        on_site: OnSite,
+        coupling: Coupling,
+        masses: Array,
+        dt: float,
+        *,
+        damping: float = 0.0,
+        friction: Friction | None = None,
+        held: Sequence[int] = (),
+        integrator: Integrator = NOH_BATHE,
+    ) -> None:
+        """Make a chain at rest with all displacements 0.
+
+        Args:
+            on_site: Law of the cells.
+            coupling: Law of the springs.
+            masses: Shape (n,), above 0.
+            dt: Step size, above 0.
+            damping: Viscous drag, at least 0.
+            friction: Dry friction.
+            held: Sites, counted from 1, that never move.
+            integrator: How it is stepped.
+
+        Raises:
+            StateError: A number is out of range.
+        """
+        if not ((masses > 0.0).all() and 0.0 < dt < np.inf and 0.0 <= damping < np.inf):
+            raise StateError(f'masses and dt must be above 0, damping at least 0; got dt = {dt:g}')
+        n = len(masses)
+        self.on_site, self.coupling, self.masses = on_site, coupling, masses
+        self.damping, self.friction = damping, friction
+        self.dt, self.integrator, self.steps_done = dt, integrator, 0
+        self._arrays = integrator.arrays(n)
+        mobility = aligned(1.0 / masses)
+        mobility[np.asarray(held, dtype=np.int64) - 1] = 0.0
+        self._cells = Cells(
+            on_site.constants(n), coupling.constants(), aligned(np.full(n, on_site.origin)),
+            mobility, aligned(np.zeros(n)), np.flatnonzero(mobility == 0.0), damping,
+        )  # fmt: skip
+        self._constants = integrator.constants(dt, mobility, damping)
+        self._rub = None if friction is None else (friction.force, friction.creep)
+        self._advance = integrator.loop(on_site, coupling)
+
+    @property
+    def displacement(self) -> Array:
+        """Displacements, shape (n,); a view."""
+        return self._arrays[0][1:-1]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities, shape (n,); a view."""
+        return self._arrays[1]
+
+    @property
+    def time(self) -> float:
+        """Time since it was made."""
+        return self.steps_done * self.dt
+
+    def place(self, displacement: Array, velocity: Array | float = 0.0) -> None:
+        """Set displacements and velocities, shape (n,)."""
+        u, du, acceleration, *_ = self._arrays
+        u[1:-1], du[:] = displacement, velocity
+        if self.integrator.keeps_accelerations:
+            drag = self.damping * du
+            if self.friction is not None:
+                drag = drag + self.friction.force * du / np.hypot(du, self.friction.creep)
+            acceleration[:] = self._cells.mobility * (self.force() - drag)
+
+    def force(self) -> Array:
+        """Return the force of the laws on every cell, shape (n,)."""
+        u = self.displacement
+        force = -self.on_site.slope(u)
+        tension = self.coupling.slope(np.diff(u))
+        force[:-1] += tension
+        force[1:] -= tension
+        return force
+
+    def energy(self) -> float:
+        """Return kinetic, on-site and coupling energy in all."""
+        u = self.displacement
+        kinetic = 0.5 * self.masses * self.velocity**2
+        springs = self.coupling.energy(np.diff(u))
+        return float(kinetic.sum() + self.on_site.energy(u).sum() + springs.sum())
+
+    def advance(self, steps: int, held_cell: HeldCell | None = None) -> Array:
+        """Advance by whole steps.
+
+        Args:
+            steps: How many.
+            held_cell: An end that is moved, at `substep_times` of the run.
+
+        Returns:
+            Displacements of both ends after every step, shape (2, steps).
+
+        Raises:
+            StateError: The chain stopped being finite; the step is too long.
+        """
+        nodes, given = self.integrator.substeps * steps, held_cell or FREE
+        still, motion = np.zeros(nodes), np.array(given.motion, order='C')
+        if not (motion.shape[1] <= nodes and given.site in (1, len(self.masses))):
+            raise StateError('a held cell must be at an end and finish with the run')
+        forcing = Forcing(still, still, given.site, motion.shape[1], motion, steps + 1)
+        ends = np.empty((2, steps))
+        self._advance(
+            steps, self._arrays, None, self._cells, forcing, self._constants, ends, self._rub,
+            None,
+        )  # fmt: skip
+        self.steps_done += steps
+        if not np.isfinite(self.velocity).all():
+            raise StateError(
+                f'the lattice stopped being finite: a step of {self.dt:g} is too long'
+            )
+        return ends

@@ -1,0 +1,55 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The phi-4 double well: energy h (1 - D^2)^2 - f D, tilted by a force f."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.laws import OnSite
+from mlmem_ros.physics.potential import Array
+
+
+@inlined
+def well(constants: tuple[float, float], j: int, D: float) -> tuple[float, float]:
+    """Return the slope."""
+    height, tilt = constants
+    return 4.0 * height * D * (D * D - 1.0) - tilt, 1.0
+
+
+@dataclass(frozen=True)
+class Phi4(OnSite):
+    """A double well.
+
+    Attributes:
+        height: Of the barrier at D = 0, above 0.
+        tilt: Force towards positive D.
+    """
+
+    height: float
+    tilt: float = 0.0
+    formula = staticmethod(well)
+
+    def energy(self, x: ArrayLike) -> Array:
+        """Return the energy of a cell."""
+        D = np.asarray(x, dtype=np.float64)
+        return np.asarray(self.height * (1.0 - D * D) ** 2 - self.tilt * D)
+
+    def slope(self, x: ArrayLike) -> Array:
+        """Return its slope."""
+        D = np.asarray(x, dtype=np.float64)
+        return np.asarray(4.0 * self.height * D * (D * D - 1.0) - self.tilt)
+
+    def stiffness(self, x: ArrayLike) -> Array:
+        """Return its stiffness."""
+        D = np.asarray(x, dtype=np.float64)
+        return np.asarray(4.0 * self.height * (3.0 * D * D - 1.0))
+
+    def constants(self, n: int) -> tuple[Any, ...]:
+        """Return height and tilt."""
+        return self.height, self.tilt

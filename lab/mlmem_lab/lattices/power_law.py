@@ -1,0 +1,68 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Magnets and the like: a repulsion A r^p at a distance r, p < 0, about their distance at rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mlmem_ros.physics.jit import inlined
+from mlmem_ros.physics.laws import Coupling
+from mlmem_ros.physics.potential import Array
+
+
+@inlined
+def pull(constants: tuple[float, ...], left: float, x: float, right: float) -> float:
+    """Return the pull of both neighbours, which is the difference of two pushes."""
+    A, power, distance, touch = constants
+    before = max(distance + (x - left), touch) ** power
+    after = max(distance + (right - x), touch) ** power
+    net: float = A * (before - after)
+    return net
+
+
+@dataclass(frozen=True)
+class PowerLaw(Coupling):
+    """Repelling neighbours.
+
+    Attributes:
+        A: Repulsion at a distance of 1.
+        power: Exponent p, below 0 and not -1.
+        distance: Between neighbours at rest.
+        touch: Distance below which the repulsion grows no more, so that neighbours that are
+            driven into each other stop no computation.
+    """
+
+    A: float
+    power: float
+    distance: float
+    touch: float = 1e-3
+    formula = staticmethod(pull)
+
+    def energy(self, x: ArrayLike) -> Array:
+        """Return the energy of a pair, 0 at rest, together with the push that holds them there."""
+        p, r = self.power, self._distance(x)
+        at_rest = self.distance ** (p + 1.0)
+        potential = -self.A * (r ** (p + 1.0) - at_rest) / (p + 1.0)
+        beyond = np.maximum(self.touch - (self.distance + np.asarray(x)), 0.0)
+        held = self.distance**p * np.asarray(x)
+        return np.asarray(potential + self.A * (self.touch**p * beyond + held))
+
+    def slope(self, x: ArrayLike) -> Array:
+        """Return their attraction, over that at rest."""
+        return np.asarray(self.A * (self.distance**self.power - self._distance(x) ** self.power))
+
+    def stiffness(self, x: ArrayLike) -> Array:
+        """Return its derivative."""
+        r = self._distance(x)
+        return np.asarray(-self.A * self.power * r ** (self.power - 1.0) * (r > self.touch))
+
+    def _distance(self, x: ArrayLike) -> Array:
+        return np.maximum(self.distance + np.asarray(x, dtype=np.float64), self.touch)
+
+    def constants(self) -> tuple[float, ...]:
+        """Return A, p, and the distances."""
+        return self.A, self.power, self.distance, self.touch

@@ -1,0 +1,173 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Place the numbers of lab/results in the pages: python3 -m mlmem_lab.numbers [--check].
+
+A comment behind a number says which it is, by file and keys; the number keeps its decimals:
+
+    A step makes 0.142<!-- energy/plain/level --> of heat.
+
+`key=value` picks an entry of a list. A table between two comments is made as a whole:
+
+    <!-- table: reads/elements: reads; right; wrong -->
+    <!-- end -->
+
+has a row for each entry and a column for each key (of a list of rows, all keys by default);
+`TABLES` has those that need more. With
+--check nothing is written: it fails if a page's number is not that of its file, or if a file is
+older than the code that it measured.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from . import tables
+from .results import FOLDER, load, outdated
+
+ROOT = FOLDER.parent.parent
+
+PLACED = re.compile(r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?))<!-- ([^>]+?) -->')
+"""A number and the comment behind it."""
+
+TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
+"""A table and the comments around it."""
+
+TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
+    'windows': tables.windows,
+    'windows barred': tables.barred,
+    'validity': tables.validity,
+    'times writes': tables.writes,
+    'tolerance steps': tables.steps,
+    'bench steps': tables.errors,
+    'reads': tables.reads,
+    'cells': tables.reads,
+    'shaken': tables.shaken,
+    'measured speeds': tables.speeds,
+    'paper energy': tables.energy,
+    'paper claims': tables.claims,
+    'paper check': tables.check,
+    'paper disagreements': tables.disagreements,
+    'paper delays': tables.delays,
+}
+"""Makers of tables by name, whose first word is that of the file: rows, the first of headings."""
+
+
+def pages() -> list[Path]:
+    """Return the README and all pages."""
+    return [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]
+
+
+def placed(text: str, folder: Path) -> str:
+    """Return a page with the numbers and tables of the results.
+
+    Args:
+        text: The page.
+        folder: Of the result files.
+
+    Raises:
+        ValueError: A comment names no number.
+    """
+    text = PLACED.sub(lambda found: _number(found[1], found[2], folder) + _comment(found), text)
+    return TABLE.sub(lambda found: _table(found[1], folder), text)
+
+
+def _comment(found: re.Match[str]) -> str:
+    return f'<!-- {found[2]} -->'
+
+
+def _number(printed: str, path: str, folder: Path) -> str:
+    """Return a number written like the one that is there."""
+    value = _value(path, folder)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f'{path} must be a number; got {value!r}')
+    mantissa, power, _ = printed.partition('e')
+    decimals = len(mantissa.partition('.')[2])
+    if power:
+        found, exponent = f'{value:.{decimals}e}'.split('e')
+        return f'{found}e{int(exponent)}'
+    grouped = abs(value) >= 10_000
+    return f'{value:{"," if grouped else ""}.{decimals}f}'.replace(',', ' ')
+
+
+def _value(path: str, folder: Path) -> Any:
+    """Return what a path names: file, then keys."""
+    name, *keys = path.split('/')
+    try:
+        value: Any = load(folder / f'{name}.json')
+        for key in keys:
+            value = value[key] if isinstance(value, dict) else _entry(value, key)
+    except (OSError, LookupError, TypeError, ValueError) as error:
+        raise ValueError(f'{path} is in no result file: {error!r}') from None
+    return value
+
+
+def _entry(values: Sequence[Any], key: str) -> Any:
+    """Return an entry of a list by its place, or by `key=value`, several with a comma between."""
+    if '=' not in key:
+        return values[int(key)]
+    wanted = [pair.split('=') for pair in key.split(',')]
+    [found] = [one for one in values if all(str(one[name]) == value for name, value in wanted)]
+    return found
+
+
+def _table(marker: str, folder: Path) -> str:
+    """Return a table between its comments."""
+    path, _, columns = (part.strip() for part in marker.partition(':'))
+    if path in TABLES:
+        rows = [list(row) for row in TABLES[path](_value(path.split()[0], folder))]
+    else:
+        entries, names = _value(path, folder), [name.strip() for name in columns.split(';')]
+        if isinstance(entries, list):
+            names = (
+                names if columns else list(dict.fromkeys(key for row in entries for key in row))
+            )
+            rows = [names, *([_cell(row.get(name)) for name in names] for row in entries)]
+        else:
+            rows = [['', *names]]
+            rows += [[key, *(_cell(row[name]) for name in names)] for key, row in entries.items()]
+    head, *body = ('| ' + ' | '.join(row) + ' |' for row in rows)
+    lines = [head, '|' + '---|' * len(rows[0]), *body]
+    return '\n'.join([f'<!-- table: {marker} -->', '', *lines, '', '<!-- end -->'])
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f'{value:.3g}'
+    return f'{value:,}'.replace(',', ' ') if isinstance(value, int) else str(value or '')
+
+
+def main(arguments: list[str]) -> int:
+    """Place the numbers, or check them; return 0, or 1 if something is wrong."""
+    check, wrong = '--check' in arguments, False
+    for page in pages():
+        text = page.read_text(encoding='utf-8')
+        try:
+            made = placed(text, FOLDER)
+        except ValueError as error:
+            print(f'{page.relative_to(ROOT)}: {error}')
+            wrong = True
+            continue
+        if made != text and not check:
+            page.write_text(made, encoding='utf-8')
+        for old, new in zip(text.splitlines(), made.splitlines(), strict=False):
+            if old != new:
+                print(f'{page.relative_to(ROOT)}: {old}\n{"must be" if check else "now"}: {new}')
+                wrong = wrong or check
+                break
+    for file in sorted(FOLDER.glob('*.json')):
+        result = load(file)
+        if old_ones := outdated(result):
+            print(
+                f'{file.relative_to(ROOT)} is older than the code: {", ".join(old_ones)} does '
+                f'otherwise now; make it again by "{result["command"]}"'
+            )
+            wrong = True
+    return int(wrong)
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,109 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem figures`: draw the paper's figures from our own simulation, and judge its claims.
+
+Without a name all of them are drawn, and paper.json puts every checkable sentence of the paper
+next to our number; the pages take theirs from it. Each figure comes as PNG, SVG and data (.npz);
+a film as GIF. No ROS is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mlmem_ros.cli.command import JOBS, JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json, show_progress
+
+from ..studies.campaign import cores
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from .figure import Figure
+
+
+@command(
+    "draw the paper's figures from our simulation, judge its claims",
+    option('names', nargs='*', metavar='FIGURE', help='such as 2b; all if none is given'),
+    option('--output', type=Path, default=Path('reproduction'), help='folder'),
+    option('--draft', action='store_true', help='coarse sweeps, in seconds: for a quick look'),
+    JOBS,
+    option('--list', action='store_true', help='list the figures and exit'),
+    JSON,
+    text=__doc__,
+)
+def figures(arguments: argparse.Namespace) -> int:
+    """Draw the figures; return 0 when all were drawn, 1 when a file could not be
+    written, 2 for a wrong argument.
+    """
+    from .figure import Quality
+    from .gallery import FIGURES, select
+    from .run import run
+    from .verdicts import save_verdicts
+
+    console = plain_console(aside=arguments.json)
+    if arguments.list:
+        for figure in FIGURES:
+            console.print(f'{figure.name:<10}{figure.title}', highlight=False)
+        return 0
+    try:
+        figures = select(arguments.names)
+        jobs = cores() if arguments.jobs is None else arguments.jobs
+        if jobs < 1:
+            raise ValueError(f'--jobs must be at least 1; got {jobs}')
+        arguments.output.mkdir(parents=True, exist_ok=True)
+    except (KeyError, ValueError) as error:
+        return complain('figures', error.args[0], 2)
+    except OSError as error:
+        return complain('figures', f'--output must be a writable folder; {error}', 2)
+    quality = Quality.DRAFT if arguments.draft else Quality.FULL
+    began, made = time.monotonic(), {figure.name: [Path()] for figure in figures}
+    done = run(figures, quality, arguments.output, jobs)
+    try:
+        show_progress(console, map(made.update, done), 0, len(figures), 'figures')
+    except OSError as error:
+        return complain('figures', f'a file could not be written; {error}', 1)
+    for name, files in made.items():
+        shown = '  '.join(str(file) for file in files if file.suffix != '.npz')
+        console.print(f'{name:<10}{shown}', highlight=False, soft_wrap=True)
+    claims = _print_claims(console, figures, arguments.output)
+    if len(figures) == len(FIGURES):
+        found = save_verdicts(arguments.output, quality)
+        console.print(f'claims    {found}', highlight=False, soft_wrap=True)
+    console.print(f'{len(made)} in {time.monotonic() - began:.0f} s', highlight=False)
+    if arguments.json:
+        print_json({'figures': made, 'claims': claims})
+    return 0
+
+
+def _print_claims(console: Console, figures: list[Figure], output: Path) -> list[dict[str, str]]:
+    """Print and return the verdict on every claim for which these figures have all the data."""
+    from rich.text import Text
+
+    from .figure import Judgement
+    from .gallery import CLAIMS
+    from .verdicts import load_all
+
+    data = load_all(output, figures)
+    colors = {
+        Judgement.HOLDS: 'green',
+        Judgement.REPLACED: 'yellow',
+        Judgement.IN_PART: 'yellow',
+        Judgement.FAILS: 'red',
+    }
+    table = plain_table("the paper's claims", 'verdict', 'the paper says', 'we find')
+    claims = []
+    for claim in CLAIMS:
+        if all(name in data for name in claim.needs):
+            judgement, numbers = claim.judged(data)
+            text = Text(judgement.value, colors[judgement])
+            table.add_row(text, claim.sentence, numbers)
+            claims.append(
+                {'verdict': judgement.value, 'paper': claim.sentence, 'finding': numbers}
+            )
+    if table.row_count:
+        console.print(table)
+    return claims

@@ -1,0 +1,105 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One probe of a resting element: the pulse goes in at an end, and the end is listened to."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from mlmem_ros.device.echo import Echo, EchoDetector
+from mlmem_ros.device.end import End
+from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.physics import PEFRL, Chain, Design, HeldCell, Integrator, substep_times
+from mlmem_ros.physics.potential import Array
+
+PAPER = ProbeSettings(omega_c=2.0, v_th=7.5e-5, gain_decay=0.0)
+"""The paper's detector, a plain threshold, with our reading of its two numbers."""
+
+PRINTED = ProbeSettings(omega_c=2.4, v_th=7.5e-3, gain_decay=0.0)
+"""The paper's detector with the numbers as printed."""
+
+STEP = 1.0 / 32.0
+"""At which delays have converged: half of it changes none by more than a sample."""
+
+
+def listen(
+    design: Design,
+    v: Array,
+    probe: ProbeSettings,
+    end: End = End.LEFT,
+    duration: float = 1200.0,
+    dt: float | None = STEP,
+    settle: float = 0.0,
+    integrator: Integrator = PEFRL,
+) -> tuple[Array, float]:
+    """Fire one pulse into a resting, unstrained element and listen at the same end.
+
+    Args:
+        design: The element.
+        v: Its displacements at rest, shape (N,).
+        probe: The pulse.
+        end: Which.
+        duration: Time from the beginning of the pulse, in time units.
+        dt: Step; None: the chain's own.
+        settle: Time to come to rest before: an elastic substrate gives way under a wall.
+        integrator: Of the chain.
+
+    Returns:
+        Displacement of the end from its rest after every step, and the step.
+    """
+    chain = Chain(design, dt, integrator)
+    chain.place(v)
+    chain.rest(math.ceil(settle / chain.dt))
+    site = end.site(design)
+    rest = chain.end(site)
+    pulse = Pulse(rest, probe)
+    steps = math.ceil(duration / chain.dt)
+    times = substep_times(steps, chain.dt, integrator)
+    held_cell = HeldCell(site, pulse.at(times[times <= pulse.duration]))
+    ends = chain.advance(np.zeros(integrator.substeps * steps), held_cell)
+    return ends[end.row] - rest, chain.dt
+
+
+def detect(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.LEFT) -> Echo:
+    """Return what the device's detector makes of displacements from rest, shape (n,)."""
+    detector = EchoDetector(probe, dt, filtered=False)
+    detector.feed(displacement)
+    return detector.echo(end)
+
+
+def probe_element(
+    design: Design, v: Array, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
+) -> Echo:
+    """Fire one pulse into a resting, unstrained element and return what was heard.
+
+    Args:
+        design: The element.
+        v: Its displacements at rest, shape (N,).
+        probe: Pulse and detector.
+        end: Which.
+        duration: Time from the beginning of the pulse, in time units.
+    """
+    return detect(*listen(design, v, probe, end, duration), probe, end)
+
+
+def without_wall(
+    design: Design, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
+) -> tuple[Array, float]:
+    """Listen as `listen` does to an element of one phase, too long to echo from its far end."""
+    longer = math.ceil(0.36 * duration)  # half of what the fastest wave, 0.72 cells/time, covers
+    if end is End.LEFT:
+        endless = dataclasses.replace(design, N=design.N + longer)
+        return listen(endless, np.full(endless.N, design.D_s2), probe, end, duration)
+    # From the right the chain goes on beyond j = 1 with cells like the first one: shift the
+    # pattern so that the probed end keeps its place among the defects.
+    # 1 + gamma (j - shift) is (1 - gamma shift) (1 + gamma' j).
+    shift = math.ceil(longer / design.J_s) * design.J_s
+    scale = 1.0 - design.gamma * shift
+    endless = dataclasses.replace(
+        design, N=design.N + shift, gamma=design.gamma / scale, d=design.d * scale
+    )
+    return listen(endless, np.full(endless.N, design.D_s1), probe, end, duration)

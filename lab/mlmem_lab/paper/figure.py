@@ -1,0 +1,196 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a figure is: data, drawing, title, and the claims that its data judge."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..studies.style import save_figure, styled
+
+Data = dict[str, Any]
+"""Arrays by name: what a figure computes, what it draws, and what is kept as .npz."""
+
+
+class Quality(Enum):
+    """How much is computed."""
+
+    DRAFT = 'draft'
+    """Small, in seconds: the same physics on coarser sweeps and fewer levels."""
+
+    FULL = 'full'
+    """Reading quality."""
+
+    def pick(self, draft: Any, full: Any) -> Any:
+        """Return the one of two values that belongs to this quality."""
+        return draft if self is Quality.DRAFT else full
+
+
+class Judgement(Enum):
+    """What our simulation says of a sentence."""
+
+    HOLDS = 'holds'
+    REPLACED = 'with other numbers'
+    """It holds once printed numbers are replaced."""
+    IN_PART = 'in part'
+    FAILS = 'fails'
+
+
+class Judged(NamedTuple):
+    """A judgement, and our numbers behind it in one or two sentences of Markdown."""
+
+    judgement: Judgement
+    numbers: str
+
+
+def judged(holds: bool | np.bool_, numbers: str, *, in_part: bool | np.bool_ = False) -> Judged:
+    """Return HOLDS, or else IN_PART where something of it is true, or else FAILS."""
+    if holds:
+        return Judged(Judgement.HOLDS, numbers)
+    return Judged(Judgement.IN_PART if in_part else Judgement.FAILS, numbers)
+
+
+Judge = Callable[..., Judged]
+Save = Callable[[Data, Path], list[Path]]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A checkable sentence of the paper.
+
+    Attributes:
+        key: Short name, unique.
+        sentence: The sentence, shortened.
+        page: Where the paper has it.
+        where: Where on the page, if that can be told.
+        how: How our number was obtained.
+        printed: Where print and physics disagree, what is printed.
+        replaced: By which numbers the printed ones had to be replaced.
+        needs: Figures whose data the judge takes, in this order.
+        judge: Judges by those data.
+    """
+
+    key: str
+    sentence: str
+    page: int
+    where: str
+    how: str
+    printed: str
+    replaced: str
+    needs: tuple[str, ...]
+    judge: Judge
+
+    @property
+    def place(self) -> str:
+        """Where the paper has it, in words."""
+        return f'p. {self.page}, {self.where}' if self.where else f'p. {self.page}'
+
+    def judged(self, data: Mapping[str, Data]) -> Judged:
+        """Judge the claim by the data of all figures, by name."""
+        judgement, numbers = self.judge(*(data[name] for name in self.needs))
+        if self.replaced and judgement is Judgement.HOLDS:
+            judgement = Judgement.REPLACED
+        return Judged(judgement, numbers)
+
+
+@dataclass
+class Figure:
+    """One figure of the paper, or one of ours beside it.
+
+    The file that makes it gives it its functions by the decorators `data` and `drawing`, and
+    `claim` for every sentence that its data judge. A film has `film` instead of `drawing`.
+
+    Attributes:
+        name: What a person types, as '2a'.
+        title: One line for a list.
+        seconds: Rough cost at full quality: the long ones begin first.
+        claims: The claims, in the order of the file.
+        summary: Makes of the data what a result file keeps.
+    """
+
+    name: str
+    title: str
+    seconds: float
+    claims: list[Claim] = field(default_factory=list)
+    summary: Callable[[Data], Mapping[str, Any]] | None = None
+
+    def data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
+        """Take what computes the data, arrays or what becomes arrays."""
+
+        @functools.wraps(compute)
+        def arrays(quality: Quality) -> Data:
+            return {name: np.asarray(value) for name, value in compute(quality).items()}
+
+        self.compute = arrays
+        return arrays
+
+    def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
+        """Take what draws the data and returns a Matplotlib figure."""
+        self._save: Save = lambda data, stem: save_figure(draw(data), stem)
+        self.draw, self.ending = draw, 'png'
+        return draw
+
+    def film(self, save: Save) -> Save:
+        """Take what saves the data as a GIF of a stem, and returns the files."""
+        self._save = save
+        self.ending = 'gif'
+        return save
+
+    def result(self, summary: Callable[[Data], Mapping[str, Any]]) -> None:
+        """Take what makes of the data what the result file keeps, for the pages."""
+        self.summary = summary
+
+    def claim(
+        self,
+        sentence: str,
+        *,
+        page: int,
+        where: str = '',
+        how: str,
+        printed: str = '',
+        replaced: str = '',
+        also: tuple[str, ...] = (),
+    ) -> Callable[[Judge], Judge]:
+        """Return a decorator that takes the judge of a `Claim`; its name is the key.
+
+        The judge takes the data of this figure, then those of the figures in `also`.
+        """
+
+        def keep(judge: Judge) -> Judge:
+            key, needs = judge.__name__.removeprefix('_'), (self.name, *also)
+            self.claims.append(
+                Claim(key, sentence, page, where, how, printed, replaced, needs, judge)
+            )
+            return judge
+
+        return keep
+
+    @property
+    def stem(self) -> str:
+        """Name of its files without ending: that of the file that makes it."""
+        return self.compute.__module__.rpartition('.')[2]
+
+    def save(self, data: Data, folder: Path) -> list[Path]:
+        """Write the data as .npz and the drawing as .png and .svg (or a film); return the files.
+
+        Args:
+            data: What `compute` returned.
+            folder: Where to; it must exist.
+        """
+        stem = folder / self.stem
+        np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)
+        with styled():
+            return [stem.with_suffix('.npz'), *self._save(data, stem)]
+
+
+def load_data(path: Path) -> Data:
+    """Return the data that `Figure.save` wrote."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}

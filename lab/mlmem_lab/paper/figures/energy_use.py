@@ -1,0 +1,127 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: the energy of a write, where it becomes heat, and other memories beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Command, Erase, Read, Settings, Write, new_element
+from mlmem_ros.device.moves import paper_way
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II, level_of
+
+from ...studies import style
+from ...studies.trace import Trace, watch
+from ..figure import Data, Figure, Quality
+from ..meter import fit_meter
+
+FIGURE = Figure(
+    'energy',
+    'The energy of a write, and where it becomes heat',
+    seconds=30,
+)
+
+SCHEDULES = {'plain': 'case_2', 'fast': 'fast'}
+"""Shipped configurations of the paper's element."""
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Keep the books of a write of level 0 from blank, of the steps up, a read and an erase.
+
+    Returns:
+        Per schedule (plain, fast) the arrays `books` (command x actuator work, transducer work,
+        heat, energy stored), `levels` and `ok` of every command, `time` of it, `heat` of the
+        steps (N,), and `lent`: the energy in the substrate at the two peaks.
+    """
+    data: Data = {'commands': np.array(['start', 'steps', 'read', 'erase'])}
+    data['schedules'] = quality.pick(['fast'], list(SCHEDULES))
+    last = quality.pick(1, CASE_II.levels - 1)
+    for name in data['schedules']:
+        settings = paper_way(load(SCHEDULES[name])[1])
+        data |= {f'{name}_{key}': value for key, value in _keep(settings, last, quality).items()}
+    return data
+
+
+def _keep(settings: Settings, last: int, quality: Quality) -> Data:
+    element = new_element(CASE_II, settings)
+    meter = fit_meter(element)
+    commands: list[Command] = [Write(0), Write(last), Read(), Erase()]
+    books, times, seen, success, heat = [], [], [], [], []
+    for command in quality.pick(commands[:3], commands):
+        before, start, warm = meter.books(), element.ticks, meter.heat.copy()
+        outcome = watch(element, command, Trace())
+        books.append(meter.books() - before)
+        times.append((element.ticks - start) * element.tick)
+        heat.append(meter.heat - warm)
+        seen.append(level_of(CASE_II, element.chain.configuration))
+        success.append(outcome.success)
+    stiffness = 1.0 / np.sum(1.0 / CASE_II.s)
+    peaks = np.array([settings.write.compression, settings.write.tension])
+    return {
+        'books': books,
+        'time': times,
+        'levels': seen,
+        'ok': success,
+        'heat': heat,
+        'steps': last,
+        'lent': 0.5 * stiffness * (peaks * CASE_II.N) ** 2,
+    }
+
+
+@FIGURE.result
+def books(data: Data) -> dict[str, Any]:
+    """Return what every command took, by schedule, and one level of a write."""
+    told = ('start: level 0 from blank, read', 'seven steps, read', 'read', 'erase from level 7')
+    columns = ('actuator', 'transducer', 'heat', 'stored')
+    found = {}
+    for name in map(str, data['schedules']):
+        table, time = data[f'{name}_books'], data[f'{name}_time']
+        commands = {
+            command: {'time': float(at), **dict(zip(columns, map(float, row), strict=True))}
+            for command, at, row in zip(told, time, table, strict=False)
+        }
+        start, steps, read = (book['heat'] for book in [*commands.values()][:3])
+        bit = start + 0.5 * steps + read
+        found[name] = {
+            'commands': commands,
+            'level': (steps - read) / int(data[f'{name}_steps']),
+            'bit': bit / 3.0,
+            'lent': [float(each) for each in data[f'{name}_lent']],
+        }
+    return {'schedules': found}
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw the books, and where the heat is made."""
+    figure = style.new_figure(3.8)
+    books, cells = style.axes_grid(figure, 1, 2, width_ratios=(1.0, 1.2))[0]
+    for name in data['schedules']:
+        shift, color = (0.2, style.S2) if name == 'fast' else (-0.2, style.FAINT)
+        table, steps = data[f'{name}_books'].copy(), data[f'{name}_steps']
+        table[1] = (table[1] - table[2]) / steps
+        x = np.arange(len(table)) + shift
+        books.bar(x, table[:, 2], 0.36, color=color, label=f'heat, {name}')
+        for column, tint, text in (
+            (0, style.COMPRESSION, 'actuator'),
+            (1, style.MARK, 'transducer'),
+        ):
+            text = f'work of the {text}' if shift > 0.0 else ''
+            books.plot(x, table[:, column], '_', color=tint, ms=12, mew=3.0, label=text)
+        heat = data[f'{name}_heat']
+        cells.step(CASE_II.sites, 1e3 * (heat[1] - heat[2]) / steps, where='mid', color=color,
+                   label=str(name))  # fmt: skip
+    books.set_xticks(range(len(table)), ['start', 'step', 'read', 'erase 7'][: len(table)])
+    books.set(yscale='log', ylim=(1e-4, 3e3), ylabel=r'energy ($k_r a^2$)')
+    books.legend(loc='upper left')
+    style.label(books, 'a', 'what a command costs')
+    for level in range(CASE_II.levels):
+        cells.axvline(CASE_II.defect(level), color=style.FAINT, lw=0.8, ls=':', zorder=0)
+    cells.set(xlabel='cell $j$', ylabel=r'heat of a step ($10^{-3}\,k_r a^2$)', ylim=(0.0, None))
+    cells.legend(loc='upper left')
+    style.label(cells, 'b', 'where a step becomes heat')
+    return figure

@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fig. 3a: real and imaginary wavenumber of small waves in both phases, Eq. (4), Case II."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Settings
+from mlmem_ros.physics import CASE_II
+from mlmem_ros.physics.dispersion import band, wavenumber
+
+from ...studies import style
+from ..echoes import PAPER, PRINTED
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '3a',
+    'Fig. 3a: wavenumbers of both phases',
+    seconds=1,
+)
+
+CARRIERS = (PAPER.omega_c, Settings().probe.omega_c, PRINTED.omega_c)
+"""Our reading of the paper's carrier, that of our device, and the printed one."""
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Return the complex wavenumber against frequency, and the band edges, for both phases."""
+    omega = np.linspace(0.0, 2.6, quality.pick(521, 2601))
+    stiffness = np.array([CASE_II.k_s1, CASE_II.k_s2])
+    kappa = np.array([wavenumber(omega, k) for k in stiffness])
+    return {
+        'omega': omega,
+        'kappa_R': kappa.real,
+        'kappa_I': kappa.imag,
+        'bands': [band(k) for k in stiffness],
+        'carriers': CARRIERS,
+        # Smallest d at which the bands would not overlap: k_s2 = k_s1 + 4.
+        'd_disjoint': 4.0 / ((stiffness[1] - stiffness[0]) / CASE_II.d),
+    }
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw attenuation to the left and propagation to the right, frequency upward."""
+    figure = style.new_figure(3.8)
+    left, right = style.axes_grid(figure, 1, 2, sharey=True, width_ratios=(1.0, 1.6))[0]
+    omega = data['omega']
+    for number, (color, name) in enumerate(((style.S1, 'inactive'), (style.S2, 'active'))):
+        low, high = data['bands'][number]
+        inside = (omega >= low) & (omega <= high)
+        text = rf'$\Delta_{{s{number + 1}}}$, {name}'
+        right.plot(
+            np.where(inside, data['kappa_R'][number], np.nan), omega, color=color, label=text
+        )
+        left.plot(np.where(inside, 0.0, data['kappa_I'][number]), omega, color=color)
+        right.axvspan(
+            3.25 + 0.12 * number, 3.33 + 0.12 * number, low / 2.6, high / 2.6, color=color
+        )
+    names = (('our reading of the paper', '-'), ('this device', ':'), ('as printed', '--'))
+    shifts = (-11, 3, 3)
+    for at, (text, dashes), shift in zip(data['carriers'], names, shifts, strict=True):
+        for axes in (left, right):
+            axes.axhline(at, color=style.MARK, lw=1.0, ls=dashes)
+        style.note(right, f'carrier {at:g}: {text}', (0.05, at), (0, shift))
+    left.invert_xaxis()
+    left.set(
+        xlabel=r'attenuation $\kappa_I a$ (rad)', ylabel=r'frequency $\omega$', ylim=(0.0, 2.6)
+    )
+    right.set(xlabel=r'propagation $\kappa_R a$ (rad)', xlim=(0.0, 3.5))
+    right.set_xticks([0.0, math.pi / 2.0, math.pi], ['0', r'$\pi/2$', r'$\pi$'])
+    right.legend(loc='lower right', bbox_to_anchor=(0.92, 0.0))
+    style.label(left, 'a', 'dispersion')
+    return figure
+
+
+@FIGURE.claim(
+    'The propagating modes of the two phases have non-overlapping frequency ranges',
+    page=5,
+    where='Fig. 3a',
+    how='Eq. (4) with Table I, Case II; eigenvalues of a ring of cells beside it',
+    printed='non-overlapping bands',
+)
+def _bands(data: Data) -> Judged:
+    (low_1, high_1), (low_2, high_2) = data['bands']
+    return judged(
+        low_2 > high_1,
+        f's1: {low_1:.4f} to {high_1:.4f}, s2: {low_2:.4f} to {high_2:.4f}. They share '
+        f'{low_2:.3f} to {high_1:.3f}; only {low_1:.3f} to {low_2:.3f} belongs to s1 alone and '
+        f'{high_1:.3f} to {high_2:.3f} to s2 alone. Disjoint bands need d > '
+        f'{float(data["d_disjoint"]):.3f}, not 0.0380',
+        in_part=high_2 > high_1 and low_1 < low_2,
+    )

@@ -1,0 +1,112 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fig. 3b: history of v_1 with the wall at two places: pulse, echo, threshold, delay."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device.echo import blanking
+from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from ...studies import style
+from ..echoes import PAPER, PRINTED, probe_element
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    '3b',
+    'Fig. 3b: a pulse and its echo from the wall',
+    seconds=2,
+)
+
+DESIGN = dataclasses.replace(CASE_II, N=200)
+
+LEVELS = (1, 3)
+"""Walls at j = 50 and 100: cells 51 and 101 are the first inactive ones, as the paper counts."""
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Return v_m, v_c and the delay for both walls, with our carrier and the printed one."""
+    data: Data = {'sites': DESIGN.sites, 'states': [DESIGN.D_s1, DESIGN.D_s2]}
+    for number, level in enumerate(LEVELS):
+        v = resting_wall(Specimen(DESIGN), level)
+        data[f'configuration_{number}'] = v
+        data[f'wall_{number}'] = DESIGN.defect(level)
+        for name, probe in (('ours', PAPER), ('printed', PRINTED)):
+            echo = probe_element(DESIGN, v, probe, duration=900.0)
+            data |= {f't_{name}': echo.t, f'v_m_{name}_{number}': echo.v_m}
+            data[f'v_c_{name}_{number}'] = echo.v_c
+            data[f'delay_{name}_{number}'] = np.nan if echo.delay is None else echo.delay
+            data[f'pulse_v_c_{name}_{number}'] = echo.v_c.max()
+            late = echo.t > blanking(probe)
+            data[f'echo_v_c_{name}_{number}'] = echo.v_c[late].max()
+    data |= {'v_th_ours': PAPER.v_th, 'v_th_printed': PRINTED.v_th, 'blanking': blanking(PAPER)}
+    data |= {'omega_ours': PAPER.omega_c, 'omega_printed': PRINTED.omega_c}
+    return data
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw one row per wall, and the printed numbers below."""
+    figure = style.new_figure(5.8)
+    grid = style.axes_grid(figure, 3, 1, sharex=True, sharey=True)[:, 0]
+    rows = (('b.i', 'ours', 0, ''), ('b.ii', 'ours', 1, ''),
+            ('ours', 'printed', 1, ', carrier and threshold as printed'))  # fmt: skip
+    for axes, (letter, name, number, text) in zip(grid, rows, strict=True):
+        t, v_m, v_c = (
+            data[f't_{name}'],
+            data[f'v_m_{name}_{number}'],
+            data[f'v_c_{name}_{number}'],
+        )
+        limit, delay = float(data[f'v_th_{name}']), float(data[f'delay_{name}_{number}'])
+        axes.semilogy(
+            t, np.maximum(v_m, 1e-8), color=style.FAINT, lw=0.4, rasterized=True, label='$v_m$'
+        )
+        axes.semilogy(t, np.maximum(v_c, 1e-8), color=style.S2, label='$v_c$')
+        axes.axhline(limit, color=style.MARK, ls='--', label='threshold $v_{th}$')
+        if np.isfinite(delay):
+            axes.plot([0.0, delay, delay], [3e-2, 3e-2, limit], color=style.INK, lw=1.0, ls=':')
+            style.note(axes, rf'delay $\Delta t={delay:.1f}$', (delay, 3e-2), (4, -3), va='top')
+        axes.set(ylim=(1e-6, 5e-2), xlim=(0, 900), ylabel='$|v_1 - v_{s2}|$')
+        axes.set_yticks([1e-6, 1e-4, 1e-2])
+        style.label(axes, letter, rf'wall at $j={data[f"wall_{number}"]:.0f}${text}')
+    grid[2].set_xlabel('time $t$ since the pulse began (time units)')
+    grid[0].legend(loc='upper right', ncols=3)
+    return figure
+
+
+@FIGURE.claim(
+    'An echo is v_c > 7.5e-3 after the pulse',
+    page=5,
+    where='Fig. 3b',
+    how='peak of v_c with the printed pulse, A = 0.01',
+    printed='threshold 7.5e-3',
+)
+def _printed_threshold(data: Data) -> Judged:
+    pulse = max(float(data[f'pulse_v_c_{name}_1']) for name in ('ours', 'printed'))
+    printed = float(data['v_th_printed'])
+    return judged(
+        pulse > printed and not np.isnan(data['delay_printed_1']),
+        f'the pulse itself reaches v_c = {pulse:.1e} only: nothing can cross {printed:.1e}. '
+        f'7.5e-5 works (`one_threshold`)',
+    )
+
+
+@FIGURE.claim(
+    'The delay grows with the distance of the wall (Fig. 3b: j = 51 and 101)',
+    page=5,
+    where='Fig. 3b',
+    how='N = 200',
+    replaced='carrier 2.0, threshold 7.5e-5',
+)
+def _delay_grows(data: Data) -> Judged:
+    near, far = float(data['delay_ours_0']), float(data['delay_ours_1'])
+    return judged(
+        far > near + 50.0,
+        f'delays {near:.1f} and {far:.1f}: {100.0 / (far - near):.3f} cells per time unit',
+    )

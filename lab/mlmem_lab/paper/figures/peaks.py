@@ -1,0 +1,145 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ours: which peak strains move the wall by exactly one level, and which way it can move."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.settings import CycleSettings, WriteSettings
+from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from ...studies import style
+from ...studies.trace import strain_chain, wall_position
+from ..figure import Data, Figure, Judged, Quality, judged
+
+FIGURE = Figure(
+    'peaks',
+    'Which peak strains move the wall by one level',
+    seconds=8,
+)
+
+LOST = 9
+"""Stands for a wall that is not at rest at a level: between levels, or gone."""
+
+
+def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, float]:
+    """Return the level after one strain cycle from a resting wall, and the wall's shift.
+
+    Returns:
+        The level (-1 blank, -2 no level), and by how many cells the wall has moved to the right;
+        a wall that has left through an end counts as standing there.
+    """
+    chain = Chain(CASE_II)
+    chain.place(resting_wall(Specimen(CASE_II), level))
+    strain_chain(chain, Cycle.planned(times, peak), 500.0)
+    place = wall_position(CASE_II, chain.configuration)
+    if np.isnan(place):
+        place = float(CASE_II.N if chain.configuration[0] > CASE_II.D_barrier else 0)
+    return level_of(CASE_II, chain.configuration), place - CASE_II.defect(level)
+
+
+@FIGURE.data
+def compute(quality: Quality) -> Data:
+    """Return the levels and cells moved by one cycle (level x peak), of either sign."""
+    times, settings = CycleSettings(), WriteSettings()
+    levels = range(CASE_II.levels)
+    peaks = 1e-3 * quality.pick(
+        np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
+    )
+    moved = np.full((len(levels), len(peaks)), LOST)
+    shift = np.zeros(moved.shape)
+    for row, level in enumerate(levels):
+        for column, peak in enumerate(peaks):
+            after, shift[row, column] = cycle_once(level, float(peak), times)
+            if after >= 0:
+                moved[row, column] = after - level
+    return {
+        'peaks': peaks,
+        'levels': levels,
+        'moved': moved,
+        'shift': shift,
+        'by_compression': [CASE_II.freed_by_compression(m) for m in levels],
+        'device': [settings.compression, settings.tension],
+    }
+
+
+@FIGURE.drawing
+def draw(data: Data) -> Any:
+    """Draw what one cycle does to every level, over the peak strain."""
+    figure = style.new_figure(3.3)
+    axes = style.axes_grid(figure)[0, 0]
+    colors = ListedColormap([style.INK, style.PALE, style.S2, '#56b4e9', style.MARK, style.S1])
+    mesh = axes.pcolormesh(
+        1e3 * data['peaks'], data['levels'], np.clip(data['moved'], -1, 4), cmap=colors,
+        norm=BoundaryNorm(np.arange(-1.5, 5.0), 6), edgecolors='w', lw=0.6, shading='nearest',
+    )  # fmt: skip
+    bar = figure.colorbar(mesh, ax=axes, ticks=range(-1, 5), pad=0.01)
+    bar.ax.set_yticklabels(['back', 'stays', '+1', '+2', '+3', 'lost or more'])
+    for peak in data['device']:
+        axes.axvline(1e3 * peak, color=style.MARK, lw=2.0, ls='--')
+    axes.set(xlabel=r'peak strain $\varepsilon$ ($10^{-3}$)', ylabel='level before the cycle')
+    axes.set_yticks(data['levels'])
+    style.label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
+    return figure
+
+
+@FIGURE.claim(
+    'Case II imbues the metamaterial with eight pinning sites, sufficient for 3-bit storage',
+    page=5,
+    how='Newton equilibria of the wall at every defect; a cycle too weak to move it leaves it',
+)
+def _eight_levels(data: Data) -> Judged:
+    weak = np.abs(data['peaks']) < 0.018
+    stay = bool(np.all(data['moved'][:, weak] == 0))
+    levels, bits = len(data['levels']), int(np.log2(len(data['levels'])))
+    return judged(
+        stay and levels == 8,
+        f'{levels} levels hold a wall at rest: {bits} bits (the caption of Fig. 1a says 8-bit)',
+    )
+
+
+@FIGURE.claim(
+    'One strain cycle moves the wall from a defect site to the next one',
+    page=6,
+    where='Fig. 4a',
+    how='one cycle from every level over a sweep of peak strains',
+)
+def _one_step_per_cycle(data: Data) -> Judged:
+    texts, sure = [], []
+    for name, sign, rows in (
+        ('compression', -1.0, data['by_compression']),
+        ('tension', 1.0, ~data['by_compression']),
+    ):
+        rows = rows & (data['levels'] < CASE_II.levels - 1)
+        side = sign * data['peaks'] > 0.0
+        works = np.all(data['moved'][np.ix_(rows, side)] == 1, axis=0)
+        peaks = 1e3 * data['peaks'][side][works]
+        sure.append(bool(len(peaks)))
+        if len(peaks):
+            texts.append(
+                f'{name} of {np.abs(peaks).min():.0f}e-3 to {np.abs(peaks).max():.0f}e-3 from '
+                f'levels {", ".join(str(m) for m in data["levels"][rows])}'
+            )
+    return judged(all(sure), 'all peaks tried of ' + '; '.join(texts))
+
+
+@FIGURE.claim(
+    'The wall is restricted to unidirectional motion from left to right',
+    page=6,
+    how='one slow cycle from every level over a sweep of peak strains of both signs. It holds for '
+    'quasi-static strain only: one that is let go in haste takes the wall back, by one level or '
+    'out of the element ([going_back.md](going_back.md))',
+)
+def _unidirectional(data: Data) -> Judged:
+    back = int(np.count_nonzero(data['shift'] < -1.0))
+    return judged(
+        back == 0,
+        f'{back} of {data["shift"].size} cycles moved a wall to the left; the least shift is '
+        f'{data["shift"].min():+.2f} cells, the greatest {data["shift"].max():+.1f}',
+    )

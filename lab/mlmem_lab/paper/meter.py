@@ -1,0 +1,111 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A chain that keeps the books of its energy, step by step, while a device works on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mlmem_ros.device import MemoryElement
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.transducer import Transducer
+from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
+from mlmem_ros.physics.energy import end_force, energy, moving_masses
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.statics import metamaterial_force
+
+
+class MeteredChain(Chain):
+    """A chain with the same bits that sums what goes into it and what becomes heat.
+
+    The books come from the Lagrangian alone, not from the accelerations of the loops. Powers are
+    integrated by the trapezoidal rule over the steps, of second order. Energies are in
+    k_r (lattice constant)^2.
+
+    Attributes:
+        actuator_work: Work on the substrate's end so far, F dV_N.
+        transducer_work: Work on the driven cell: against springs, damping and inertia.
+        shake_work: Work of the base's acceleration.
+        heat: What the damping took of every cell, shape (N,).
+        substrate_heat: What it took of the substrate under it (Eq. 1b), shape (N,): of a rigid one
+            by its quasi-static velocity.
+    """
+
+    def __init__(
+        self, design: Design, dt: float | None = None, integrator: Integrator = NOH_BATHE
+    ) -> None:
+        """Make a blank chain at rest, as `Chain` does."""
+        super().__init__(design, dt, integrator)
+        self.actuator_work = self.transducer_work = self.shake_work = 0.0
+        self.heat, self.substrate_heat = np.zeros(design.N), np.zeros(design.N)
+
+    def advance(
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 0,
+    ) -> Array:
+        """Advance by whole steps as `Chain.advance` does; it looks at its cells after each."""
+        self.check_inputs(V_N, held_cell, shake)
+        base = np.zeros_like(V_N) if shake is None else shake
+        substeps = self.integrator.substeps
+        steps = len(V_N) // substeps
+        states, end, ends = [self._moving()], [self.V_N], np.empty((2, steps))
+        for k in range(steps):
+            now = slice(substeps * k, substeps * (k + 1))
+            part = None
+            if held_cell is not None and held_cell.motion[:, now].size:
+                part = HeldCell(held_cell.site, held_cell.motion[:, now])
+            ends[:, k : k + 1] = super().advance(V_N[now], part, base[now])
+            states.append(self._moving())
+            end.append(self.V_N)
+        base = np.concatenate((base[:1], base[substeps - 1 :: substeps]))
+        self._book(np.stack(states, 1), np.array(end), held_cell, base)
+        return ends
+
+    def _moving(self) -> Array:
+        """Return v, its velocity, V and its velocity, shape (4, N)."""
+        return np.array((self.v, self.velocity, self.V, self.substrate_velocity))
+
+    def _book(self, states: Array, V_N: Array, held_cell: HeldCell | None, base: Array) -> None:
+        """Add what happened between m moments, at which the cells were so, shape (4, m, N)."""
+        (v, w, V, W), made = states, self.specimen
+        masses = moving_masses(made)
+        if held_cell is not None:
+            held = -(-held_cell.motion.shape[1] // self.integrator.substeps)
+            j, driven = held_cell.site - 1, slice(held + 1)
+            speed = w[driven, j]
+            pull = -metamaterial_force(made, v[driven], V[driven])[:, j]
+            pull += made.eta * speed + masses[j] * base[driven]
+            kinetic = 0.5 * float(masses[j] * (speed[-1] ** 2 - speed[0] ** 2))
+            self.transducer_work += float(_between(pull) @ np.diff(v[driven, j])) + kinetic
+        self.actuator_work += float(_between(end_force(made, v, V)) @ np.diff(V_N))
+        self.shake_work -= self.dt * float(_between(base * (w @ masses + W.sum(axis=1))).sum())
+        self.heat += self.dt * _between(made.eta * w**2).sum(axis=0)
+        if made.design.substrate == 'elastic':
+            self.substrate_heat += self.dt * _between(made.eta * W**2).sum(axis=0)
+        else:  # dragged at V_N' shape_j by the actuator, which does this work too
+            rates = np.diff(V_N) / self.dt
+            dragged = self.dt * made.eta * float(rates @ rates) * made.strain_shape**2
+            self.substrate_heat += dragged
+            self.actuator_work += float(dragged.sum())
+
+    def books(self) -> Array:
+        """Return actuator work, transducer work, all heat and stored energy so far."""
+        stored = energy(self).total
+        heat = self.heat.sum() + self.substrate_heat.sum()
+        return np.array([self.actuator_work, self.transducer_work, heat, stored])
+
+
+def _between(moments: Array) -> Array:
+    """Return the means of consecutive moments."""
+    return np.asarray(0.5 * (moments[:-1] + moments[1:]))
+
+
+def fit_meter(element: MemoryElement) -> MeteredChain:
+    """Put a metered chain in the place of a new device's own, and return it."""
+    meter = MeteredChain(element.design, element.chain.dt, element.chain.integrator)
+    element.driver = Simulation(meter)
+    element.transducer = Transducer(element.design, element.settings, element.driver)
+    return meter

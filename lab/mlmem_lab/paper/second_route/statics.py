@@ -1,0 +1,196 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Quantities without time: potential, bands, resting walls, equilibria, de-pinning."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mlmem_ros.checks.quasistatic import DEPARTURE, depinning_strain
+from mlmem_ros.physics import CASE_I, CASE_II, Design, Specimen
+from mlmem_ros.physics.dispersion import band
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.excerpt import uniform
+from mlmem_ros.physics.held_wall import hold_walls
+
+from ...landscapes.landscape import fit_kink
+from ...studies.trace import wall_position
+from ..figure import Quality
+from ..figures.fig_2b import LARGEST
+from . import TwoWays
+from . import equations as other
+
+
+def potential() -> Iterator[TwoWays]:
+    """Yield ground states, stiffnesses and the strained substrate's shape."""
+    p = CASE_II
+    for number, D in enumerate(other.ground_states(p)):
+        ours, k = ((p.D_s1, p.k_s1), (p.D_s2, p.k_s2))[number]
+        name = f's{number + 1}'
+        yield TwoWays(f'ground state {name}', ours, D, 'SciPy minimize_scalar on psi')
+        bend = float(other.psi_second(p, np.array(D)))
+        yield TwoWays(f'stiffness k_{name}, Case II', k, bend, 'complex step and difference')
+    shape = other.substrate_shape(p)
+    middle = p.N // 2
+    yield TwoWays(
+        'substrate V_j at mid-span for V_N = 1', float(p.strain_shape[middle - 1]),
+        float(shape[middle - 1]), 'linear solve of the springs',
+    )  # fmt: skip
+
+
+def waves(quality: Quality) -> Iterator[TwoWays]:
+    """Yield the band edges: Eq. (4) against eigenvalues of a periodic ring of cells."""
+    n = quality.pick(50, 200)
+    ring = 2.0 * np.eye(n) - np.roll(np.eye(n), 1, 0) - np.roll(np.eye(n), -1, 0)
+    for name, k_s in (('s1', CASE_II.k_s1), ('s2', CASE_II.k_s2)):
+        D = other.ground_states(CASE_II)[0 if name == 's1' else 1]
+        on_site = float(other.psi_second(CASE_II, np.array(D)))
+        omega = np.sqrt(np.linalg.eigvalsh(ring + on_site * np.eye(n)))
+        for edge, ours, theirs in zip(
+            ('lower', 'upper'), band(k_s), (omega[0], omega[-1]), strict=True
+        ):
+            yield TwoWays(f'{edge} band edge of {name}', ours, float(theirs), f'ring of {n} cells')
+
+
+def continuum() -> Iterator[TwoWays]:
+    """Yield the resting wall: held-wall Newton against the continuum and a root finder."""
+    from scipy.optimize import root
+
+    for name, design in (('I', CASE_I), ('II', CASE_II)):
+        flat = uniform(design)
+        X = flat.N // 2 + np.arange(0.0, 1.0, 1.0 / 32.0)
+        held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
+        least = int(held.energy.argmin())
+        yield TwoWays(
+            f'wall energy, Case {name}', float(held.energy.mean()), other.kink_energy(flat),
+            'continuum: integral of sqrt(2 psi)',
+        )  # fmt: skip
+        middle = int(X[least])
+        slope = float(held.v[least][middle - 1] - held.v[least][middle])
+        exact = other.kink_profile(flat, flat.sites - X[least])
+        theirs = float(exact[middle - 1] - exact[middle])
+        yield TwoWays(f'wall width, Case {name}', _width(flat, slope), _width(flat, theirs),
+                  "continuum: v' = -sqrt(2 psi)")  # fmt: skip
+    # Minimum and maximum of the Peierls-Nabarro potential are equilibria: find both by a root
+    # finder on the literal forces (Case II; in Case I the barrier is below rounding).
+    ends = []
+    for i in (int(held.energy.argmin()), int(held.energy.argmax())):
+        solution = root(
+            lambda v: other.gradient(flat, v, np.zeros(flat.N)),
+            held.v[i],
+            method='hybr',
+            tol=1e-13,
+        )
+        ends.append(other.total_energy(flat, solution.x, np.zeros(flat.N)))
+    yield TwoWays(
+        'Peierls-Nabarro barrier, Case II', float(np.ptp(held.energy)), ends[1] - ends[0],
+        'SciPy root: saddle less minimum',
+    )  # fmt: skip
+    bare = [
+        other.total_energy(flat, other.kink_profile(flat, flat.sites - place), np.zeros(flat.N))
+        for place in X
+    ]
+    yield TwoWays(
+        'Peierls-Nabarro barrier, unrelaxed', float(np.ptp(held.energy)),
+        float(np.ptp(bare)), 'continuum wall put on the lattice, not relaxed',
+    )  # fmt: skip
+
+
+def _width(design: Design, drop: float) -> float:
+    """Return the width of a wall: its step over the drop between the two cells it is between."""
+    return (design.D_s2 - design.D_s1) / drop
+
+
+def kink_fit(quality: Quality) -> TwoWays:
+    """Return the error of the arctan ansatz: our fit against SciPy's from random starts."""
+    from scipy.optimize import least_squares
+
+    flat = uniform(CASE_I)
+    X = flat.N // 2 + 0.5
+    (v,) = hold_walls(Specimen(flat), np.array([X]), np.zeros(flat.N)).v
+    x, y = flat.sites - X, v - flat.D_s1
+
+    def residual(c: np.ndarray) -> np.ndarray:
+        powers = np.exp(np.clip(np.outer([c[2], c[4]], x), -300.0, 300.0))
+        return np.asarray(c[0] * np.arctan(c[1] * powers[0] + c[3] * powers[1]) - y)
+
+    draw = np.random.default_rng(1)
+    starts = draw.uniform((1.0, 0.01, -1.5, 0.01, -1.5), (1.6, 2.0, -0.05, 2.0, -0.05),
+                          (quality.pick(4, 40), 5))  # fmt: skip
+    best = min(float(np.sqrt(np.mean(least_squares(residual, s).fun ** 2))) for s in starts)
+    return TwoWays('kink ansatz e_rms x 1e3, Case I', 1e3 * fit_kink(CASE_I).e_rms, 1e3 * best,
+               'SciPy least_squares, random starts')  # fmt: skip
+
+
+def static(quality: Quality) -> Iterator[TwoWays]:
+    """Yield equilibria: Newton against SciPy's minimiser, and de-pinning by energy alone."""
+    design = CASE_II
+    v = resting_wall(Specimen(design), 3)
+    # Not from the answer: from the continuum's wall, a third of a cell off the defect.
+    guess = other.kink_profile(uniform(design), design.sites - design.defect(3) - 0.35)
+    yield TwoWays('wall pinned at level 3', wall_position(design, v),
+              wall_position(design, _minimised(design, guess, 0.0)), 'SciPy L-BFGS-B')  # fmt: skip
+    design = dataclasses.replace(CASE_I, N=150)
+    signs = {'compression': -1.0, 'tension': 1.0}
+    for name in quality.pick(['compression'], signs):
+        sign = signs[name]
+        limit = abs(depinning_strain(design, 0, sign, LARGEST))
+        yield TwoWays(f'de-pinning {name} x 1e3, N = 150', 1e3 * limit,
+                  1e3 * _leaves(design, sign, limit, quality.pick(6e-3, 3e-4)),
+                  'SciPy L-BFGS-B, halving')  # fmt: skip
+
+
+def _minimised(design: Design, v: np.ndarray, strain: float) -> np.ndarray:
+    from scipy.optimize import minimize
+
+    V = design.end_displacement(strain) * other.substrate_shape(design)
+
+    def gone(v: np.ndarray) -> None:
+        if abs(wall_position(design, v - V) - start) > DEPARTURE:
+            raise StopIteration  # it has left its site: where it goes does not matter
+
+    start = wall_position(design, v - V)
+    options = {'maxiter': 20000, 'maxfun': 40000, 'ftol': 1e-16, 'gtol': 1e-10, 'maxls': 50}
+    found = minimize(
+        lambda v: other.total_energy(design, v, V),
+        v,
+        jac=lambda v: other.gradient(design, v, V),
+        callback=gone,
+        method='L-BFGS-B',
+        options=options,
+    )
+    return np.asarray(found.x)
+
+
+def _leaves(design: Design, sign: float, near: float, resolution: float) -> float:
+    """Return the strain at which a wall followed by a minimiser leaves its defect.
+
+    It is looked for from 7 % below to 10 % above a strain, by halving down to a share of it; NaN
+    where it is not there.
+    """
+    shape = design.end_displacement(sign) * other.substrate_shape(design)
+    strain, v = 0.0, resting_wall(Specimen(design), 0)
+
+    def moved(guess: np.ndarray, strain: float) -> float:
+        return abs(wall_position(design, guess - strain * shape) - design.J)
+
+    low, high = 0.93 * near, 1.1 * near  # not symmetric: the middle must not be the answer
+    for after in np.linspace(0.0, low, 6)[1:]:
+        v = _minimised(design, v + (after - strain) * shape, sign * float(after))
+        strain = float(after)
+    if moved(v, low) > 0.9 * DEPARTURE:
+        return math.nan
+    if moved(_minimised(design, v + (high - low) * shape, sign * high), high) < 0.9 * DEPARTURE:
+        return math.nan
+    while high - low > resolution * near:
+        middle = 0.5 * (low + high)
+        trial = _minimised(design, v + (middle - low) * shape, sign * middle)
+        if moved(trial, middle) < 0.9 * DEPARTURE:
+            v, low = trial, middle
+        else:
+            high = middle
+    return low

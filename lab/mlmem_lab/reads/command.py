@@ -1,0 +1,150 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem reads`: how often a read is wrong, over all that ships or can be designed.
+
+Every element is moved at random (written, erased, strained by hand, aborted) and read ten times in
+a row after each move, from either end and both; also at half and a quarter of its step, and on
+scattered specimens. With --cells instead, one cell is stuck, weak, strong, light or heavy, at
+every site. A read or a write is wrong if it succeeds and the wall is nearest to another level, or
+to none. Nothing is discarded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rich.progress import Progress
+
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.device.presets import PRESETS
+
+from ..designer.proposal import FEWEST, MOST
+from ..results import APART
+from .count import Counts, bad_cells, names, rows, total
+from .elements import DESIGNED, known
+
+KINDS = ('stuck', 'alpha 0.3', 'alpha 3', 'mass 0.3', 'mass 3')
+
+Task = tuple[str, Callable[[], Counts]]
+"""The name under which counts are added, and what makes them."""
+
+
+@command(
+    'count wrong reads over every preset and design',
+    option('elements', nargs='*', help='presets, or designs such as levels_24; none: all'),
+    option(
+        '--rows',
+        type=int,
+        default=20,
+        help='rows of ten reads an element; at 1/2, 1/4 of its step 1/4, 1/16',
+    ),
+    option('--specimens', type=int, default=20, help='scattered specimens, four rows each'),
+    option('--cells', action='store_true', help='count with one bad cell instead'),
+    option('--every', type=int, default=1, help='distance of the sites of the bad cell'),
+    option('--reach', type=float, help='only walls so near it, in cells; default: all'),
+    option('--designs', type=int, nargs=2, default=(2, 64), help='designs of so many levels'),
+    option('--workers', type=int, default=2, help='processes'),
+    option('--seed', type=int, default=1, help='of levels and ends'),
+    option('--output', type=Path, help='result file; what it has of other elements is kept'),
+    JSON,
+    text=__doc__,
+)
+def reads(arguments: argparse.Namespace) -> int:
+    """Count; return 0, 1 if anything was wrong or a file not written, 2 for a wrong argument."""
+    from ..results import load, save
+
+    if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
+        return complain('reads', '--rows, --every and --workers must be at least 1', 2)
+    asked = arguments.elements or names(*arguments.designs)
+    if unknown := sorted(set(asked) - set(names(FEWEST, MOST)) - set(APART)):
+        text = f'elements are {", ".join(PRESETS)}, and {DESIGNED}{FEWEST} to {DESIGNED}{MOST}'
+        return complain('reads', f'{text}; got {unknown[0]}', 2)
+    tasks = list(_broken(asked, arguments) if arguments.cells else _whole(asked, arguments))
+    counts: dict[str, Counts] = {}
+    console = plain_console(aside=arguments.json)
+    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+        shown = progress.add_task('reads', total=len(tasks))
+        for name, each in zip(
+            [name for name, _ in tasks], pool.map(_call, [do for _, do in tasks]), strict=True
+        ):
+            counts.setdefault(name, Counts()).add(each)
+            progress.advance(shown)
+    found = {name: each.as_dict() for name, each in counts.items()}
+    result = {'elements': found | {'all': total(found)}}
+    _print(console, result['elements'])
+    if arguments.output is not None:
+        presets = [name for name in asked if not name.startswith(DESIGNED)]
+        try:
+            kept = load(arguments.output) if arguments.output.exists() else {'elements': {}}
+            both = {
+                name: each
+                for name, each in kept['elements'].items()
+                if name != 'all' and name.partition(',')[0] not in asked
+            } | found
+            made = _made(arguments, kept.get('command', '') if len(both) > len(found) else '')
+            more = {'elements': both | {'all': total(both)}}
+            console.print(save(arguments.output, more, made, arguments.seed, presets, kept))
+        except (OSError, ValueError) as error:
+            return complain('reads', f'the result could not be written; {error}', 1)
+    if arguments.json:
+        print_json(result)
+    wrong = result['elements']['all']
+    return int(wrong['wrong'] + wrong['written wrong'] > 0)
+
+
+def _made(arguments: argparse.Namespace, before: str) -> str:
+    """Return the command that made a result, behind those that made what it keeps."""
+    made = f'mlmem reads --rows {arguments.rows} --specimens {arguments.specimens}'
+    made += f' --cells --every {arguments.every}' if arguments.cells else ''
+    made += f' --reach {arguments.reach:g}' if arguments.reach is not None else ''
+    if not arguments.elements and arguments.designs != (2, 64):
+        made += f' --designs {arguments.designs[0]} {arguments.designs[1]}'
+    made += ''.join(f' {name}' for name in arguments.elements)
+    return f'{before} && {made}' if before else made
+
+
+def _call(do: Callable[[], Counts]) -> Counts:
+    return do()
+
+
+def _whole(asked: list[str], arguments: argparse.Namespace) -> Iterator[Task]:
+    for name in asked:
+        for finer in (1, 2, 4):
+            count = math.ceil(arguments.rows / finer**2)
+            yield name, partial(rows, name, count, arguments.seed, finer)
+        if not name.startswith(DESIGNED):
+            for number in range(arguments.specimens):
+                yield f'{name}, scattered', partial(rows, name, 4, arguments.seed, 1, number)
+
+
+def _broken(asked: list[str], arguments: argparse.Namespace) -> Iterator[Task]:
+    reach = math.inf if arguments.reach is None else arguments.reach
+    for name in asked:
+        sites = range(2, known(name)[0].N, arguments.every)
+        for kind in KINDS:
+            for site in sites:
+                write = site % (7 * arguments.every) == 2
+                yield f'{name}, {kind}', partial(bad_cells, name, kind, site, write, reach)
+
+
+def _print(console: object, counts: Mapping[str, Mapping[str, Any]]) -> None:
+    table = plain_table(
+        'Reads in a row', 'element', '>reads', '>right', '>undecodable', '>no level', '>wrong',
+        '>ticks', '>written', '>wrongly', '>not', '>2nd try', '>lost by hand',
+    )  # fmt: skip
+    for name, said in counts.items():
+        ticks = said['median ticks']
+        columns = ('reads', 'right', 'undecodable', 'no level', 'wrong')
+        writes = ('written', 'written wrong', 'not written', 'second attempts', 'lost by hand')
+        table.add_row(
+            name, *(str(said[key]) for key in columns), '' if ticks is None else f'{ticks:.0f}',
+            *(str(said[key]) for key in writes),
+        )  # fmt: skip
+    console.print(table)  # type: ignore[attr-defined]

@@ -1,0 +1,208 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads and writes of an element, counted by what is true of its wall."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mlmem_lab.studies.tolerance.estimate import Rate
+from mlmem_ros.device import Abort, Erase, MemoryElement, Read, SetStrain, Write
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_ros.physics import StateError, level_of
+
+from ..results import APART
+from .elements import known, made, with_bad_cell
+
+ENDS = ('left', 'right', 'both')
+
+READS = ('right', 'wrong', 'undecodable', 'no level')
+"""How a read may end; the last two say 'undecodable', the last of a wall at no level or of two."""
+
+IN_A_ROW = 10
+"""Reads after every move."""
+
+MOVES = ('write', 'erase', 'strain', 'abort')
+"""What happens before a row of reads: a write; an erase and a write; a strain by hand, let go; a
+read that is aborted while it listens."""
+
+HAND = 0.005
+"""Strain by hand, well below that which moves a wall."""
+
+
+@dataclass
+class Counts:
+    """How reads and writes of one element ended.
+
+    Attributes:
+        found: Reads and writes by how they ended: `READS`; `written`, `written wrong`, `not
+            written`, `second attempts`; `lost by hand`.
+        blocks: Rows of reads; those of a row depend on each other and count as one.
+        wrong_blocks: Rows with a wrong read.
+        ticks: Ticks of every read.
+        reasons: Why reads were undecodable and writes failed, by text.
+    """
+
+    found: Counter[str] = field(default_factory=Counter)
+    blocks: int = 0
+    wrong_blocks: int = 0
+    ticks: list[int] = field(default_factory=list)
+    reasons: Counter[str] = field(default_factory=Counter)
+
+    @property
+    def reads(self) -> int:
+        """How many reads were counted: all."""
+        return sum(self.found[name] for name in READS)
+
+    def add(self, other: Counts) -> None:
+        """Add the counts of other rows."""
+        self.found += other.found
+        self.blocks += other.blocks
+        self.wrong_blocks += other.wrong_blocks
+        self.ticks += other.ticks
+        self.reasons += other.reasons
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the counts for a result file."""
+        most = Rate(self.wrong_blocks, self.blocks).interval[1] if self.blocks else None
+        return {
+            'reads': self.reads,
+            **{name: self.found[name] for name in READS},
+            'rows': self.blocks,
+            'wrong rows': self.wrong_blocks,
+            'wrong rows, at most (95 %)': most,
+            **{
+                name: self.found[name]
+                for name in (
+                    'written',
+                    'written wrong',
+                    'not written',
+                    'second attempts',
+                    'lost by hand',
+                )
+            },
+            'median ticks': float(np.median(self.ticks)) if self.ticks else None,
+            'reasons': dict(self.reasons.most_common(5)),
+        }
+
+
+def true_level(element: MemoryElement) -> int:
+    """Return the level that the wall is nearest to, `BLANK`, or `UNDECODABLE` if it is at none."""
+    return level_of(element.design, element.chain.configuration, 0.5 * element.design.J)
+
+
+def rows(name: str, count: int, seed: int, finer: int = 1, specimen: int | None = None) -> Counts:
+    """Move the wall of an element at random, and read ten times after every move."""
+    random = np.random.Generator(np.random.PCG64([seed, finer, specimen or 0]))
+    element, counts = made(name, finer, specimen), Counts()
+    for row in range(count):
+        before = dict(counts.found)
+        _move(
+            element, counts, MOVES[row % len(MOVES)], int(random.integers(element.design.levels))
+        )
+        for number in range(IN_A_ROW):
+            _read(element, counts, ENDS[int(random.integers(3))] if number else '')
+        counts.blocks += 1
+        counts.wrong_blocks += counts.found['wrong'] > before.get('wrong', 0)
+    return counts
+
+
+def bad_cells(
+    name: str, kind: str, site: int, write: bool = False, reach: float = math.inf
+) -> Counts:
+    """Read every level, and a blank element, with one bad cell.
+
+    Args:
+        name: The element, as for `known`.
+        kind: What is bad, as for `with_bad_cell`.
+        site: Of the cell.
+        write: Whether to write a level from each as well, the one after next.
+        reach: Only levels so near the cell, in cells.
+    """
+    counts, design = Counts(), known(name)[0]
+    for level in range(-1, design.levels):
+        if abs(site - (design.defect(level) if level >= 0 else design.N)) <= reach:
+            element = with_bad_cell(name, level, site, kind)
+            before = counts.found['wrong']
+            _read(element, counts, '')
+            if write:
+                _write(element, counts, (level + 2) % design.levels)
+            counts.blocks += 1
+            counts.wrong_blocks += counts.found['wrong'] > before
+    return counts
+
+
+def _move(element: MemoryElement, counts: Counts, how: str, level: int) -> None:
+    if how == 'erase':
+        element.perform(Erase())
+    if how in ('write', 'erase'):
+        _write(element, counts, level)
+    elif how == 'strain':
+        before, sign = true_level(element), (-1) ** level
+        for strain in (sign * HAND, 0.0):
+            element.apply(SetStrain(strain))
+            while element.actuator.moving:
+                element.advance()
+        counts.found['lost by hand'] += true_level(element) != before
+    else:
+        element.apply(Read())
+        for _ in range(3 + level):
+            element.advance()
+        element.perform(Abort())
+
+
+def _read(element: MemoryElement, counts: Counts, end: str) -> None:
+    outcome = element.perform(Read(end))
+    counts.ticks.append(outcome.end_tick - outcome.start_tick)
+    if not outcome.success or outcome.reading is None:
+        counts.found['no level' if true_level(element) == UNDECODABLE else 'undecodable'] += 1
+        counts.reasons[f'{element.design.levels} levels: {outcome.error}'] += 1
+    else:
+        right = outcome.reading.level == true_level(element)
+        counts.found['right' if right else 'wrong'] += 1
+        if not right:
+            counts.reasons[f'WRONG: {outcome.reading.level} at {true_level(element)}'] += 1
+
+
+def _write(element: MemoryElement, counts: Counts, level: int) -> None:
+    try:
+        outcome = element.perform(Write(level))
+    except StateError as stop:  # a bad cell left its range: the device stops, and says so
+        counts.found['not written'] += 1
+        counts.reasons[str(stop).partition(' before')[0]] += 1
+        return
+    wrong = outcome.success and true_level(element) != level
+    counts.found['written wrong' if wrong else 'written'] += outcome.success
+    counts.found['not written'] += not outcome.success
+    counts.found['second attempts'] += outcome.attempts > 1
+    if not outcome.success:
+        counts.reasons[f'{level} of {element.design.levels}: {outcome.error}'] += 1
+
+
+def total(found: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the sum of counts as `Counts.as_dict` gives them; it has no median."""
+    summed: Counter[str] = Counter()
+    reasons: Counter[str] = Counter()
+    for each in found.values():
+        summed.update({key: count for key, count in each.items() if isinstance(count, int)})
+        reasons.update(each['reasons'])
+    most = Rate(summed['wrong rows'], summed['rows']).interval[1] if summed['rows'] else None
+    return {
+        **Counts().as_dict(),
+        **summed,
+        'wrong rows, at most (95 %)': most,
+        'reasons': dict(reasons.most_common(5)),
+    }
+
+
+def names(fewest: int, most: int) -> list[str]:
+    """Return all presets but those `APART`, and the designs with so many levels."""
+    shipped = [name for name in PRESETS if name not in APART]
+    return [*shipped, *(f'levels_{levels}' for levels in range(fewest, most + 1))]

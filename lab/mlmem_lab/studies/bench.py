@@ -1,0 +1,94 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The devices of a study: all with the same element, exactly as designed or as a fit found it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+from mlmem_ros.device import Calibration, MemoryElement, Settings, factory_calibration
+from mlmem_ros.device.factory import calibration_of
+from mlmem_ros.device.settings import WriteSettings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.trims import learnt
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Design, Specimen, level_of
+
+
+@dataclass(frozen=True)
+class Bench:
+    """An element and the settings of its instrument.
+
+    Attributes:
+        design: What the instrument takes the element for.
+        settings: Its settings.
+        element: The element with its pulses; None for one exactly as designed.
+    """
+
+    design: Design
+    settings: Settings
+    element: Element | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values."""
+        found = {'design': asdict(self.design), 'settings': self.settings.as_dict()}
+        return found | ({} if self.element is None else {'element': self.element.as_dict()})
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Bench:
+        """Return what `as_dict` described."""
+        element = _element(json.dumps(data['element'])) if 'element' in data else None
+        return cls(Design(**data['design']), Settings.from_dict(data['settings']), element)
+
+    @cached_property
+    def made(self) -> Specimen:
+        """The element as it is simulated."""
+        return Specimen(self.design) if self.element is None else self.element.timed
+
+    @property
+    def calibration(self) -> Calibration:
+        """Its delays, shared by equal instruments, and its pulses: factors on those set.
+
+        Raises:
+            SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.
+        """
+        heard = self.settings
+        if self.design.substrate != 'elastic':  # a write does not change what is heard
+            heard = replace(heard, write=WriteSettings())
+        if self.element is None:
+            return factory_calibration(self.design, heard)
+        trims = self.element.plan and learnt(self.element.plan.steps, self.settings)
+        return replace(_delays(self.element, self.design, heard), trims=trims)
+
+    def device(self, calibration: Calibration | None = None) -> MemoryElement:
+        """Return a blank device; raises as `calibration`."""
+        driver = None if self.element is None else Simulation.of(self.made, self.settings.time)
+        calibration = calibration or self.calibration
+        return MemoryElement(self.design, self.settings, calibration, driver)
+
+    def level(self, device: MemoryElement) -> int:
+        """Return the level at which the wall of a device is; -1 if blank, -2 if at none."""
+        made = self.made
+        return level_of(made.design, device.chain.configuration, nearness(made))
+
+
+def nearness(made: Specimen) -> float:
+    """Return how near to its defect a wall must rest, in cells.
+
+    Cells that scatter may hold it anywhere nearer to its own defect than to the next.
+    """
+    return 1.0 if made.ideal else 0.5 * made.design.J
+
+
+@lru_cache(maxsize=4)
+def _element(text: str) -> Element:
+    return Element.from_dict(json.loads(text))
+
+
+@lru_cache(maxsize=64)
+def _delays(element: Element, design: Design, settings: Settings) -> Calibration:
+    return calibration_of(element.timed, design, settings)

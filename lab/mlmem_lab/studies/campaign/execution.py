@@ -1,0 +1,171 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Running a campaign: in this process, in several, or on an existing Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from functools import partial
+from multiprocessing.connection import wait
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mlmem_ros.version import __version__
+
+from .campaign import Campaign, CampaignError, Row, evaluate_one
+from .ledger import Ledger
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+PATIENCE = '10s'
+"""How long to wait for the scheduler of a cluster."""
+
+
+def run(
+    campaign: Campaign,
+    ledger: Ledger,
+    executor: Executor | None,
+    points: Sequence[int] | None = None,
+) -> Iterator[Row]:
+    """Evaluate the points missing from the ledger; yield every row once it is stored.
+
+    They are taken in shuffled order, so that progress predicts the remaining time.
+
+    Args:
+        campaign: What to evaluate.
+        ledger: Its ledger, opened; rows are appended to it.
+        executor: Where (see `workers`); None for this process.
+        points: Which points; by default all.
+
+    Raises:
+        CampaignError: A worker died, or a point could not be evaluated; its error is the cause.
+            Earlier results are kept.
+    """
+    wanted = range(len(campaign.points)) if points is None else points
+    order = np.random.Generator(np.random.PCG64(campaign.seed)).permutation(wanted)
+    todo = [int(point) for point in order if int(point) not in ledger.rows]
+    for point, result in _results(campaign, todo, executor):
+        try:
+            row = result()
+        except BrokenExecutor as error:
+            raise CampaignError(
+                'a worker process died, perhaps out of memory; results so far are kept: '
+                'repeat the command with fewer jobs'
+            ) from error
+        except Exception as error:
+            raise CampaignError(
+                f'point {point} of {campaign.name}, {dict(campaign.points[point])}, could not be '
+                f'evaluated: {error!r}; earlier results are kept'
+            ) from error
+        ledger.append(row)
+        yield row
+
+
+def _results(
+    campaign: Campaign, todo: Sequence[int], executor: Executor | None
+) -> Iterator[tuple[int, Callable[[], Row]]]:
+    """Yield every point when it is its turn or it is done, with what returns its row."""
+    if executor is None:
+        for point in todo:
+            yield point, partial(campaign.evaluate_point, point)
+        return
+    points = {executor.submit(evaluate_one, *campaign.task(point)): point for point in todo}
+    try:
+        for future in as_completed(points):
+            yield points[future], future.result
+    finally:
+        for future in points:
+            future.cancel()
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, 'sched_getaffinity'):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
+    """Provide an executor of `concurrent.futures`; None stands for this process.
+
+    Args:
+        jobs: Parallel processes on this machine; 1 for this one only.
+        cluster: Address of a Dask scheduler, such as 'tcp://host:8786', to use instead; its
+            workers need mlmem_ros installed.
+
+    Raises:
+        CampaignError: The cluster does not answer, or jobs is below 1.
+        ModuleNotFoundError: A cluster is named and dask.distributed is not installed.
+    """
+    if cluster:
+        with _cluster(cluster) as executor:
+            yield executor
+    elif jobs < 1:
+        raise CampaignError(f'jobs must be at least 1; got {jobs}')
+    elif jobs == 1:
+        yield None
+    else:
+        # Spawned, not forked: a forked child could inherit a lock that numba holds.
+        context = multiprocessing.get_context('spawn')
+        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin_worker)
+        try:
+            yield pool
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it even if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def end_with_parent() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:  # a timeout is an OSError
+        raise CampaignError(
+            f'no Dask scheduler answers at {address!r} (such as tcp://host:8786); {error}'
+        ) from error
+    with client:
+        _check_versions(client, address)
+        executor = client.get_executor(pure=False)
+        try:
+            yield executor
+        finally:
+            executor.shutdown(wait=False)
+
+
+def _check_versions(client: Client, address: str) -> None:
+    def version() -> str:  # local, so that it is sent as code: the worker may lack both
+        try:
+            import mlmem_lab  # noqa: F401
+            from mlmem_ros import __version__ as installed
+        except ImportError:
+            return 'none'
+        return installed
+
+    if found := set(client.run(version).values()) - {__version__}:
+        raise CampaignError(
+            f'the workers of {address} must have mlmem_lab and mlmem_ros {__version__}; got '
+            f'{", ".join(sorted(found))}'
+        )

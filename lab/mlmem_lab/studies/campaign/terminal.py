@@ -1,0 +1,83 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Running a campaign in the terminal: with progress, and resumed after a kill or Ctrl-C."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mlmem_ros.cli.command import JOBS, option
+from mlmem_ros.cli.output import show_progress
+
+from . import Ledger, cores, run, workers
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from . import Campaign, Row
+
+
+OPTIONS = (
+    option('--seed', type=int, default=0, help='of all random numbers'),
+    JOBS,
+    option(
+        '--cluster', default='', metavar='ADDRESS',
+        help='scheduler of a Dask cluster to use instead, such as tcp://host:8786',
+    ),
+    option('--point', type=int, metavar='N', help='run point N of the table alone, in detail'),
+)  # fmt: skip
+"""Options of every sub-command that runs a campaign."""
+
+
+def evaluated(
+    console: Console,
+    study: Campaign,
+    path: Path,
+    jobs: int | None,
+    cluster: str = '',
+    *,
+    what: str = 'points',
+    rows_of: Callable[[Ledger, Executor | None], Iterator[Row]] | None = None,
+) -> list[Row]:
+    """Evaluate the points missing from the ledger; return the complete table.
+
+    Args:
+        console: Where to show progress.
+        study: The campaign.
+        path: Its ledger; the folder is created if missing.
+        jobs: Processes side by side; None for one a core.
+        cluster: Address of a Dask scheduler to use instead.
+        what: What its points are called.
+        rows_of: Evaluates them if not all may be needed; by default `run`.
+
+    Raises:
+        CampaignError: A worker died, or the ledger belongs to another campaign.
+        OSError: The ledger cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with Ledger(path, study) as ledger:
+        done = len(ledger.rows)
+        total = len(study.points) if rows_of is None else None  # known only along the way
+        if done == total:
+            return ledger.table()
+        if done:
+            console.print(f'{_of(done, total)} {what} were already done', highlight=False)
+        try:
+            wanted = cores() if jobs is None else jobs
+            with workers(min(wanted, len(study.points)), cluster) as executor:
+                rows = rows_of(ledger, executor) if rows_of else run(study, ledger, executor)
+                show_progress(console, rows, done, total, what)
+        except KeyboardInterrupt:
+            console.print(
+                f'{_of(len(ledger.rows), total)} {what} are kept in {path}; '
+                'repeat the command to continue', highlight=False,
+            )  # fmt: skip
+            raise
+        return ledger.table()
+
+
+def _of(done: int, total: int | None) -> str:
+    return f'{done}' if total is None else f'{done} of {total}'

@@ -1,0 +1,180 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The proof of a design: the node's device, put to every use of the memory.
+
+Four kinds of run, each judged by the device's answers and by the true configuration:
+
+- `upward`: from blank, every level is written in turn and verified, one attempt each.
+- `down`: from a wall at rest at a level, a lower one is written: erase, launch, steps.
+- `erase`: from a wall at rest at a level, the element is made blank.
+- `read`: a wall at rest at a level is read ten times in a row, from each end and both: what the
+  reads before have left on its way must not be taken for an echo.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Calibration, Erase, Read, Settings, Write
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Design
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from .bench import Bench
+from .campaign import Campaign, Row
+from .campaign.campaign import Values
+from .climb import least_margins, write_upward
+
+KINDS = ('upward', 'down', 'erase', 'read')
+
+IN_A_ROW = 10
+"""Reads of a level, one after the other."""
+
+EVERY = 16
+"""Number of levels up to which every downward write is made; above that a sample."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What to prove of a design.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's settings.
+        sample: Most downward writes to make; by default all, or above `EVERY` levels as many as
+            levels. Every level is erased, and read.
+        seed: Of the sample.
+        element: An element of the design with its pulses; None for one exactly as designed.
+    """
+
+    design: Design
+    settings: Settings
+    sample: int | None = None
+    seed: int = 0
+    element: Element | None = None
+
+    def campaign(self) -> Campaign:
+        """Return the runs, with the calibration that all share.
+
+        Raises:
+            SettingsError: A level gives no echo, or levels cannot be told apart.
+        """
+        settings = dataclasses.replace(
+            self.settings, write=dataclasses.replace(self.settings.write, attempts=1)
+        )
+        bench = Bench(self.design, settings, self.element)
+        common = bench.as_dict() | {'calibration': bench.calibration.as_dict()}
+        return Campaign('proof', evaluate, common, self.points(), self.seed)
+
+    def points(self) -> list[dict[str, Any]]:
+        """Return the runs: kind, the level begun at and the level asked for (-1 for blank)."""
+        p = self.design.levels
+        downs = [(start, goal) for start in range(p) for goal in range(start)]
+        if p > EVERY or self.sample is not None:
+            downs = self._some(downs, p if self.sample is None else self.sample)
+        return [
+            {'kind': 'upward', 'start': -1, 'goal': p - 1},
+            *({'kind': 'erase', 'start': level, 'goal': -1} for level in range(p)),
+            *({'kind': 'read', 'start': level, 'goal': level} for level in range(p)),
+            *({'kind': 'down', 'start': start, 'goal': goal} for start, goal in downs),
+        ]
+
+    def _some(self, whole: Sequence[Any], count: int) -> list[Any]:
+        """Return a sample that holds the first and the last, in order."""
+        if count >= len(whole):
+            return list(whole)
+        generator = np.random.Generator(np.random.PCG64(self.seed))
+        inner = generator.choice(np.arange(1, len(whole) - 1), max(0, count - 2), replace=False)
+        return [whole[i] for i in sorted({0, len(whole) - 1, *map(int, inner)})]
+
+
+def evaluate(common: Values, values: Values, seed: int) -> Row:
+    """Return how one run went.
+
+    Returns:
+        done: Levels written and read back upward, or right reads; for other runs 1 on success,
+            else 0.
+        passed: Whether all succeeded at the first attempt.
+        error: What the device said, or the truth if that differs.
+        level_margin, threshold_margin: The least of the readings, None without one.
+        time: Duration in time units.
+    """
+    bench = Bench.from_dict(common)
+    element = bench.device(Calibration.from_dict(common['calibration']))
+    if values['kind'] == 'upward':
+        climb = write_upward(element, level=bench.level)
+        last, outcomes = climb.writes[-1], [each.outcome for each in climb.writes]
+        done, passed = climb.reached, climb.passed
+        error = '' if passed else f'level {last.asked}: {last.failure} {last.outcome.error}'
+    else:
+        element.chain.place(resting_wall(bench.made, values['start']))
+        element.transducer.settle()
+        outcomes = [element.perform(command) for command in _commands(values)]
+        true = bench.level(element)
+        said = [each.reading.level if each.success and each.reading else None for each in outcomes]
+        right = [true == values['goal'] == level for level in said]
+        done, passed = sum(right), all(right)
+        error = next((each.error for each in outcomes if each.error), '')
+        if not passed and not error:
+            error = f'the wall is at level {true}'
+    return {
+        'done': done, 'passed': passed, 'error': error, **least_margins(outcomes),
+        'time': element.ticks * element.tick,
+    }  # fmt: skip
+
+
+def _commands(values: Values) -> list[Erase | Write | Read]:
+    """Return what a run does once the wall is in its place."""
+    if values['kind'] == 'read':
+        return [Read(('left', 'right', 'both')[number % 3]) for number in range(IN_A_ROW)]
+    return [Erase() if values['kind'] == 'erase' else Write(values['goal'])]
+
+
+@dataclass(frozen=True)
+class Tally:
+    """The totals of a proof's runs.
+
+    Attributes:
+        upward: Levels written and read back upward, and of how many.
+        down: Downward writes that succeeded, and of how many.
+        erase: Erases that succeeded, and of how many.
+        read: Right reads in a row, and of how many.
+        level_margin: Least level margin of all readings, NaN without one.
+        erase_time: Longest erase in time units.
+        errors: What failed and why, a line each; empty if everything succeeded.
+    """
+
+    upward: tuple[int, int]
+    down: tuple[int, int]
+    erase: tuple[int, int]
+    read: tuple[int, int]
+    level_margin: float
+    erase_time: float
+    errors: tuple[str, ...]
+
+    @classmethod
+    def of(cls, rows: Iterable[Row]) -> Tally:
+        """Add up the rows of a campaign; one of them is the upward run."""
+        rows = list(rows)
+        of_kind = {kind: [row for row in rows if row['kind'] == kind] for kind in KINDS}
+        done = {kind: sum(row['done'] for row in some) for kind, some in of_kind.items()}
+        margins = [row['level_margin'] for row in rows if row['level_margin'] is not None]
+        return cls(
+            (done['upward'], of_kind['upward'][0]['goal'] + 1),
+            (done['down'], len(of_kind['down'])),
+            (done['erase'], len(of_kind['erase'])),
+            (done['read'], IN_A_ROW * len(of_kind['read'])),
+            min(margins, default=math.nan),
+            max((row['time'] for row in of_kind['erase']), default=0.0),
+            tuple(
+                f'{row["kind"]} from {row["start"]} to {row["goal"]}: {row["error"]}'
+                for row in rows
+                if not row['passed']
+            ),
+        )

@@ -1,0 +1,221 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reads of an element on a shaking base or with noisy sensors: right, undecodable, wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mlmem_ros.device import (
+    Disturb,
+    Event,
+    Faults,
+    MemoryElement,
+    Outcome,
+    Read,
+    SetFaults,
+    Settings,
+)
+from mlmem_ros.physics import Design, Specimen, level_of
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from .bench import Bench
+from .tolerance.estimate import Rate
+
+G = 9.81
+"""Standard gravity in m/s^2, the unit of accelerations here."""
+
+IMU_RATE = 200.0
+"""IMU messages per second; a sine is updated every tick."""
+
+STEPS_PER_SECOND = 2.0
+HARMONICS = 8
+SLAM_EVERY = 0.3
+
+SPECTRA = ('white', 'walk', 'slams', 'sine', 'noise')
+
+BINS = 10
+"""Bins of the confidence, from 0 to 1."""
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """The disturbance of an element during reads.
+
+    Attributes:
+        spectrum: 'white' (every message drawn anew, within the amplitude), 'walk' (two footfalls
+            per second, with harmonics, and impacts of 20 to 90 Hz that ring for 30 ms), 'slams'
+            (almost nothing, with sudden bursts of 5 ms), 'sine', or 'noise' (white, in both
+            sensors).
+        amplitude: In g; for noise, the standard deviation in cells.
+        frequency: Of a sine, in Hz.
+    """
+
+    spectrum: str
+    amplitude: float
+    frequency: float = 0.0
+
+    def __str__(self) -> str:
+        """Return its name in a table."""
+        if self.spectrum == 'noise':
+            return f'sensor noise, {self.amplitude:g} cells'
+        name = f'sine, {self.frequency:g} Hz' if self.spectrum == 'sine' else self.spectrum
+        return f'{name}, {self.amplitude:g} g'
+
+    def course(self, seed: int, tick: float) -> Iterator[float]:
+        """Yield the acceleration in m/s^2 at the end of every tick, which takes `tick` seconds."""
+        random = np.random.Generator(np.random.PCG64(seed))
+        each = {'white': _white, 'walk': _walk, 'slams': _slams}.get(self.spectrum)
+        course: Iterator[float] = _held(each(random), tick) if each else itertools.repeat(0.0)
+        if self.spectrum == 'sine':
+            omega, phase = 2.0 * math.pi * self.frequency, random.uniform(0.0, 2.0 * math.pi)
+            course = (math.sin(omega * n * tick + phase) for n in itertools.count())
+        return (self.amplitude * G * share for share in course)
+
+
+def _held(messages: Iterator[float], tick: float) -> Iterator[float]:
+    """Yield the value of the last message, tick by tick."""
+    sent = 0
+    for n in itertools.count():
+        while sent <= n * tick * IMU_RATE:
+            last = next(messages)
+            sent += 1
+        yield last
+
+
+def _white(random: np.random.Generator) -> Iterator[float]:
+    while True:
+        yield float(random.uniform(-1.0, 1.0))
+
+
+def _walk(random: np.random.Generator) -> Iterator[float]:
+    phases = random.uniform(0.0, 2.0 * math.pi, HARMONICS)
+    order = np.arange(1, HARMONICS + 1)
+    footfall, height, omega = 0.0, 0.0, 0.0
+    for n in itertools.count():
+        t = n / IMU_RATE
+        if t >= footfall + 1.0 / STEPS_PER_SECOND:
+            footfall = t
+            height = random.uniform(0.5, 1.0) * random.choice((-1.0, 1.0))
+            omega = 2.0 * math.pi * random.uniform(20.0, 90.0)
+        sway = np.sin(2.0 * math.pi * STEPS_PER_SECOND * order * t + phases) @ (0.3 / order)
+        ring = height * math.exp((footfall - t) / 0.03) * math.sin(omega * (t - footfall))
+        yield float(sway + ring)
+
+
+def _slams(random: np.random.Generator) -> Iterator[float]:
+    while True:
+        slam = random.uniform() < 1.0 / (SLAM_EVERY * IMU_RATE)
+        yield float(random.choice((-1.0, 1.0)) if slam else 1e-4 * random.standard_normal())
+
+
+@dataclass
+class Counts:
+    """How reads ended.
+
+    Attributes:
+        right: Reads that gave the true level.
+        undecodable: Reads that gave no level.
+        wrong: Reads that gave another level.
+        blocks: Rows of reads; those of a row depend on each other.
+        wrong_blocks: Rows with a wrong read.
+        moved: Reads that were not counted because the wall had moved.
+        ticks: How long all reads took.
+        confidences: Wrong and right reads by confidence, shape (2, BINS).
+    """
+
+    right: int = 0
+    undecodable: int = 0
+    wrong: int = 0
+    blocks: int = 0
+    wrong_blocks: int = 0
+    moved: int = 0
+    ticks: int = 0
+    confidences: np.ndarray = field(default_factory=lambda: np.zeros((2, BINS), dtype=int))
+
+    @property
+    def reads(self) -> int:
+        """How many were counted."""
+        return self.right + self.undecodable + self.wrong
+
+    @property
+    def lies(self) -> Rate:
+        """The fraction of blocks with a wrong read."""
+        return Rate(self.wrong_blocks, self.blocks)
+
+    @property
+    def spoiled(self) -> Rate:
+        """The fraction that were not right."""
+        return Rate(self.undecodable + self.wrong, self.reads)
+
+    def add(self, other: Counts) -> None:
+        """Add the counts of other reads."""
+        for each in dataclasses.fields(self):
+            setattr(self, each.name, getattr(self, each.name) + getattr(other, each.name))
+
+    def calibrated(self) -> list[tuple[float, float]]:
+        """Return the upper end of every bin that has reads, and the fraction that is right."""
+        right, reads = self.confidences[1], self.confidences.sum(axis=0)
+        return [((n + 1) / BINS, float(right[n] / reads[n])) for n in np.flatnonzero(reads)]
+
+
+def count(
+    design: Design,
+    settings: Settings,
+    shaking: Shaking,
+    end: str,
+    level: int,
+    reads: int,
+    seed: int,
+) -> Counts:
+    """Read an element repeatedly, and count: one block.
+
+    Args:
+        design: The element.
+        settings: The instrument's.
+        shaking: The disturbance.
+        end: 'left', 'right' or 'both'.
+        level: Where its wall is.
+        reads: How many.
+        seed: Of all random numbers.
+    """
+    element = Bench(design, settings).device()
+    element.chain.place(resting_wall(Specimen(design), level))
+    element.transducer.settle()
+    if shaking.spectrum == 'noise':
+        element.apply(SetFaults(Faults(sensor_noise=shaking.amplitude, seed=seed)))
+    scale = settings.scale
+    course = shaking.course(seed, settings.time.tick * scale.time)
+    for _ in range(20):
+        _tick(element, next(course) / scale.acceleration)
+    counts = Counts()
+    for _ in range(reads):
+        element.apply(Read(end))
+        while element.procedure:
+            events = _tick(element, next(course) / scale.acceleration)
+        outcome = events[-1]
+        assert isinstance(outcome, Outcome)
+        counts.ticks += outcome.end_tick - outcome.start_tick
+        if not outcome.success or outcome.reading is None:
+            counts.undecodable += 1
+            continue
+        right = outcome.reading.level == level
+        counts.right += right
+        counts.wrong += not right
+        counts.confidences[int(right), min(BINS - 1, int(BINS * outcome.reading.confidence))] += 1
+    if level_of(design, element.chain.configuration, 0.5 * design.J) != level:
+        return Counts(moved=reads)
+    counts.blocks, counts.wrong_blocks = 1, int(counts.wrong > 0)
+    return counts
+
+
+def _tick(element: MemoryElement, acceleration: float) -> list[Event]:
+    if acceleration != element.base.state.target:
+        element.apply(Disturb(acceleration))
+    return element.advance()

@@ -1,0 +1,180 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How every picture looks: readable at half its size, and without telling red from green.
+
+The colours are those of Okabe and Ito, Color Universal Design (2008). Every picture is as wide as
+a page, so that its type has one size on all pages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from cycler import cycler
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from mlmem_ros.physics import Design
+
+S1 = '#d55e00'
+"""The inactive phase: vermilion, for the paper's red."""
+
+S2 = '#0072b2'
+"""The active phase: blue."""
+
+COMPRESSION = '#cc79a7'
+TENSION = '#009e73'
+INK = '#222222'
+FAINT = '#b0b0b0'
+PALE = '#e8e8e8'
+MARK = '#e69f00'
+"""Thresholds and other settings."""
+
+PHASES = LinearSegmentedColormap.from_list(
+    'phases', [(0.0, '#8a3d00'), (0.115, S1), (0.5, '#f7f7f7'), (0.885, S2), (1.0, '#004a75')]
+)
+"""Colours of the configuration from -1.3 to 1.3: a phase at rest has that of its lines."""
+
+SMALL = 9.0
+"""Size of notes, ticks and legends in points; everything else is larger."""
+
+SETTINGS: Any = {
+    'font.size': 10.0,
+    'axes.titlesize': 10.0,
+    'axes.titlelocation': 'left',
+    'axes.labelsize': 10.0,
+    'axes.linewidth': 0.8,
+    'axes.prop_cycle': cycler(color=[S2, MARK, TENSION, COMPRESSION, '#56b4e9', S1]),
+    'axes.spines.top': False,
+    'axes.spines.right': False,
+    'xtick.labelsize': SMALL,
+    'ytick.labelsize': SMALL,
+    'lines.linewidth': 1.4,
+    'legend.frameon': False,
+    'legend.fontsize': SMALL,
+    'legend.title_fontsize': SMALL,
+    'savefig.dpi': 120,
+    'svg.fonttype': 'none',
+    'svg.hashsalt': 'mlmem_ros',
+}
+
+WIDTH = 7.2
+"""Width of a picture in inches."""
+
+TIME = 'time $t$ (1000 time units)'
+STRAIN = 'strain ($10^{-3}$)'
+
+COLUMNS = 1200
+"""Most columns of a contour: a screen shows no more."""
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return the context in which figures are drawn and saved."""
+    return mpl.rc_context(SETTINGS)
+
+
+def new_figure(height: float, width: float = WIDTH) -> Any:
+    """Return an empty Matplotlib figure (its types are too narrow); sizes in inches."""
+    return Figure(figsize=(width, height), layout='constrained')
+
+
+def axes_grid(figure: Figure, rows: int = 1, columns: int = 1, **options: Any) -> np.ndarray:
+    """Return a grid of axes, shape (rows, columns)."""
+    return np.asarray(figure.subplots(rows, columns, squeeze=False, **options))
+
+
+def stacked(figure: Figure, columns: int = 1) -> np.ndarray:
+    """Return high axes above low ones that share their times, shape (2, columns)."""
+    return axes_grid(figure, 2, columns, sharex='col', height_ratios=(3.0, 1.0))
+
+
+def save_figure(figure: Figure, stem: Path) -> list[Path]:
+    """Write a figure as PNG and SVG, the same bytes for the same data; return the files."""
+    png, svg = stem.with_suffix('.png'), stem.with_suffix('.svg')
+    figure.savefig(png, metadata={'Software': None})
+    figure.set_layout_engine('none')  # or the layout would change for the SVG
+    figure.savefig(svg, metadata={'Date': None})
+    return [png, svg]
+
+
+def label(axes: Any, text: str, title: str = '') -> None:
+    """Title a panel in the paper's style: (a) in bold, then what it shows."""
+    axes.set_title(rf'$\bf{{({text})}}$ {title}', loc='left')
+
+
+def note(
+    axes: Any, text: str, at: tuple[Any, Any], shift: tuple[float, float] = (0, 0), **options: Any
+) -> None:
+    """Write beside a place in the data, shifted by points, what is there."""
+    options = {'fontsize': SMALL, 'color': INK, **options}
+    axes.annotate(text, at, shift, textcoords='offset points', **options)
+
+
+def contour(axes: Any, t: np.ndarray, x: np.ndarray, field: np.ndarray) -> Any:
+    """Draw an x-t contour of the configuration, as Fig. 4a.
+
+    Args:
+        axes: Where to draw.
+        t: Times, shape (m,).
+        x: Positions, shape (N,).
+        field: Configuration, shape (m, N).
+
+    Returns:
+        The mesh, for a colour bar.
+    """
+    thin = max(1, len(t) // COLUMNS)
+    return axes.pcolormesh(
+        t[::thin], x, field[::thin].T, cmap=PHASES, vmin=-1.3, vmax=1.3, shading='nearest',
+        rasterized=True,
+    )  # fmt: skip
+
+
+def schedule(axes: Any, t: np.ndarray, strain: np.ndarray) -> None:
+    """Draw the strain over times, shapes (m,), as the lower half of Fig. 4a."""
+    axes.axhline(0.0, color=FAINT, lw=0.8)
+    axes.plot(t, 1e3 * strain, color=INK, lw=1.0)
+    axes.set_ylabel(STRAIN)
+
+
+def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> None:
+    """Add a colour bar whose ticks are the two ground states."""
+    bar = figure.colorbar(mesh, ax=axes, ticks=states, shrink=0.7, pad=0.01)
+    bar.ax.set_yticklabels(['$\\Delta_{s1}$\ninactive', '$\\Delta_{s2}$\nactive'])
+    bar.ax.set_title(r'$\Delta_j$')
+
+
+def mark_defects(axes: Any, design: Design, origin: float = 0.0) -> None:
+    """Draw a line at every defect, and name levels by their codes: at most eight of them."""
+    places = [design.defect(level) - origin for level in range(design.levels)]
+    every = -(-design.levels // 8)
+    for place in places:
+        axes.axhline(place, color=INK, lw=0.4, alpha=0.3)
+    codes = [f'{place:.0f}   {design.code(m)}' for m, place in enumerate(places)]
+    axes.set_yticks(places[::every], codes[::every])
+
+
+def window(axes: Any, factors: np.ndarray, share: np.ndarray, radius: float, cmap: Any) -> Any:
+    """Draw how well factors on two settings do, about an operating point at 1.
+
+    Args:
+        axes: Where to draw.
+        factors: On either setting, shape (m,).
+        share: From 0 (none) to 1 (all), shape (m, m): row y, column x.
+        radius: Of a dotted circle about the operating point; infinite for none.
+        cmap: Colour map.
+
+    Returns:
+        The mesh, for a colour bar.
+    """
+    mesh = axes.pcolormesh(factors, factors, share, cmap=cmap, vmin=0, vmax=1, shading='nearest')
+    angle = np.linspace(0.0, 2.0 * np.pi, 100)
+    if np.isfinite(radius):
+        axes.plot(1.0 + radius * np.cos(angle), 1.0 + radius * np.sin(angle), ':', color=INK, lw=1)
+    axes.plot(1.0, 1.0, '+', color=MARK, ms=10, mew=2.5)
+    axes.set_aspect('equal')
+    return mesh

@@ -1,0 +1,163 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem tolerance`: count how often writes and reads fail in imperfect elements.
+
+Elements are made at random, varying one thing at a time: the on-site amplification alpha, the
+substrate stiffness s, the masses or the ground states (offset) scatter, the transducers are noisy,
+or the base vibrates (in lattice constants per time unit squared). Every step up is tried, and
+every level is read from each end that the instrument uses. The study finds the amounts at which
+failures begin and counts each until enough have failed; a curve through the lowest counts shows
+where one in a thousand fails. The table of all batches, the figure and the ledger are saved; an
+interrupted or killed study continues from its ledger. No ROS is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+
+from ..campaign import terminal as campaigns
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..campaign import Row
+    from .study import Tolerance
+
+
+OPTIONS = (
+    option(
+        '--design', default='case_2', metavar='FILE|PRESET', help='ROS parameter file or preset'
+    ),
+    option(
+        '--kinds', nargs='+', default=(), metavar='KIND',
+        help='what is random, one at a time: alpha, s, mass, offset, noise, vibration; all by '
+        'default',
+    ),
+    option(
+        '--tried', nargs='+', default=(), metavar='WHAT',
+        help='what is tried: step, left, right (a read from that end); all by default',
+    ),
+    option('--amounts', type=int, default=10, help='amounts per decade'),
+    option('--most', type=int, default=3000, help='most trials of an amount'),
+    option(
+        '--screen', action='store_true',
+        help='let a forecast choose which steps to simulate, and weight them: for rare failures',
+    ),
+    option(
+        '--levels', type=int, default=0, metavar='N',
+        help='try N levels of each element, drawn anew for each; all by default. What spoils one '
+        'level may spoil all, so for large elements a few levels of many elements tell more',
+    ),
+    option('--output', type=Path, default=Path('tolerance'), help='folder'),
+    option('--result', type=Path, help='result file; what it has of other designs is kept'),
+    *campaigns.OPTIONS,
+    JSON,
+)  # fmt: skip
+
+
+@command(
+    'measure how much scatter, noise and vibration a memory tolerates', *OPTIONS, text=__doc__
+)
+def tolerance(arguments: argparse.Namespace) -> int:
+    """Run the study; return 0 when it is done, 1 when it cannot be, 2 for a wrong argument."""
+    from mlmem_ros.parameter_file import load
+
+    from ..campaign import CampaignError
+    from .element import KINDS
+    from .study import Tolerance
+
+    console = plain_console(aside=arguments.json)
+    try:
+        study = Tolerance(
+            *load(arguments.design), tuple(arguments.kinds) or KINDS, tuple(arguments.tried),
+            arguments.amounts, arguments.most, arguments.screen, arguments.levels, arguments.seed,
+        )  # fmt: skip
+        if arguments.point is not None:
+            return _run_point(console, study, arguments.point, arguments.json)
+        rows = campaigns.evaluated(
+            console, study.campaign(), arguments.output / 'ledger.jsonl', arguments.jobs,
+            arguments.cluster, what='batches', rows_of=study.count,
+        )  # fmt: skip
+        _report(console, study, rows, arguments)
+    except ValueError as error:
+        return complain('tolerance', error, 2)
+    except (CampaignError, OSError) as error:
+        return complain('tolerance', error, 1)
+    return 0
+
+
+def _report(
+    console: Console, study: Tolerance, rows: list[Row], arguments: argparse.Namespace
+) -> None:
+    """Save table and figure, and print where one in a thousand fails."""
+    from ..campaign import save_table
+    from ..style import save_figure, styled
+    from .draw import WORDS, draw
+
+    headings = ('scatter of', *(WORDS[tried] for tried in study.tried))
+    table = plain_table('scatter at which one in a thousand fails', *headings)
+    rare = {
+        kind: {tried: study.rare(rows, kind, tried) for tried in study.tried}
+        for kind in study.kinds
+    }
+    for kind, found in rare.items():
+        table.add_row(kind, *(text for _, text in found.values()))
+    console.print(table)
+    files = [save_table(rows, arguments.output / 'batches.csv')]
+    with styled():
+        files += save_figure(draw(study, rows), arguments.output / 'tolerance')
+    console.print('  '.join(map(str, files)), highlight=False, soft_wrap=True)
+    rates = {
+        kind: {tried: {'amount': amount, 'text': text} for tried, (amount, text) in found.items()}
+        for kind, found in rare.items()
+    }
+    if arguments.result is not None:
+        _keep(rates, arguments)
+    if arguments.json:
+        print_json({'one_in_a_thousand': rates, 'files': files})
+
+
+def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
+    """Add the rates of this design to a result file."""
+    from mlmem_ros.device.presets import PRESETS
+
+    from ...results import load, outdated, save
+
+    kept = load(arguments.result) if arguments.result.exists() else {'designs': {}}
+    name, designs = str(arguments.design), kept['designs']
+    known = {} if name in outdated(kept) else designs.get(name, {})
+    designs = designs | {name: known | rates}
+    made = f'mlmem tolerance --design DESIGN --most {arguments.most}'
+    made += ' --screen' if arguments.screen else ''
+    of = [name] if name in PRESETS else []
+    save(arguments.result, {'designs': designs}, made, arguments.seed, of, kept)
+
+
+def _run_point(console: Console, study: Tolerance, point: int, as_json: bool) -> int:
+    """Make the elements of one batch again and print what each did."""
+    from .element import STEP
+    from .point import elements
+
+    plan = study.campaign()
+    plan.check_point(point)
+    values = plan.points[point]
+    table = plain_table(
+        f'batch {point}: {values["kind"]} scatters by {values["scatter"]:g}',
+        'seed of the element',
+        'step from:to' if values['tried'] == STEP else 'level:read as',
+    )
+    made = []
+    for one in elements(plan.common, values, plan.seed_of(point)):
+        simulated = one.counts > 0.0
+        found = list(zip(one.levels[simulated], one.found[simulated], strict=True))
+        table.add_row(str(one.seed), '  '.join(f'{level}:{now}' for level, now in found))
+        made.append({'seed': one.seed, 'found': found})
+    console.print(table)
+    if as_json:
+        print_json({'point': point, **values, 'elements': made})
+    return 0

@@ -1,0 +1,165 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""One random element: every level is read from an end, or every step up is tried once.
+
+Each level is tried on its own: the wall is put where it rests in this element (by Newton's
+method), and read, or driven on by a write of the next level. So one element samples every step or
+read, and a failed step does not spoil the others.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import UNDECODABLE, Faults, MemoryElement, SetFaults
+from mlmem_ros.device.errors import ProcedureFailed
+from mlmem_ros.device.procedures import run
+from mlmem_ros.device.procedures.blocks import wait
+from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.procedures.listening import look
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.physics import Design, Scatter, Specimen, StateError, level_of, scattered
+from mlmem_ros.physics.equilibrium import resting_wall
+
+from ..bench import Bench
+from ..trace import wall_position
+
+SETTLED = 5.0
+"""Damping times after a step: the gradient may still roll the wall to its defect for two."""
+
+LONG_TICK = 100.0
+"""Tick of a read: it rounds waits up, and does not change the material."""
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What is random, as standard deviations.
+
+    Attributes:
+        scatter: Of the fabrication.
+        noise: Of the transducers' signals, in cells.
+        vibration: Of the base's acceleration, in lattice constants per time unit squared: drawn
+            anew for every tick of the instrument, and linear between.
+    """
+
+    scatter: Scatter = field(default_factory=Scatter)
+    noise: float = 0.0
+    vibration: float = 0.0
+
+
+STEP = 'step'
+"""What is tried: a step up. A read is named by its end."""
+
+ARRIVED = 1.0
+"""Distance in cells from its rest position in this element within which a wall has arrived. One
+that stops on its way reads as the nearest level, but the next cycle starts at the wrong place."""
+
+KINDS = (*(one.name for one in dataclasses.fields(Scatter)), 'noise', 'vibration')
+"""Names of what may be random."""
+
+
+def chance(kind: str, amount: float) -> Chance:
+    """Return randomness of one kind only."""
+    changed: dict[str, Any] = {kind: amount}
+    return Chance(**changed) if kind in ('noise', 'vibration') else Chance(Scatter(**changed))
+
+
+def wanted(design: Design, tried: str) -> tuple[int, ...]:
+    """Return what `outcomes` gives for an ideal element."""
+    return tuple(range(1, design.levels) if tried == STEP else range(design.levels))
+
+
+def outcomes(
+    design: Design,
+    settings: Settings,
+    by: Chance,
+    seed: int,
+    tried: str,
+    levels: Sequence[int] | None = None,
+) -> tuple[int, ...]:
+    """Make a random element and try its steps up, or its reads from an end.
+
+    It is read with the calibration of the ideal element.
+
+    Args:
+        design: The intended element.
+        settings: The instrument's.
+        by: What is random.
+        seed: Of the element: the same gives the same outcome.
+        tried: `STEP`, or the end that is read from.
+        levels: The levels to step from or to read; by default all.
+
+    Returns:
+        For every one of these levels the level to which a write of the next one took the wall, or
+        for reads the decoded level. `UNDECODABLE` if the element pins no wall at the level, and
+        for steps unless exactly one wall ends at rest at a level.
+
+    Raises:
+        DesignError: The element cannot be simulated with the step of the ideal one.
+    """
+    if tried != STEP and not by.vibration:
+        settings = dataclasses.replace(
+            settings, time=dataclasses.replace(settings.time, tick=LONG_TICK)
+        )
+    element = Bench(design, settings).device()
+    element.apply(SetFaults(Faults(sensor_noise=by.noise, seed=seed % 2**31)))
+    specimen = scattered(design, by.scatter, seed)
+    element.chain.set_specimen(specimen)
+    made = _Made(element, specimen, by.vibration, seed)
+    levels = range(len(wanted(design, tried))) if levels is None else levels
+    return tuple(made.outcome(level, tried) for level in levels)
+
+
+class _Made:
+    """A random element, on a base that may shake."""
+
+    def __init__(
+        self, element: MemoryElement, specimen: Specimen, vibration: float, seed: int
+    ) -> None:
+        self._element = element
+        self._specimen = specimen
+        self._vibration = vibration
+        self._limit = element.settings.disturbance.max_acceleration
+        self._random = np.random.Generator(np.random.PCG64(seed))
+
+    def outcome(self, level: int, tried: str) -> int:
+        """Put the wall at rest at a level, and return what `outcomes` says of it."""
+        try:
+            self._element.chain.place(resting_wall(self._specimen, level))
+        except StateError:  # nothing pins it there
+            return UNDECODABLE
+        self._element.transducer.settle()
+        return self._step(level) if tried == STEP else self._decoded(tried)
+
+    def _step(self, level: int) -> int:
+        element, design = self._element, self._element.design
+        run(element, go_to_level(element, level, level + 1), self._shake)
+        run(element, wait(element, SETTLED / design.eta), self._shake)
+        configuration = element.chain.configuration
+        reached = level_of(design, configuration, design.J / 2)
+        if reached < 0:
+            return UNDECODABLE
+        try:
+            rest = wall_position(design, resting_wall(self._specimen, reached))
+        except StateError:
+            return UNDECODABLE
+        beside = abs(wall_position(design, configuration) - rest)
+        return reached if beside < ARRIVED else UNDECODABLE
+
+    def _decoded(self, end: str) -> int:
+        try:
+            return run(self._element, look(self._element, end), self._shake).level
+        except ProcedureFailed:  # it does not come to rest
+            self._element.transducer.release()
+            return UNDECODABLE
+
+    def _shake(self) -> None:
+        """Give the base the acceleration of a tick, if it shakes."""
+        if self._vibration:
+            drawn = self._vibration * float(self._random.standard_normal())
+            self._element.base.disturb(min(max(drawn, -self._limit), self._limit))

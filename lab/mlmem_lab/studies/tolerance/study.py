@@ -1,0 +1,213 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The study: what is tried, by kind of randomness and amount, counted where failures occur."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Settings
+from mlmem_ros.device.end import End
+from mlmem_ros.physics import Design
+
+from ..campaign import Campaign, Ledger, Row, run
+from .element import KINDS, STEP
+from .estimate import Rate, pooled, rare_scatter
+from .point import evaluate, screened, size
+from .screen import DRAWN, HEAVIEST
+from .walk import next_rung, trials_wanted
+
+LEAST = 1e-8
+"""Least amount of scatter, noise or vibration studied."""
+
+GREATEST = dict.fromkeys(KINDS, 0.3) | {'noise': 1e-2, 'vibration': 1e-2}
+"""Greatest amounts: of a relative scatter or a third of a cell; of the pulse's amplitude."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A study of the randomness in fabrication, sensors and base that an element tolerates.
+
+    Attributes:
+        design: The element.
+        settings: The instrument's.
+        kinds: What is random, one at a time.
+        tried: What is tried, one at a time; by default a step and a read from every end that the
+            instrument uses.
+        amounts: How many amounts per decade.
+        most: Trials of an amount after which counting stops, however few have failed.
+        screen: Whether a forecast chooses which steps to simulate, see `screen`.
+        levels: How many levels of each element are tried, drawn anew for each; 0 for all.
+        seed: Of everything.
+    """
+
+    design: Design
+    settings: Settings
+    kinds: tuple[str, ...] = KINDS
+    tried: tuple[str, ...] = ()
+    amounts: int = 10
+    most: int = 3000
+    screen: bool = False
+    levels: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if unknown := sorted(set(self.kinds) - set(KINDS)):
+            raise ValueError(f'kinds must be of {", ".join(KINDS)}; got {", ".join(unknown)}')
+        possible = (STEP, *(end.value for end in End))
+        if unknown := sorted(set(self.tried) - set(possible)):
+            raise ValueError(f'tried must be of {", ".join(possible)}; got {", ".join(unknown)}')
+        if self.amounts < 1 or self.most < 1:
+            raise ValueError(
+                f'amounts and most must be at least 1; got {self.amounts}, {self.most}'
+            )
+        if self.levels < 0:
+            raise ValueError(f'levels must be at least 1, or 0 for all; got {self.levels}')
+        object.__setattr__(self, 'tried', self.tried or possible)
+
+    @cached_property
+    def curves(self) -> list[tuple[str, str]]:
+        """What is counted by amount: kinds of randomness and what is tried."""
+        return [(kind, tried) for kind in self.kinds for tried in self.tried]
+
+    def ladder(self, kind: str) -> list[float]:
+        """Return the amounts of a kind that may be counted, rising."""
+        last = int(self.amounts * np.log10(GREATEST[kind] / LEAST) + 1e-9)
+        powers = np.arange(last + 1) / self.amounts
+        return [float(f'{amount:.3g}') for amount in LEAST * 10.0**powers]
+
+    @cached_property
+    def cells(self) -> list[tuple[str, str, float]]:
+        """Everything that may be counted: kind, what is tried, and amount."""
+        return [(*curve, amount) for curve in self.curves for amount in self.ladder(curve[0])]
+
+    @cached_property
+    def shared(self) -> dict[str, Any]:
+        """What all points share."""
+        return {
+            'design': asdict(self.design), 'settings': self.settings.as_dict(),
+            'screen': self.screen, 'levels': self.levels,
+        }  # fmt: skip
+
+    def trials(self, kind: str, tried: str) -> int:
+        """Return how many trials a batch has."""
+        elements, each = size(self.shared, kind, tried)
+        return elements * each
+
+    def limit(self, kind: str, tried: str) -> int:
+        """Return the most trials of an amount; with a screen more are drawn."""
+        return self.most * (DRAWN if screened(self.shared, kind, tried) else 1)
+
+    def campaign(self) -> Campaign:
+        """Return all points that may be needed, a batch each: all amounts, then all again."""
+        points = [
+            dict(zip(('kind', 'tried', 'scatter'), cell, strict=True)) for cell in self.cells
+        ]
+        rounds = max(-(-self.limit(*curve) // self.trials(*curve)) for curve in self.curves)
+        return Campaign('tolerance', evaluate, self.shared, points * rounds, self.seed)
+
+    def count(self, ledger: Ledger, executor: Executor | None) -> Iterator[Row]:
+        """Evaluate batches where they are most informative, until every curve is known.
+
+        The next batch follows from earlier results alone, so a killed study continues as if it had
+        never stopped.
+        """
+        campaign = self.campaign()
+        seen: list[list[Row]] = [[] for _ in self.cells]
+        while points := self._next(seen):
+            yield from run(campaign, ledger, executor, points)
+            for point in points:
+                seen[point % len(seen)].append(ledger.rows[point])
+
+    def _next(self, seen: Sequence[Sequence[Row]]) -> list[int]:
+        """Return the points to be evaluated next, of every curve at one amount."""
+        points, first = [], 0
+        for kind, tried in self.curves:
+            rungs = len(self.ladder(kind))
+            counted = enumerate(seen[first : first + rungs])
+            rates = {rung: self.rate(rows) for rung, rows in counted if rows}
+            most = self.limit(kind, tried)
+            if (rung := next_rung(rates, rungs, most)) is not None:
+                batches = -(-trials_wanted(rates.get(rung), most) // self.trials(kind, tried))
+                done = len(seen[first + rung])
+                points += [
+                    number * len(seen) + first + rung for number in range(done, done + batches)
+                ]
+            first += rungs
+        return points
+
+    # --- results ---------------------------------------------------------------------------
+
+    def rate(self, rows: Sequence[Row]) -> Rate:
+        """Return the rate at which steps or reads of all levels fail.
+
+        Args:
+            rows: Points with the same kind, amount and thing tried.
+        """
+        what = rows[0]['kind'], rows[0]['tried']
+        elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
+        failures = sum(_by_level(rows, 'failed').values())
+        heaviest = HEAVIEST if screened(self.shared, *what) else 1.0
+        return pooled(elements, size(self.shared, *what)[1], failures, squares, heaviest)
+
+    def rates_by_level(self, rows: Sequence[Row]) -> dict[int, Rate]:
+        """Return the rates by the level that a step starts from or a read is of.
+
+        An element has one trial of a level; a screen's weights apply here too.
+        """
+        weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
+        clustering = self.rate(rows).clustering if weighted else 1.0
+        failed = _by_level(rows, 'failed')
+        return {
+            level: Rate(failed[level], round(trials), clustering)
+            for level, trials in _by_level(rows, 'tried').items()
+            if trials
+        }
+
+    def curve(
+        self, rows: Sequence[Row], kind: str, tried: str
+    ) -> tuple[list[float], list[list[Row]]]:
+        """Return the amounts of a kind that were counted, rising, and their rows."""
+        found: dict[float, list[Row]] = {}
+        for row in rows:
+            if (row['kind'], row['tried']) == (kind, tried):
+                found.setdefault(row['scatter'], []).append(row)
+        amounts = sorted(found)
+        return amounts, [found[amount] for amount in amounts]
+
+    def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
+        """Return the amounts of a kind that were counted, rising, and the rates at them."""
+        amounts, counted = self.curve(rows, kind, tried)
+        return amounts, [self.rate(some) for some in counted]
+
+    def rare(
+        self, rows: Sequence[Row], kind: str, tried: str
+    ) -> tuple[tuple[float, float, float] | None, str]:
+        """Return the amount at which one in a thousand fails, with its interval, and as text.
+
+        Returns:
+            None if the counts determine none; the text then says what was counted.
+        """
+        amounts, rates = self.rates(rows, kind, tried)
+        if (found := rare_scatter(amounts, rates, seed=self.seed)) is not None:
+            return found, f'{found[0]:.2g} ({found[1]:.2g} to {found[2]:.2g})'
+        failing = next((i for i, rate in enumerate(rates) if rate.failures), len(rates))
+        words = []
+        if failing > 0:
+            words.append(f'none of {rates[failing - 1].trials} at {amounts[failing - 1]:.2g}')
+        if failing < len(rates):
+            words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
+        return None, ', '.join(words)
+
+
+def _by_level(rows: Sequence[Row], name: str) -> dict[int, float]:
+    """Return the sum over points of a count by level, see `evaluate`."""
+    prefix = f'{name}_'
+    levels = [int(column.removeprefix(prefix)) for column in rows[0] if column.startswith(prefix)]
+    return {level: sum(row[f'{prefix}{level}'] for row in rows) for level in levels}

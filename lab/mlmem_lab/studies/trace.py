@@ -1,0 +1,96 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A device or a chain observed while it works, for the x-t figures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mlmem_ros.device import Command, MemoryElement, Outcome
+from mlmem_ros.device.motion import Cycle, Ramp
+from mlmem_ros.physics import Chain, Design, substep_times, walls
+from mlmem_ros.physics.potential import Array
+
+
+@dataclass
+class Trace:
+    """Observations at the end of every tick.
+
+    Attributes:
+        t: Times in time units.
+        strain: Strain of the substrate.
+        configuration: Delta_j, one row of N each.
+        outcomes: How every procedure ended, in order.
+    """
+
+    t: list[float] = field(default_factory=list)
+    strain: list[float] = field(default_factory=list)
+    configuration: list[Array] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+
+
+def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
+    """Apply a command, advance until its procedure has ended, and record every tick.
+
+    Args:
+        element: The element.
+        command: A command that starts a procedure.
+        trace: Observations are appended to it.
+
+    Returns:
+        How the procedure ended.
+    """
+    element.apply(command)
+    while True:
+        events = element.advance()
+        trace.t.append(element.ticks * element.tick)
+        trace.strain.append(element.actuator.strain)
+        trace.configuration.append(element.chain.configuration)
+        for event in events:
+            if isinstance(event, Outcome):
+                trace.outcomes.append(event)
+                return event
+
+
+def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
+    """Strain a bare chain through smooth ramps, and sample it at intervals.
+
+    Args:
+        chain: The material; it is advanced.
+        cycle: The schedule; its ramps begin at the current strain.
+        every: Longest time between samples, in time units.
+
+    Returns:
+        The observations, one entry per sample; the clock starts at zero.
+    """
+    design, trace = chain.design, Trace()
+    scale = design.end_displacement(1.0)
+    clock = 0.0
+    for leg in cycle.motions:
+        looks = math.ceil(leg.duration / every)
+        steps = round(leg.duration / max(1, looks) / chain.dt)
+        span = steps * chain.dt
+        motion = Ramp(chain.V_N / scale, leg.target, looks * span)
+        times = substep_times(steps, chain.dt, chain.integrator)
+        for look in range(looks):
+            strain = motion.strain(look * span + times)
+            chain.advance(strain * scale)
+            clock += span
+            trace.t.append(clock)
+            trace.strain.append(float(strain[-1]))
+            trace.configuration.append(chain.configuration)
+    return trace
+
+
+def wall_position(design: Design, configuration: Array) -> float:
+    """Return the position of the only wall of a configuration; NaN for none or several."""
+    found = walls(design, configuration)
+    return found[0].position if len(found) == 1 else float('nan')
+
+
+def wall_path(design: Design, configurations: list[Array]) -> Array:
+    """Return the wall's position in each of m configurations, shape (m,), NaN for none."""
+    return np.array([wall_position(design, configuration) for configuration in configurations])

@@ -1,0 +1,256 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of the pages that are more than entries and keys of a result: rows, headings first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+Rows = list[Sequence[str]]
+
+MOVES = {
+    'write': 'step up',
+    'throw': 'throw',
+    'down_odd': 'down from odd',
+    'down_even': 'from even',
+    'up_even': 'up from even',
+    'up_odd': 'from odd',
+}
+"""Kinds of moves as the pages call them."""
+
+NARROW = 0.1
+"""A move is not used from a level where something this near fails."""
+
+
+def windows(result: Mapping[str, Any]) -> Rows:
+    """Return the nearest failure of every kind of move that is used, by preset."""
+    rows: Rows = [['preset', *MOVES.values()]]
+    for name, preset in result['presets'].items():
+        used = [move for move in preset['moves'] if not _narrow(move)]
+        if not used:
+            continue
+        cells = []
+        for kind in MOVES:
+            some = [move for move in used if move['kind'] == kind]
+            failed = [move for move in some if move['distance'] is not None]
+            near = min(failed, key=lambda move: move['distance'], default=None)
+            cells.append(_nearest(near) if near else 'none' if some else '')
+        rows.append([f'`{name}`', *cells])
+    return rows
+
+
+def _nearest(move: Mapping[str, Any]) -> str:
+    return f'{move["distance"]:g}: {move["from"]}, {move["failures"][0][1]}'
+
+
+def _narrow(move: Mapping[str, Any]) -> bool:
+    return move['distance'] is not None and move['distance'] <= NARROW
+
+
+def barred(result: Mapping[str, Any]) -> Rows:
+    """Return the moves that are not used from some levels."""
+    rows: Rows = [['not used', 'from levels', 'least failure']]
+    for name, preset in result['presets'].items():
+        for kind, told in MOVES.items():
+            some = [move for move in preset['moves'] if move['kind'] == kind and _narrow(move)]
+            if some:
+                least = min(move['distance'] for move in some)
+                levels = ', '.join(_runs([move['from'] for move in some]))
+                rows.append([f'{told} of `{name}`', levels, f'{least:g}'])
+    return rows
+
+
+def _runs(numbers: Sequence[int]) -> Iterator[str]:
+    """Yield numbers, and three and more in a row as `a to b`."""
+    for _, group in groupby(enumerate(sorted(numbers)), lambda pair: pair[1] - pair[0]):
+        run = [number for _, number in group]
+        if len(run) > 2:
+            yield f'{run[0]} to {run[-1]}'
+        else:
+            yield from map(str, run)
+
+
+WAYS = {
+    'friction': 'dry friction of a cell, k_r cells',
+    'relative damping': 'damping of v - V',
+    'end mass': 'mass of the end cells',
+    'softer': 'all cells softer',
+}
+"""Ways of the model to end, as the page calls them."""
+
+
+def validity(result: Mapping[str, Any]) -> Rows:
+    """Return the greatest amount of every way at which all was written and read, by preset."""
+    trials = result['trials']
+    names = list(dict.fromkeys(trial['preset'] for trial in trials))
+    rows: Rows = [['', *(f'`{name}`' for name in names)]]
+    for way, told in WAYS.items():
+        row = [told]
+        for name in names:
+            some = [one for one in trials if (one['preset'], one['way']) == (name, way)]
+            passed = [one['amount'] for one in some if one['read'] == one['writes']]
+            row.append('writes' if way == 'relative damping' and passed else _most(passed))
+        rows.append(row)
+    return rows
+
+
+def _most(amounts: Sequence[float]) -> str:
+    return f'{max(amounts):g}' if amounts else 'none'
+
+
+def energy(result: Mapping[str, Any]) -> Rows:
+    """Return the books of every command, by schedule."""
+    head = ['what', 'schedule', 'time', 'actuator', 'transducer', 'heat', 'stored']
+    rows: Rows = [head]
+    schedules = result['energy']['schedules']
+    for told in schedules['plain']['commands']:
+        for name, entry in schedules.items():
+            book = entry['commands'][told]
+            rows.append([told, name, f'{book["time"]:.0f}', *(_four(book[k]) for k in head[3:])])
+    return rows
+
+
+def _four(value: float) -> str:
+    return f'{value:.4f}'.replace('-0.0000', '0.0000')
+
+
+def claims(result: Mapping[str, Any]) -> Rows:
+    """Return every claim of the paper with our verdict and finding."""
+    rows: Rows = [['verdict', 'the paper says', 'we find']]
+    for claim in result['claims'].values():
+        word = claim['verdict']
+        strong = word if word == 'holds' else f'**{word}**'
+        replaced = f' With {claim["replaced"]}.' if claim['replaced'] else ''
+        rows.append([strong, _cell(claim['paper']), _cell(claim['finding'] + replaced)])
+    return rows
+
+
+def disagreements(result: Mapping[str, Any]) -> Rows:
+    """Return what is printed where our simulation shows something else."""
+    some = [claim for claim in result['claims'].values() if claim['printed']]
+    return [['print', 'simulation'], *([_cell(c['printed']), _cell(c['finding'])] for c in some)]
+
+
+def _cell(text: str) -> str:
+    return text.replace('|', r'\|')
+
+
+def check(result: Mapping[str, Any]) -> Rows:
+    """Return every quantity by two routes."""
+    rows: Rows = [['quantity', 'ours', 'second route', 'difference', 'route']]
+    for row in result['check']:
+        numbers = f'{row["ours"]:.7g}', f'{row["theirs"]:.7g}', f'{row["difference"]:.1e}'
+        rows.append([row['quantity'], *numbers, row['route']])
+    return rows
+
+
+def delays(result: Mapping[str, Any]) -> Rows:
+    """Return the echo delay of every level."""
+    names = {
+        'paper': 'left, carrier 2.0, plain threshold',
+        'left': 'left, carrier 2.1, falling threshold',
+        'right': 'right, carrier 0.7, falling threshold',
+    }
+    found = result['4b']
+    rows: Rows = [['level', *map(str, range(len(found['left'])))]]
+    return [*rows, *([told, *(f'{t:.1f}' for t in found[name])] for name, told in names.items())]
+
+
+def writes(result: Mapping[str, Any]) -> Rows:
+    """Return the times of random writes, and of the paper's way beside them."""
+    ours, paper = ('down: mean, worst', 'up: mean, worst'), ("paper's way down", 'up')
+    rows: Rows = [['preset', *ours, *paper, 'writes', 'second attempts', 'failed', 'wrong']]
+    for name, found in result['presets'].items():
+        spreads = [each[way] for each in (found, found['paper']) for way in ('down', 'up')]
+        times = [f'{spread["mean"]:.0f}, {spread["most"]:.0f}' for spread in spreads]
+        counts = [str(found[key]) for key in ('writes', 'second attempts', 'failed', 'wrong')]
+        rows.append([f'`{name}`', *times, *counts])
+    return rows
+
+
+def steps(result: Mapping[str, Any]) -> Rows:
+    """Return the disorder at which one step up in a thousand fails, by kind and design."""
+    designs = result['designs']
+    rows: Rows = [['disorder of', *(f'`{name}`' for name in designs)]]
+    kinds = dict.fromkeys(kind for found in designs.values() for kind in found)
+    told = ([found.get(kind, {}).get('step', {}) for found in designs.values()] for kind in kinds)
+    return [*rows, *([kind, *(one.get('text', '') for one in row)]
+                     for kind, row in zip(kinds, told, strict=True))]  # fmt: skip
+
+
+def errors(result: Mapping[str, Any]) -> Rows:
+    """Return the errors of both integrators by step, a column for each quantity."""
+    quantities = dict.fromkeys(row['contender'] for row in result['tables']['step_pefrl'])
+    rows: Rows = [['integrator', 'step', *quantities]]
+    for told, name in (('Noh-Bathe', 'step_noh_bathe'), ('PEFRL', 'step_pefrl')):
+        found = result['tables'][name]
+        for step in dict.fromkeys(row['step'] for row in found):
+            some = {row['contender']: row['error'] for row in found if row['step'] == step}
+            rows.append([told, step, *(some.get(name, '') for name in quantities)])
+    return rows
+
+
+def speeds(result: Mapping[str, Any]) -> Rows:
+    """Return measured and predicted speeds of the real lattices."""
+    head = ('rail / spacing', 'measured', 'ours', 'seen by the fit', 'damping alone', 'authors')
+    rows: Rows = [head]
+    for case in result['cases']:
+        told = case['measured']
+        measured = ', '.join(f'{speed:.2f}' for speed in told) if told else 'no wave'
+        seen = 'yes' if case['fitted'] else 'no'
+        others = (f'{case[key]:.2f}' if case[key] else '' for key in ('viscous', 'authors'))
+        ours = f'{case["speed"]:.2f}' if case['speed'] else 'none'
+        rows.append([f'{case["rail"]:g}/{case["spacing"]:g}', measured, ours, seen, *others])
+    return rows
+
+
+COUNTED = (
+    'reads', 'right', 'undecodable', 'no level', 'wrong', 'written', 'written wrong',
+    'not written',
+)  # fmt: skip
+"""Counts of `mlmem reads`."""
+
+
+def reads(result: Mapping[str, Any]) -> Rows:
+    """Return how reads and writes ended, for all elements of a kind together."""
+    groups: dict[str, dict[str, int]] = {}
+    for name, found in result['elements'].items():
+        first, _, change = name.partition(', ')
+        if first != 'all':
+            first = 'designs of other sizes' if first.startswith('levels_') else 'presets'
+        kind = {'': first, 'scattered': 'presets with disorder'}.get(change, f'one cell {change}')
+        total = groups.setdefault(kind, dict.fromkeys(COUNTED, 0))
+        for key in COUNTED:
+            total[key] += found.get(key, 0)
+    order = sorted(groups, key=lambda name: name == 'all')
+    return [['', *COUNTED], *([name, *map(_grouped, groups[name].values())] for name in order)]
+
+
+def shaken(result: Mapping[str, Any]) -> Rows:
+    """Return how reads of a shaken element ended, by end and kind of the shaking."""
+    rows: Rows = [['end', 'shaking', 'reads', 'undecodable', 'wrong', 'wall moved']]
+    for (end, kind), group in groupby(result['cases'], _kind_of_shaking):
+        cases = list(group)
+        parts = zip(*(case['shaking'].split(', ')[1:] for case in cases), strict=True)
+        told = ', '.join([kind, *map(_span, parts)])
+        keys = ('reads', 'undecodable', 'wrong', 'moved')
+        counts = (sum(case[key] for case in cases) for key in keys)
+        rows.append([end, told, *map(_grouped, counts)])
+    return rows
+
+
+def _kind_of_shaking(case: Mapping[str, Any]) -> tuple[str, str]:
+    return case['end'], case['shaking'].partition(',')[0]
+
+
+def _span(told: Sequence[str]) -> str:
+    """Return amounts with a unit as one: `1 g`, `3 to 50 g`."""
+    amounts = sorted({one.split(maxsplit=1)[0] for one in told}, key=float)
+    ends = amounts if len(amounts) < 2 else [amounts[0], amounts[-1]]
+    return f'{" to ".join(ends)} {told[0].split(maxsplit=1)[1]}'
+
+
+def _grouped(count: int) -> str:
+    return f'{count:,}'.replace(',', ' ')

@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How long procedures take, and what reads do to the wall: python3 -m mlmem_lab.times PRESET ...
+
+Makes lab/results/times.json: for every preset random writes in a row, erases from random levels,
+reads, a self-test, and how far a thousand reads move the wall. Times are in time units.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Erase, MemoryElement, Read, SelfTest, Write, new_element, preset
+from mlmem_ros.device.moves import paper_way
+from mlmem_ros.physics import level_of, walls
+
+from .results import FOLDER, save
+
+SEED = 1
+WRITES = 100
+READS = 1000
+
+RESTS = 20
+"""Runs of 50 ticks: 80 damping times."""
+
+
+def measured(name: str, random: np.random.Generator) -> dict[str, Any]:
+    """Return the times of a preset, and the read disturb."""
+    design, settings = preset(name)
+    element = new_element(design, settings)
+    result = {
+        **_writes(element, random),
+        'paper': _writes(new_element(design, paper_way(settings)), random, WRITES // 5),
+        'self test': _time(element, SelfTest()),
+    }
+    reads, shift = [], 0.0
+    for level in range(0, design.levels, max(1, design.levels // 8)):
+        element.perform(Write(level))
+        before = _rested(element)
+        reads += [_time(element, Read()) for _ in range(READS)]
+        shift = max(shift, abs(_rested(element) - before))
+    erased = []
+    for level in random.integers(design.levels, size=10):
+        element.perform(Write(int(level)))
+        erased.append(_time(element, Erase()))
+    return result | {'read': _spread(reads), 'erase': _spread(erased), 'read disturb': shift}
+
+
+def _writes(
+    element: MemoryElement, random: np.random.Generator, count: int = WRITES
+) -> dict[str, Any]:
+    """Return the times of random writes in a row, and how many went wrong."""
+    levels = element.design.levels
+    times: dict[str, list[float]] = {'up': [], 'down': []}
+    before = 0
+    wrong = failed = again = 0
+    element.perform(Write(before))
+    for _ in range(count):
+        level = int((before + random.integers(1, levels)) % levels)
+        outcome = element.perform(Write(level))
+        time = (outcome.end_tick - outcome.start_tick) * element.tick
+        times['up' if level > before else 'down'].append(time)
+        there = level_of(element.design, element.chain.configuration) == level
+        wrong += outcome.success and not there
+        failed += not outcome.success
+        again += outcome.attempts > 1
+        before = level
+    counts = {'writes': count, 'wrong': wrong, 'failed': failed, 'second attempts': again}
+    return counts | {way: _spread(some) for way, some in times.items()}
+
+
+def _time(element: MemoryElement, command: Read | Erase | SelfTest) -> float:
+    outcome = element.perform(command)
+    if not outcome.success:
+        raise RuntimeError(f'{command} failed: {outcome.error}')
+    return (outcome.end_tick - outcome.start_tick) * element.tick
+
+
+def _rested(element: MemoryElement) -> float:
+    """Return where the wall is once it no longer swings in its well."""
+    for _ in range(RESTS):
+        element.advance(50)
+    (wall,) = walls(element.design, element.chain.configuration)
+    return wall.position
+
+
+def _spread(times: Iterable[float]) -> dict[str, float]:
+    some = np.fromiter(times, float)
+    seconds = 1e-4  # of a time unit at the default scale
+    return {
+        'mean': float(some.mean()),
+        'least': float(some.min()),
+        'most': float(some.max()),
+        'least s': float(some.min()) * seconds,
+        'most s': float(some.max()) * seconds,
+    }
+
+
+def main(names: list[str]) -> int:
+    """Measure presets by name, and save what was found."""
+    random = np.random.default_rng(SEED)
+    presets = {}
+    for name in names:
+        presets[name] = measured(name, random)
+        print(name, presets[name], flush=True)
+    made = f'python3 -m mlmem_lab.times {" ".join(names)}'
+    save(FOLDER / 'times.json', {'presets': presets}, made, SEED, of=names)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

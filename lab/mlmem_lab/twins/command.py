@@ -1,0 +1,165 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem twins`: what the fit of an element is worth, counted over hidden elements.
+
+fits: elements are surveyed and fitted; are their cells inside the intervals, and how far off are
+they? healthy: a twin watches reads and writes of an element in which nothing changes; how often
+does it tell a change? changes: a cell, the damping, the strain, a gain changes; is it told, after
+how many reads, how far off? learning: pulses planned on the twin beside pulses learnt by
+calibration: which writes fail, and how long does it take?
+
+Outside of fits a twin knows every alpha to 0.1 %. Nothing is discarded.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.progress import Progress
+
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.device.presets import PRESETS
+
+from ..results import load, save
+from .learning import WAYS, compared
+from .learning import summary as summary_of_learning
+from .surveyed import summary as summary_of_fits
+from .surveyed import surveyed
+from .watched import CHANGES, changed, healthy, summary_of_changed, summary_of_healthy
+
+Row = Mapping[str, Any]
+
+
+class Part(NamedTuple):
+    """Something that is counted.
+
+    Attributes:
+        one: Returns the row of an element: `one(preset, scatter, seed)`.
+        summary: Returns what many rows have in common.
+        columns: What a table shows of it.
+        presets: Those of which it is counted if none are named.
+        of: By what else entries differ: arguments of `one` by name.
+    """
+
+    one: Callable[..., Row]
+    summary: Callable[[Sequence[Row]], dict[str, Any]]
+    columns: tuple[str, ...]
+    presets: tuple[str, ...]
+    of: tuple[dict[str, str], ...] = ({},)
+
+
+PARTS = {
+    'fits': Part(
+        surveyed, summary_of_fits,
+        ('elements', 'fitted', 'inside', 'error', 'most error', 'most chi2', 'seconds'),
+        ('bits_1', 'bits_4', 'case_2'),
+    ),
+    'healthy': Part(
+        healthy, summary_of_healthy, ('elements', 'reads', 'alarms', 'chi2', 'most chi2'),
+        ('bits_4',),
+    ),
+    'changes': Part(
+        changed, summary_of_changed,
+        ('change', 'elements', 'told', 'named', 'reads', 'off', 'alarms'), ('bits_4',),
+        tuple({'change': change} for change in CHANGES),
+    ),
+    'learning': Part(
+        compared, summary_of_learning, ('elements', 'writes', *WAYS), ('case_2', 'bits_4')
+    ),
+}  # fmt: skip
+
+
+@command(
+    'count what fits and twins of elements are worth',
+    option('parts', nargs='*', metavar='PART', help=f'{", ".join(PARTS)}; none: all'),
+    option('--presets', nargs='+', metavar='PRESET', help='elements; by default, of each part its'
+           ' own'),
+    option('--scatter', type=float, nargs='+', default=(0.01,), metavar='X',
+           help='scatter of alpha, relative'),
+    option('--elements', type=int, default=10, help='elements of each kind'),
+    option('--seed', type=int, default=0, help='of the first element'),
+    option('--workers', type=int, default=2, help='processes'),
+    option('--output', type=Path, help='result file; other entries that it has are kept'),
+    JSON,
+    text=__doc__,
+)  # fmt: skip
+def twins(arguments: argparse.Namespace) -> int:
+    """Count; return 0, 1 if a file was not written, 2 for a wrong argument."""
+    if unknown := sorted(set(arguments.parts) - set(PARTS)):
+        return complain('twins', f'parts are {", ".join(PARTS)}; got {unknown[0]}', 2)
+    if unknown := sorted(set(arguments.presets or ()) - set(PRESETS)):
+        return complain('twins', f'presets are {", ".join(PRESETS)}; got {unknown[0]}', 2)
+    if min(arguments.elements, arguments.workers) < 1 or arguments.seed < 0:
+        return complain('twins', '--elements and --workers must be at least 1, --seed 0', 2)
+    if not all(0.0 < scatter < 0.5 for scatter in arguments.scatter):
+        return complain('twins', '--scatter must be above 0 and below 0.5', 2)
+    console = plain_console(aside=arguments.json)
+    seeds = range(arguments.seed, arguments.seed + arguments.elements)
+    kinds = [
+        (part, {'preset': preset, 'scatter': scatter, **other})
+        for part in arguments.parts or PARTS
+        for preset in arguments.presets or PARTS[part].presets
+        for scatter in arguments.scatter
+        for other in PARTS[part].of
+    ]
+    found: dict[str, list[dict[str, Any]]] = {}
+    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+        shown = progress.add_task('elements', total=len(kinds) * len(seeds))
+        for part, kind in kinds:
+            progress.update(shown, description=' '.join(map(str, (part, *kind.values()))))
+            rows: list[Row] = []
+            for row in pool.map(partial(_row, part, kind), seeds):
+                rows.append(row)
+                progress.advance(shown)
+                entry = kind | {'seed': arguments.seed} | PARTS[part].summary(rows)
+                try:
+                    if arguments.output is not None:
+                        _keep(arguments.output, part, entry)
+                except (OSError, ValueError) as error:
+                    return complain('twins', f'the result could not be written; {error}', 1)
+            found.setdefault(part, []).append(entry)
+    for part, entries in found.items():
+        table = plain_table(part, 'preset', '>scatter', *PARTS[part].columns)
+        for entry in entries:
+            names = 'preset', 'scatter', *PARTS[part].columns
+            table.add_row(*(_cell(entry.get(name)) for name in names))
+        console.print(table)
+    if arguments.json:
+        print_json(found)
+    return 0
+
+
+def _row(part: str, kind: Mapping[str, Any], seed: int) -> Row:
+    return PARTS[part].one(seed=seed, **kind)
+
+
+def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
+    """Put an entry into a result file, in place of the one of the same kind.
+
+    Raises:
+        OSError, ValueError: The file cannot be read or written.
+    """
+    same = ('preset', 'scatter', 'change')
+    kept = load(path) if path.exists() else {}
+    parts = {name: list(kept.get(name, ())) for name in PARTS}
+    others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]
+    parts[part] = [*others, entry]
+    presets = dict.fromkeys(e['preset'] for entries in parts.values() for e in entries)
+    save(path, parts, 'mlmem twins', of=[entry['preset']], kept={
+        'fingerprints': {name: each for name, each in kept.get('fingerprints', {}).items()
+                         if name in presets}
+    })  # fmt: skip
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ', '.join(f'{key} {_cell(each)}' for key, each in value.items())
+    if isinstance(value, float):
+        return f'{value:.3g}' if value < 1000.0 else f'{value:.0f}'
+    return '' if value is None else str(value)

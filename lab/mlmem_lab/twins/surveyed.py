@@ -1,0 +1,114 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fits of hidden elements: whether their intervals hold the truth, how far off, how long.
+
+A hidden element is integrated by Runge and Kutta's method at a fine step, everything its cells
+share is off, its transducers are noisy and have gains of their own, and all that a fit gets is the
+shots of a survey.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration
+from mlmem_ros.device.presets import PRESETS
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Design, Scatter, scattered
+from mlmem_ros.rig.sensors import Sensors
+from mlmem_ros.twin.fit import Misfitting, fit
+
+from .element import performed
+from .sensed import SensedElement
+
+NOISE = 1e-5
+"""Of the transducers, in cells."""
+
+OFF = 0.02
+"""Most by which what all cells share is off, relative."""
+
+GAIN = 0.01
+"""Standard deviation of a transducer's gain."""
+
+SAMPLING = 0.25
+"""Time units between two samples of a transducer."""
+
+BESIDE = 1.959964
+"""Standard deviations to either side of a 95 % interval."""
+
+
+def hidden(design: Design, scatter: float, seed: int) -> Element:
+    """Return an element whose cells scatter and whose shared values are off, and its clock."""
+    random = np.random.default_rng([seed, design.N])
+
+    def about(value: float) -> float:
+        return float(value * (1.0 + OFF * random.uniform(-1.0, 1.0)))
+
+    made = replace(
+        design, d=about(design.d), a=about(design.a), eta=about(design.eta),
+        s_max=about(design.s_max), j_0=design.j_0 + 0.2 * random.uniform(-1.0, 1.0),
+    )  # fmt: skip
+    specimen = scattered(made, Scatter(alpha=scatter), seed)
+    return Element(specimen, np.zeros(design.N), time_unit=about(1.0))
+
+
+def surveyed(preset: str, scatter: float, seed: int) -> dict[str, Any]:
+    """Return how well a hidden element is found from a survey.
+
+    Returns:
+        How many shots there were and the device's time; the fit's chi2 and processor time in s;
+        the share of cells inside their 95 % intervals; the error of alpha (rms, relative). Or
+        only why there is no fit.
+    """
+    chosen = PRESETS[preset]
+    truth = hidden(chosen.design, scatter, seed)
+    shots, spent = shots_of(preset, truth, seed)
+    found: dict[str, Any] = {'seed': seed, 'shots': len(shots), 'time': spent}
+    begun = time.process_time()
+    try:
+        fitted = fit(chosen.design, shots)
+    except Misfitting as error:
+        return found | {'refused': str(error)}
+    made = truth.specimen
+    strength = made.alpha * made.design.d / chosen.design.d
+    alpha, deviation = (each[fitted.unknowns.alpha] for each in (fitted.x, fitted.deviations))
+    return found | {
+        'seconds': time.process_time() - begun,
+        'chi2': fitted.chi2,
+        'inside': float(np.mean(np.abs(alpha - strength) < BESIDE * deviation)),
+        'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
+    }
+
+
+def shots_of(preset: str, truth: Element, seed: int) -> tuple[list[Shot], float]:
+    """Return the shots of a survey of a hidden element, and how long it took in time units."""
+    design, settings = PRESETS[preset]
+    driver = SensedElement(truth.timed, SAMPLING)
+    gains = 1.0 + GAIN * np.random.default_rng([seed, 1]).standard_normal(2)
+    driver.sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
+    element = MemoryElement(design, settings, factory_calibration(design, settings), driver)
+    _, events = performed(element, Survey())
+    shots = [event for event in events if isinstance(event, Shot)]
+    return shots, element.ticks * element.tick
+
+
+def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what many fits have in common."""
+    fits = [row for row in rows if 'chi2' in row]
+    if not fits:
+        return {'elements': len(rows), 'fitted': 0, 'refused': [row['refused'] for row in rows]}
+    every = {name: np.array([row[name] for row in fits]) for name in fits[0]}
+    return {
+        'elements': len(rows), 'fitted': len(fits),
+        'refused': [row['refused'] for row in rows if 'refused' in row],
+        'inside': 100.0 * np.mean(every['inside']), 'least inside': 100.0 * every['inside'].min(),
+        'error': 100.0 * np.median(every['error']), 'most error': 100.0 * every['error'].max(),
+        'least chi2': every['chi2'].min(), 'most chi2': every['chi2'].max(),
+        'seconds': np.median(every['seconds']), 'most seconds': every['seconds'].max(),
+        'shots': [every['shots'].min(), every['shots'].max()], 'time': np.median(every['time']),
+    }  # fmt: skip

@@ -1,0 +1,179 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a twin tells: false alarms in healthy reads; how soon and how well it places a change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
+from mlmem_ros.physics import INTEGRATORS
+from mlmem_ros.rig.sensors import Sensors
+from mlmem_ros.twin.watching import Comparison, Watch
+
+from .element import device, fitted, foretell, made, performed
+from .sensed import SensedSimulation
+
+NOISE = 1e-5
+"""Of the transducers, in cells."""
+
+READS = 280
+"""Healthy reads of an element, every tenth by a write."""
+
+REST = 10.0
+"""Damping times before a read: only if the element was at rest is a read compared."""
+
+MOST = 10
+"""Reads after which a change that has not been told is given up."""
+
+ROUND = 0.5
+"""A change counts as found if what is told of it is off by at most this fraction."""
+
+CHANGES: dict[str, dict[str, Any]] = {
+    'a cell 3 % weaker': {'weak_factor': 0.97},
+    'a cell 8 % weaker': {'weak_factor': 0.92},
+    'a cell 20 % weaker': {'weak_factor': 0.8},
+    'a cell stuck': {'stuck_cell': True},
+    'damping + 20 %': {'damping_factor': 1.2},
+    'damping + 50 %': {'damping_factor': 1.5},
+    'strain + 0.002': {'actuator_offset': 0.002},
+    'left gain - 5 %': {'gain': (0.95, 1.0)},
+    'right gain - 5 %': {'gain': (1.0, 0.95)},
+    'a grip that slips': {'missed_cycle': 1.0},
+}
+"""Faults by what they are; a cell is drawn."""
+
+TOLD_AS = {
+    'weak_factor': 'cell', 'stuck_cell': 'cell', 'damping_factor': 'eta',
+    'actuator_offset': 'strain',
+}  # fmt: skip
+"""What a twin should name, by the fault."""
+
+
+class Bench:
+    """A calibrated element with its twin."""
+
+    def __init__(self, preset: str, scatter: float, seed: int) -> None:
+        """Make the element of a seed, and calibrate it by its forecast."""
+        specimen = made(preset, scatter, seed)
+        self.element, known = device(preset, specimen, NOISE), fitted(specimen, seed)
+        foretell(preset, self.element, known)
+        performed(self.element, Calibrate())
+        self.watch = Watch(known, INTEGRATORS[self.element.settings.time.integrator])
+        self.wall = 0.0
+
+    def heard(self, command: Read | Write) -> Comparison | None:
+        """Perform a command and compare its last read, as a node does."""
+        return self._compared(performed(self.element, command)[1])
+
+    def read(self) -> Comparison | None:
+        """Let the element rest, read it, and compare the read."""
+        element = self.element
+        element.pass_ticks(math.ceil(REST / element.design.eta / element.tick))
+        return self.heard(Read())
+
+    def _compared(self, events: list[Event]) -> Comparison | None:
+        heard = [event for event in events if isinstance(event, EchoReceived)]
+        if not heard:
+            return None
+        heard = [each for each in heard if each.reading is heard[-1].reading]
+        level, design = heard[-1].reading.level, self.element.design
+        if level >= -1:
+            self.wall = float(design.defect(level)) if level >= 0 else 0.0
+        shots = [each.echo.shot for each in heard if each.echo.shot is not None]
+        shots.sort(key=lambda shot: -shot.samples.shape[1])
+        return self.watch.compare(shots, self.wall) if self.watch.quiet(shots) else None
+
+    def change(self, change: str, site: int) -> tuple[str, float]:
+        """Change something; return the name under which it should be told, and its amount."""
+        faults = dict(CHANGES[change])
+        if 'gain' in faults:
+            gains = faults.pop('gain')
+            assert isinstance(self.element.driver, SensedSimulation)
+            self.element.driver.sensors = Sensors(gain=gains)
+            self.element.transducer.settle()
+            end = int(gains[1] != 1.0)
+            return ('gain_left', 'gain_right')[end], gains[end] - 1.0
+        [(name, value)] = faults.items()
+        if name == 'weak_factor':
+            faults['weak_cell'] = site
+        elif name == 'stuck_cell':
+            faults['stuck_cell'] = site
+        self.element.apply(SetFaults(Faults(sensor_noise=NOISE, **faults)))
+        amount = value if name == 'actuator_offset' else value - 1.0
+        return TOLD_AS.get(name, ''), float(amount)
+
+
+def healthy(preset: str, scatter: float, seed: int) -> dict[str, Any]:
+    """Return how many of healthy reads, with writes between, were told as a change."""
+    bench, random = Bench(preset, scatter, seed), np.random.default_rng(seed)
+    told, chi2 = [], []
+    for number in range(READS):
+        if number % 10 == 0:
+            found = bench.heard(Write(int(random.integers(bench.element.design.levels))))
+        else:
+            found = bench.read()
+        if found is not None:
+            chi2.append(found.chi2)
+            told += [found.text] if found.text else []
+    return {
+        'seed': seed, 'reads': len(chi2), 'alarms': len(told), 'told': sorted(set(told)),
+        'chi2': float(np.median(chi2)), 'most chi2': float(np.max(chi2)),
+    }  # fmt: skip
+
+
+def summary_of_healthy(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the totals of many elements."""
+    return {
+        'elements': len(rows),
+        'reads': sum(row['reads'] for row in rows),
+        'alarms': sum(row['alarms'] for row in rows),
+        'told': [f'{row["seed"]}: {each}' for row in rows for each in row['told']],
+        'chi2': float(np.median([row['chi2'] for row in rows])),
+        'most chi2': max(row['most chi2'] for row in rows),
+    }
+
+
+def changed(preset: str, scatter: float, seed: int, change: str) -> dict[str, Any]:
+    """Return what is told of a change, after how many reads, and how far off it is."""
+    bench, random = Bench(preset, scatter, seed), np.random.default_rng([seed, len(change)])
+    design = bench.element.design
+    bench.heard(Write(int(random.integers(design.levels))))
+    before = [seen.text for seen in (bench.read(), bench.read()) if seen]
+    site = int(random.integers(2, design.N - 1))
+    name, amount = bench.change(change, site)
+    found: dict[str, Any] = {
+        'seed': seed, 'site': site, 'wall': bench.wall, 'alarm': any(before), 'text': '',
+        'reads': None, 'named': False, 'off': None,
+    }  # fmt: skip
+    for number in range(1, MOST + 1):
+        seen = bench.read()
+        if seen is not None and seen.text:
+            found |= {'text': seen.text, 'reads': number}
+            if (one := seen.change) is not None and one.name == name:
+                stuck = 'stuck' in change
+                near = name != 'cell' or abs(one.site - site) <= 1
+                off = None if stuck else abs(one.amount / amount - 1.0)
+                found |= {'named': near and (off is None or off <= ROUND), 'off': off}
+            break
+    return found
+
+
+def summary_of_changed(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return what was told of a change of many elements."""
+    told = [row for row in rows if row['text']]
+    off = [row['off'] for row in rows if row['named'] and row['off'] is not None]
+    return {
+        'elements': len(rows),
+        'told': len(told),
+        'named': sum(row['named'] for row in rows),
+        'alarms': sum(row['alarm'] for row in rows),
+        'reads': float(np.median([row['reads'] for row in told])) if told else None,
+        'off': 100.0 * float(np.median(off)) if off else None,
+        'silent': [{key: row[key] for key in ('seed', 'site', 'wall')}
+                   for row in rows if not row['text']],
+    }  # fmt: skip

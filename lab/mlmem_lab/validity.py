@@ -1,0 +1,124 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the model of the memory ends: what it leaves out, tried on the presets.
+
+python3 -m mlmem_lab.validity PRESET... makes lab/results/validity.json, and keeps what it has of
+other presets. The element is the rig's
+Runge-Kutta one, changed in one way each; the device does not know.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from mlmem_ros.device import MemoryElement, Write, factory_calibration
+from mlmem_ros.device.presets import preset
+from mlmem_ros.physics import Design, Specimen, level_of
+from mlmem_ros.rig.rk4 import Rk4Element
+
+from .results import FOLDER, load, save
+
+WAYS: Mapping[str, tuple[float, ...]] = {
+    'relative damping': (1.0,),
+    'friction': (1e-7, 3e-7, 1e-6, 3e-6, 1e-5),
+    'end mass': (1.2, 1.5, 2.0, 3.0),
+    'softer': (0.001, 0.003, 0.01, 0.03, 0.1),
+}
+"""Amounts tried in turn, until the first at which something fails.
+
+Damping of v - V; dry friction of a cell, in k_r cells; mass of both end cells, with their
+transducers; loss of alpha in all cells alike, relative, as with a rising temperature.
+"""
+
+HIGHEST = 3
+"""Levels 0 to this are written in turn, then 0 again."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a preset did.
+
+    Attributes:
+        preset: Its name.
+        way: What was changed, of `WAYS`.
+        amount: By how much.
+        reached: Of the writes, how many put the wall where it belongs.
+        read: Of these, how many the device knew to be right by their echo.
+        writes: How many were asked for; a failed one is the last.
+    """
+
+    preset: str
+    way: str
+    amount: float
+    reached: int
+    read: int
+    writes: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether all was written and read."""
+        return self.read == self.writes
+
+
+def tried(name: str, way: str, amount: float) -> Trial:
+    """Write some levels of a preset, one attempt each, and return how that went."""
+    design, settings = preset(name)
+    settings = replace(settings, write=replace(settings.write, attempts=1))
+    known = factory_calibration(design, settings)
+    element = MemoryElement(design, settings, known)
+    body = _body(design, element.driver.dt, way, amount)
+    element = MemoryElement(design, settings, known, body)
+    levels = [*range(min(HIGHEST, design.levels - 1) + 1), 0]
+    reached = read = 0
+    for level in levels:
+        outcome = element.perform(Write(level))
+        found = body.v - body.V_N * body.specimen.strain_shape
+        right = level_of(design, found) == level
+        reached, read = reached + right, read + (right and outcome.success)
+        if not (right and outcome.success):
+            break
+    return Trial(name, way, amount, reached, read, len(levels))
+
+
+def _body(design: Design, dt: float, way: str, amount: float) -> Rk4Element:
+    mass = np.ones(design.N)
+    if way == 'end mass':
+        mass[[0, -1]] = amount
+    alpha = 1.0 - amount if way == 'softer' else 1.0
+    friction = amount if way == 'friction' else 0.0
+    relative = way == 'relative damping'
+    specimen = Specimen(design, alpha_factor=alpha, mass=mass, damped_by_substrate=relative)
+    return Rk4Element(specimen, dt, friction=friction)
+
+
+def main(names: list[str]) -> int:
+    """Try presets by name, and save what they did."""
+    path = FOLDER / 'validity.json'
+    for name in names:
+        trials = []
+        for way, amounts in WAYS.items():
+            for amount in amounts:
+                trials.append(tried(name, way, amount))
+                print(trials[-1], flush=True)
+                if not trials[-1].passed:
+                    break
+        kept = load(path) if path.exists() else {'trials': []}
+        others = [each for each in kept['trials'] if each['preset'] != name]
+        result = {'trials': [*others, *(asdict(each) for each in trials)]}
+        presets = dict.fromkeys(each['preset'] for each in result['trials'])
+        save(
+            path,
+            result,
+            f'python3 -m mlmem_lab.validity {" ".join(presets)}',
+            of=[name],
+            kept=kept,
+        )
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,123 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem windows`: how far peak and times of every move may be off.
+
+Every step up, stroke and throw of a preset, from every level, is run on a bare chain as shipped,
+and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions. It fails if
+the wall does not end within a cell of its place. The distance of a move is the least of these
+changes at which it fails. The result file has all moves; the table, those that a write uses.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rich.progress import Progress
+from rich.table import Table
+
+from mlmem_ros.cli.command import ELEMENT, JSON, command, element_of, option
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.device.presets import PRESETS, preset
+from mlmem_ros.element_file import ElementFileError
+from mlmem_ros.physics import INTEGRATORS
+
+from ..results import APART, load, save
+from .window import RADII, Window, described, kind, measured, moves
+
+
+@command(
+    'measure how far peak and times of every move may be off',
+    option('presets', nargs='*', metavar='PRESET', help=f'none: all but {" and ".join(APART)}'),
+    ELEMENT,
+    option('--radii', type=float, nargs='+', default=RADII, help='relative changes to try'),
+    option('--integrator', choices=tuple(INTEGRATORS), help="in place of the preset's own"),
+    option('--workers', type=int, default=2, help='processes'),
+    option('--output', type=Path, help='result file; what it has of other presets is kept'),
+    JSON,
+    text=__doc__,
+)
+def windows(arguments: argparse.Namespace) -> int:
+    """Measure; return 0, 1 if a move fails as shipped or a file was not written, 2 if misused."""
+    if unknown := sorted(set(arguments.presets) - set(PRESETS)):
+        return complain('windows', f'presets are {", ".join(PRESETS)}; got {unknown[0]}', 2)
+    if arguments.workers < 1:
+        return complain('windows', '--workers must be at least 1', 2)
+    radii = tuple(sorted(arguments.radii))
+    if not all(0.0 < radius < 1.0 for radius in radii):
+        return complain('windows', '--radii must be above 0 and below 1', 2)
+    if arguments.element is not None and (len(arguments.presets) != 1 or arguments.output):
+        return complain(
+            'windows', '--element needs the one preset that it is of, and no --output', 2
+        )
+    presets = arguments.presets or [name for name in PRESETS if name not in APART]
+    tasks = [(name, move) for name in presets for move in moves(name)]
+    asked = [name for name, _ in tasks], [move for _, move in tasks]
+    found: dict[str, list[Window]] = {name: [] for name in presets}
+    console = plain_console(aside=arguments.json)
+    try:
+        element = element_of(arguments, *preset(presets[0]))
+    except ElementFileError as error:
+        return complain('windows', error, 2)
+    integrator = arguments.integrator or ''
+    measure = partial(measured, integrator=integrator, radii=radii, element=element)
+    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+        shown = progress.add_task('moves', total=len(tasks))
+        for (name, _), window in zip(tasks, pool.map(measure, *asked), strict=True):
+            found[name].append(window)
+            progress.advance(shown)
+    console.print(_table(found, radii))
+    integrator = arguments.integrator or "the preset's"
+    result: dict[str, Any] = {
+        name: {
+            'integrator': integrator,
+            'radii': radii,
+            'settings': described(name),
+            'moves': [each.as_dict() for each in some],
+        }
+        for name, some in found.items()
+    }
+    if arguments.output is not None:
+        try:
+            kept = load(arguments.output) if arguments.output.exists() else {}
+            both = kept.get('presets', {}) | result
+            made = ' '.join(['mlmem windows', *both])
+            console.print(save(arguments.output, {'presets': both}, made, of=presets, kept=kept))
+        except (OSError, ValueError) as error:
+            return complain('windows', f'the result could not be written; {error}', 1)
+    if arguments.json:
+        print_json(result)
+    return int(any(window.distance == 0.0 for some in found.values() for window in some))
+
+
+def _table(found: dict[str, list[Window]], radii: tuple[float, ...]) -> Table:
+    """Return a row for every preset and kind of move: its nearest failure, and how many fail."""
+    table = plain_table(
+        'Windows', 'preset', 'move', '>levels', '>least', 'where', *(f'>{r:g}' for r in radii)
+    )
+    for name, some in found.items():
+        used = {(kind(move), move.start) for move in moves(name, used=True)}
+        some = [window for window in some if (window.kind, window.start) in used]
+        for each in dict.fromkeys(window.kind for window in some):
+            of_kind = [window for window in some if window.kind == each]
+            failed = [sum(f.radius == r for w in of_kind for f in w.failures) for r in radii]
+            table.add_row(name, each, str(len(of_kind)), *_nearest(of_kind), *map(str, failed))
+    return table
+
+
+def _nearest(some: Iterable[Window]) -> tuple[str, str]:
+    """Return the least distance and where it is, as text."""
+    near = min(some, key=lambda window: window.distance)
+    if math.isinf(near.distance):
+        return 'none', ''
+    first = near.failures[0]
+    return f'{first.radius:g}', f'{near.start} {first.direction}: {_place(first.ended)}'
+
+
+def _place(level: int) -> str:
+    return {-1: 'blank', -2: 'lost'}.get(level, str(level))

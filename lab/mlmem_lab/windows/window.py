@@ -1,0 +1,226 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The window of a move: how far its peak and its times may be off.
+
+A move is run on a bare chain: no probe, and the wall at rest before. Integrator and step are the
+device's, and so is the strain: ramps of a step in two halves if the settings say so, and every
+motion begun with a tick. Ten damping times later the wall must be within a cell of its place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device.actuator import Actuator
+from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
+from mlmem_ros.device.presets import preset
+from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_ros.device.settings import ActuatorSettings, Settings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.trims import trimmed
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Chain, StateError, level_of, substep_times
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.potential import Array
+
+from ..studies.bench import nearness
+
+RADII = (0.05, 0.1, 0.15, 0.2)
+"""Relative changes, of peak and of times; of both, the root of the sum of their squares."""
+
+PEAKS = ('peak', 'compression', 'tension')
+TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
+
+QUICK = ('down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
+"""The settings of strokes and throws."""
+
+DAMPING_TIMES = 10.0
+"""Of rest after a move."""
+
+STRONG = ActuatorSettings(max_strain=0.5, max_rate=1.0)
+"""An actuator that no change asks too much of."""
+
+Off = Mapping[str, float]
+"""Relative changes by setting."""
+
+
+def _directions() -> dict[str, Off]:
+    """Return unit changes by name: peak and times together, and each part of a cycle alone."""
+    found: dict[str, Off] = {}
+    for eighth in range(8):
+        peak, time = (round(part(math.pi / 4.0 * eighth), 12) for part in (math.cos, math.sin))
+        names = [f'{name}{"+" if by > 0.0 else "-"}'
+                 for name, by in (('peak', peak), ('times', time)) if by]  # fmt: skip
+        found[' '.join(names)] = dict.fromkeys(PEAKS, peak) | dict.fromkeys(TIMES, time)
+    for part in ('ramp', 'ease', 'release'):
+        found |= {f'{part}+': {part: 1.0}, f'{part}-': {part: -1.0}}
+    return found
+
+
+DIRECTIONS = _directions()
+"""Unit changes by name."""
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A change under which a move ends elsewhere.
+
+    Attributes:
+        radius: How far peak and times are off; 0 as shipped.
+        direction: Which of `DIRECTIONS`; empty as shipped.
+        ended: The level where the wall is, `BLANK`, or `UNDECODABLE`.
+    """
+
+    radius: float
+    direction: str
+    ended: int
+
+
+@dataclass(frozen=True)
+class Window:
+    """What was found for one move.
+
+    Attributes:
+        kind: The kind of move: step up, throw, or stroke by its way and parity.
+        start: Level at which it begins.
+        target: Level at which it should end, or `BLANK`.
+        tried: How many changes were tried at every radius.
+        failures: Those that failed, nearest first.
+    """
+
+    kind: str
+    start: int
+    target: int
+    tried: int
+    failures: tuple[Failure, ...]
+
+    @property
+    def distance(self) -> float:
+        """Least radius at which it was seen to fail; infinity if it never was."""
+        return self.failures[0].radius if self.failures else math.inf
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for a result file."""
+        return {
+            'kind': self.kind, 'from': self.start, 'to': self.target, 'tried': self.tried,
+            'distance': self.distance,
+            'failures': [[each.radius, each.direction, each.ended] for each in self.failures],
+        }  # fmt: skip
+
+
+def moves(name: str, *, used: bool = False) -> list[Move]:
+    """Return the moves of a preset that strain it, from every level.
+
+    Without those from levels that the settings bar, if only the `used` ones are asked for.
+    """
+    design, settings = preset(name)
+    if not used:
+        settings = replace(settings, **{group: _unbarred(settings, group) for group in QUICK})
+    ways = (How.STEP, How.STROKE, How.THROW)
+    levels = range(design.levels)
+    return [m for level in levels for m in moves_from(design, settings, level) if m.how in ways]
+
+
+def _unbarred(settings: Settings, group: str) -> Any:
+    return replace(settings.groups()[group], not_from='')  # type: ignore[call-arg]
+
+
+def described(name: str) -> dict[str, Any]:
+    """Return the settings of a preset on which its windows depend."""
+    _, settings = preset(name)
+    groups = {'write': settings.write} | {group: _unbarred(settings, group) for group in QUICK}
+    return {group: asdict(each) for group, each in groups.items()}
+
+
+def kind(move: Move) -> str:
+    """Return the kind of a move: the name of the settings that describe it."""
+    if move.how is How.STROKE:
+        return (
+            f'{"up" if move.target > move.start else "down"}_{"odd" if move.start % 2 else "even"}'
+        )
+    return 'write' if move.how is How.STEP else 'throw'
+
+
+def measured(
+    name: str,
+    move: Move,
+    integrator: str = '',
+    radii: tuple[float, ...] = RADII,
+    element: Element | None = None,
+) -> Window:
+    """Return the window of a move of a preset.
+
+    Args:
+        name: The preset.
+        move: The move.
+        integrator: In place of the preset's own.
+        radii: To try, rising.
+        element: An element of the preset with its pulses; None for one exactly as designed.
+    """
+    design, settings = preset(name)
+    time = replace(settings.time, integrator=integrator or settings.time.integrator)
+    chain = Simulation.of(design if element is None else element.timed, time).chain
+    if element is not None and move.how is How.STEP:
+        settings = trimmed(settings, element.pulses(settings)[move.target])
+    directions = [each for each in DIRECTIONS if each[:4] != 'ease' or _ease(settings, move)]
+    failures = []
+    for radius, direction in [(0.0, ''), *((r, d) for r in radii for d in directions)]:
+        off = {part: radius * share for part, share in DIRECTIONS.get(direction, {}).items()}
+        ended = end(chain, settings, move, off)
+        if ended != move.target:
+            failures.append(Failure(radius, direction, ended))
+    return Window(kind(move), move.start, move.target, len(directions), tuple(failures))
+
+
+def end(chain: Chain, settings: Settings, move: Move, off: Off) -> int:
+    """Return where a move ends whose settings are off: a level, `BLANK`, or `UNDECODABLE`."""
+    design = chain.design
+    try:
+        chain.place(resting_wall(chain.specimen, move.start))
+        chain.advance(strain(chain, settings, move, off) * design.end_displacement(1.0))
+        chain.rest(math.ceil(DAMPING_TIMES / design.eta / chain.dt))
+    except StateError:  # driven so hard that the chain diverges
+        return UNDECODABLE
+    return level_of(design, chain.configuration, nearness(chain.specimen))
+
+
+def strain(chain: Chain, settings: Settings, move: Move, off: Off) -> Array:
+    """Return the strain of a move at the chain's sub-steps, as the device's actuator plays it."""
+    design, tick = chain.design, settings.time.tick
+    delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
+    nominal = cycle_of(design, replace(settings, actuator=STRONG), move)
+    cycle = cycle_of(design, changed(settings, kind(move), off), move)
+    actuator, pieces, starts = Actuator(STRONG), [], [0.0]
+    for motion, shipped in zip(cycle.motions, nominal.motions, strict=True):
+        actuator.ramp_to(motion.target, motion.duration, delay)
+        pieces.append(actuator.motion)
+        actuator.hold(motion.target)
+        # The next motion begins with a tick.
+        slack = math.ceil(shipped.duration / tick) * tick - shipped.duration
+        starts.append(starts[-1] + motion.duration + slack)
+    times = substep_times(math.ceil(starts[-1] / chain.dt), chain.dt, chain.integrator)
+    found = np.zeros_like(times)
+    for piece, begin in zip(pieces, starts, strict=False):
+        since = times >= begin
+        found[since] = piece.strain(times[since] - begin)
+    return found
+
+
+def changed(settings: Settings, group: str, off: Off) -> Settings:
+    """Return settings with relative changes in one group, and an actuator that can follow."""
+    one = settings.groups()[group]
+    values = {
+        part: getattr(one, part) * (1.0 + by) for part, by in off.items() if hasattr(one, part)
+    }
+    new: Any = {group: replace(one, **values)}
+    return replace(settings, actuator=STRONG, **new)
+
+
+def _ease(settings: Settings, move: Move) -> bool:
+    group: Any = settings.groups()[kind(move)]
+    return bool(group.ease)

@@ -1,0 +1,152 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmarks compare what is equal. No time is asserted here."""
+
+import itertools
+import json
+import shutil
+import sys
+
+import numpy as np
+import pytest
+
+from mlmem_lab.bench import BENCHMARKS, load, peers, recorder, select, solvers
+from mlmem_lab.bench.c_program import NoCompiler, c_runner
+from mlmem_lab.bench.command import keep
+from mlmem_lab.bench.comparison import Comparison
+from mlmem_lab.bench.kernel import numpy_runner
+from mlmem_lab.bench.measure import Contender, Entry, Spread, measure
+from mlmem_lab.bench.node_process import NodeProcess
+from mlmem_lab.bench.problem import STEP, Problem
+from mlmem_lab.bench.session_traffic import traffic
+from mlmem_lab.bench.verlet import verlet
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.cli.main import main
+
+
+@pytest.fixture(scope='module')
+def problem():
+    return Problem.of_size(225)
+
+
+@pytest.mark.parametrize('make', [numpy_runner, c_runner])
+def test_every_kernel_makes_the_same_steps(problem, make):
+    if make is c_runner and shutil.which('gcc') is None:
+        pytest.skip('gcc is missing')
+    chain, other = problem.chain(dt=STEP), make(problem)
+    chain.rest(200)
+    other.advance(200)
+    np.testing.assert_allclose(other.displacements(), chain.v, rtol=0, atol=1e-12)
+
+
+@pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is missing')
+def test_the_c_program_leaves_the_processors_arithmetic_alone(problem):
+    """What -ffast-math does to denormal numbers must not reach our own kernels."""
+    c_runner(problem)
+    assert np.float64(5e-324) * np.float64(1.0) > 0.0
+    assert np.finfo(np.float64).tiny / np.float64(2.0) > 0.0
+
+
+def test_without_a_compiler_the_c_program_says_so(monkeypatch, problem):
+    monkeypatch.setattr(shutil, 'which', lambda _: None)
+    with pytest.raises(NoCompiler, match='gcc is missing'):
+        c_runner(problem)
+
+
+def test_velocity_verlet_solves_the_same_problem_to_second_order(problem):
+    exact = peers.PEERS['SciPy DOP853'](problem, 20.0).solve(1e-13)
+    solve = verlet(problem, 20.0)
+    coarse, fine = (np.abs(solve(dt) - exact).max() for dt in (0.25, 0.125))
+    assert coarse < 1e-2
+    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize('name', ['SciPy DOP853', 'SciPy DOP853, NumPy'])
+def test_scipy_solves_the_same_problem(problem, name):
+    chain = problem.chain(dt=0.01)
+    chain.rest(2000)
+    solution = peers.PEERS[name](problem, 20.0).solve(1e-9)
+    np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
+
+
+def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
+    for package in ('heyoka', 'diffrax', 'mujoco'):
+        monkeypatch.setitem(sys.modules, package, None)
+    entrants, skipped = solvers.entrants(problem)
+    assert list(entrants)[-2:] == ['SciPy DOP853', 'SciPy DOP853, NumPy']
+    assert list(skipped) == ['heyoka', 'diffrax Dopri8', 'MuJoCo']
+    assert skipped['MuJoCo'].startswith('mujoco is not installed')
+
+
+@pytest.mark.parametrize('name', ['ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'])
+def test_a_ladder_begins_with_a_stable_step(problem, name):
+    ladder, solve = solvers.entrants(problem)[0][name]
+    exact = peers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
+    assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
+
+
+@pytest.mark.parametrize('name', recorder.WRITERS)
+def test_every_writer_records_all_messages(tmp_path, name):
+    messages = traffic(1.0)
+    with recorder.WRITERS[name](tmp_path / 'bag') as put:
+        for message in messages:
+            put(message)
+    reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
+    counts = {topic: info.message_count for topic, info in reader.topics.items()}
+    assert sum(counts.values()) == len(messages) == 303
+    assert counts['/mlmem/field'] == 100
+
+
+def test_contenders_take_turns(monkeypatch):
+    calls = []
+    ticks = itertools.count()
+    contenders = [Contender(n, lambda n=n: calls.append(n), work=2.0) for n in 'ab']
+    monkeypatch.setattr('mlmem_lab.bench.measure.LEAST_SECONDS', 0.0)
+    entries = measure(contenders, 2, scale=10.0, clock=lambda: float(next(ticks)))
+    assert ''.join(calls) == 'aabb' + 'ab' + 'ba'  # twice to warm up, then there and back
+    assert [entry.samples for entry in entries] == [(5.0, 5.0), (5.0, 5.0)]
+
+
+def test_a_ratio_is_taken_round_by_round():
+    slow, fast = Entry('slow', (2.0, 20.0, 4.0)), Entry('fast', (1.0, 10.0, 2.0))
+    assert slow.over(fast) == Spread(2.0, 2.0, 2.0)
+
+
+def test_a_comparison_is_kept_whole(tmp_path):
+    entries = [Entry('a', (1.0, 2.0, 3.0), x=1.0), Entry('b', (2.0, 4.0, 6.0), x=2.0)]
+    for axis, measured in itertools.product(('', 'length'), (True, False)):
+        made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
+        assert made.table().row_count == 2
+        data, plot = keep(made, tmp_path)
+        kept = json.loads(data.read_text(encoding='utf-8'))
+        assert plot.stat().st_size > 1000
+        assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
+        assert kept['skipped'] == {'d': 'no'}
+        assert kept['host']['versions']['numpy'] == np.__version__
+        assert not measured or kept['ratios'][1]['median'] == 2.0
+
+
+def test_benchmarks_are_found_by_name(capsys):
+    assert select([]) == list(BENCHMARKS)
+    assert select(['recorder', 'kernel']) == ['kernel', 'recorder']
+    with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
+        select(['x'])
+    for name in BENCHMARKS:
+        module = load(name)
+        assert module.TITLE
+        assert callable(module.run)
+    assert main(['bench', '--list', 'recorder', 'kernel']) == 0
+    listed = ' '.join(capsys.readouterr().out.split())  # rich folds long lines
+    assert f'kernel {load("kernel").TITLE} recorder {load("recorder").TITLE}' == listed
+    assert main(['bench', 'x']) == 2
+
+
+@pytest.mark.slow
+def test_a_node_watches_itself():
+    """A tick is 2 ms: as many as fit were run or skipped, give or take a rest of 20."""
+    pytest.importorskip('rclpy')
+    with NodeProcess() as process:
+        seen = process.watch(3.0)
+    assert seen['ticks'] + seen['overruns'] == pytest.approx(3.0 / 0.002, abs=40)
+    assert seen['p50'] <= seen['p99'] <= seen['worst']
+    assert 0.0 < seen['share'] < 100.0

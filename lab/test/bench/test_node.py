@@ -1,0 +1,88 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmark of the node: load beside each figure, and no praise on a busy machine."""
+
+import json
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_lab import bench
+from mlmem_lab.bench.comparison import Comparison
+from mlmem_lab.bench.machine_load import QUIET, Load
+from mlmem_lab.bench.measure import Entry
+from mlmem_lab.bench.node import FIGURES, _entry
+from mlmem_lab.bench.processors import keep_row
+from mlmem_ros.cli.main import main
+
+BUSY = 'import time; end = time.monotonic() + 20.0\nwhile time.monotonic() < end: pass'
+
+
+def test_the_work_of_others_is_seen_and_ours_is_not():
+    """A busy process is 100 % of a core if it is another's; on a loaded machine it gets less."""
+    process = subprocess.Popen([sys.executable, '-c', BUSY])
+    try:
+        time.sleep(0.3)
+        all_others, but_it = Load(), Load([process.pid])
+        before = time.process_time()
+        while time.process_time() < before + 0.5:
+            pass
+        assert all_others.others() > but_it.others() + 2.0
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_figure_is_good_only_on_a_quiet_machine():
+    share = FIGURES['share']
+    assert share.verdict(0.9, QUIET) == 'good'
+    assert share.verdict(0.9, QUIET + 1.0) == 'not judged: the machine was busy'
+    assert share.verdict(1.1, QUIET) == share.verdict(1.1, 2 * QUIET) == 'above 1'
+    assert FIGURES['factor'].verdict(1e4, 0.0) == 'good'
+    assert FIGURES['factor'].verdict(900.0, 0.0) == 'below 1000'
+    assert FIGURES['memory'].verdict(1e9, 0.0) == ''
+
+
+@pytest.fixture
+def comparison():
+    entries = [_entry('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]), _entry('worst', [(9, 0)])]
+    return Comparison('node', '', 'value', '', entries, measured=False)
+
+
+def test_the_load_stands_beside_the_figure(comparison):
+    first, second = comparison.entries
+    assert first.values == {'others': 80.0}
+    assert first.verdict == 'not judged: the machine was busy'
+    assert second.verdict == ''
+
+
+def test_a_result_file_has_a_row_for_every_processor(comparison, tmp_path):
+    file = tmp_path / 'node.json'
+    keep_row(comparison, file)
+    (row,) = json.loads(file.read_text())['rows']
+    assert (row['at rest, %'], row['others, %']) == ('0.3', '80')
+    assert 'tick lateness, maximum, ms' not in row
+    other = {**row, 'processor': 'another'}
+    file.write_text(json.dumps({'rows': [other, {**row, 'at rest, %': '7'}]}))
+    keep_row(comparison, file)
+    assert json.loads(file.read_text())['rows'] == [other, row]
+
+
+def test_all_benchmarks_go_to_one_result_file_and_the_node_beside_it(
+    comparison, tmp_path, monkeypatch
+):
+    """Which would fail after half an hour of measurements, if it failed."""
+    table = Comparison('kernel', '', 'ns', '', [Entry('ours', (1.0, 2.0))], measured=False)
+    made = {'kernel': [table], 'node': [comparison]}
+    monkeypatch.setattr(bench, 'BENCHMARKS', dict.fromkeys(made))
+    monkeypatch.setattr(bench, 'load', lambda name: SimpleNamespace(
+        TITLE='', run=lambda repeats: made[name]))  # fmt: skip
+    for _ in range(2):  # the second time over what is there
+        status = main(['bench', '--result', f'{tmp_path}/all.json', '--output', f'{tmp_path}/out'])
+        assert status == 0
+    assert main(['bench', '--result', f'{tmp_path}/a.json', '--output', f'{tmp_path}']) == 2
+    assert list(json.loads((tmp_path / 'all.json').read_text())['tables']) == ['kernel']
+    assert len(json.loads((tmp_path / 'node.json').read_text())['rows']) == 1

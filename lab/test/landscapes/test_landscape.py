@@ -1,0 +1,174 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The energy landscape by ansatz and by held walls.
+
+=====================  =============================================================
+landscape              must agree with
+=====================  =============================================================
+kink and Fourier fits  their own slopes by differences; data made from the ansatz
+landscape              the held wall's energy, element without strain and with it
+hold_walls             the constraint; forces of the paper; dU/dX is the holding force;
+                       free equilibria where that force vanishes
+=====================  =============================================================
+"""
+
+import dataclasses
+
+import numpy as np
+import oracle
+import pytest
+
+from mlmem_lab.landscapes.landscape import (
+    BOUND,
+    DisplacementFit,
+    KinkFit,
+    fit_displacement,
+    fit_kink,
+    landscape,
+    strained,
+)
+from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError, walls
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.excerpt import uniform
+from mlmem_ros.physics.held_wall import hold_walls
+
+ZERO = np.zeros(CASE_I.N)
+
+
+@pytest.fixture(scope='module')
+def kink():
+    return fit_kink(CASE_I)
+
+
+# --- held walls -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize('strain', [0.0, -0.012, 0.012])
+def test_a_held_wall_is_where_it_is_held_and_all_else_is_relaxed(strain):
+    V = CASE_I.end_displacement(strain) * oracle.quasi_static(CASE_I)
+    X = np.array([40.0, 81.3, 99.5, 100.0, 150.75])
+    held = hold_walls(Specimen(CASE_I), X, V)
+    for position, v, force in zip(X, held.v, held.force, strict=True):
+        (wall,) = walls(CASE_I, v - V)
+        assert wall.position == pytest.approx(position, abs=1e-9)
+        residual = oracle.forces(CASE_I, v, V)[0]
+        left = int(position) - 1
+        residual[left] -= force * (1.0 - position % 1.0)
+        residual[left + 1] -= force * (position % 1.0)
+        assert np.abs(residual).max() < 1e-10
+
+
+def test_the_energy_of_a_held_wall_is_that_of_the_paper():
+    held = hold_walls(Specimen(CASE_II), np.array([60.25]), np.zeros(CASE_II.N))
+    v = held.v[0]
+    energy = np.sum(oracle.alpha(CASE_II) * oracle.psi(CASE_II, v)) + 0.5 * np.sum(np.diff(v) ** 2)
+    assert held.energy[0] == pytest.approx(energy, rel=1e-12)
+
+
+def test_the_slope_of_the_landscape_is_the_holding_force():
+    """The constraint moves with X at the local slope of the profile: dU/dX = -force x slope."""
+    h = 1e-4
+    X = 90.4
+    held = hold_walls(Specimen(CASE_I), np.array([X - h, X, X + h]), ZERO)
+    slope = float(held.energy[2] - held.energy[0]) / (2 * h)
+    drop = held.v[1][90] - held.v[1][89]
+    assert slope == pytest.approx(float(held.force[1]) * drop, rel=1e-3)
+
+
+def test_a_free_equilibrium_needs_no_force_and_lies_in_a_minimum():
+    v = resting_wall(Specimen(CASE_II), 3)
+    (wall,) = walls(CASE_II, v)
+    X = wall.position + np.array([-0.3, 0.0, 0.3])
+    held = hold_walls(Specimen(CASE_II), X, np.zeros(CASE_II.N))
+    assert abs(held.force[1]) < 1e-9
+    np.testing.assert_allclose(held.v[1], v, atol=1e-8)
+    assert held.energy[1] < min(held.energy[0], held.energy[2])
+
+
+@pytest.mark.parametrize('position', [0.5, 200.0, np.nan])
+def test_a_wall_cannot_be_held_outside(position):
+    with pytest.raises(StateError, match='positions must be from 1 to below N = 200; got'):
+        hold_walls(Specimen(CASE_I), np.array([position]), ZERO)
+
+
+def test_hold_walls_explains_why_it_failed():
+    with pytest.raises(StateError, match='must converge within 1 Newton steps'):
+        hold_walls(Specimen(CASE_I), np.array([50.0]), ZERO, iterations=1)
+
+
+# --- the ansatzes -----------------------------------------------------------------------------
+
+
+def test_the_kink_fit_is_close_and_its_slope_is_its_derivative(kink):
+    flat = uniform(CASE_I)
+    assert (flat.gamma, flat.beta) == (0.0, 0.0)
+    (v,) = hold_walls(Specimen(flat), np.array([100.5]), ZERO).v
+    residual = kink.displacement(flat.sites - 100.5) - (v - flat.D_s1)
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(kink.e_rms, rel=0.01)
+    assert BOUND < kink.e_rms < 2e-3
+    x = np.linspace(-40.0, 40.0, 17)
+    h = 1e-6
+    by_difference = (kink.displacement(x + h) - kink.displacement(x - h)) / (2 * h)
+    np.testing.assert_allclose(kink.slope(x), by_difference, atol=1e-9)
+    ends = kink.displacement(np.array([-300.0, 300.0]))
+    np.testing.assert_allclose(ends, [np.pi / 2 * kink.A, 0.0], atol=1e-9)
+
+
+def test_the_tails_of_the_kink_are_those_of_small_displacements(kink):
+    """Ahead the slow exponential of s1 is left: cosh C = 1 + k / 2."""
+    assert abs(kink.C_1) == pytest.approx(np.arccosh(1.0 + CASE_I.k_s1 / 2), rel=0.1)
+
+
+def test_a_displacement_made_of_the_ansatz_is_recovered():
+    truth = DisplacementFit(
+        -1.0, 0.02, np.array([0.3, -0.1]), np.array([0.05, 0.2]), 2.0 * CASE_I.N, 0.0
+    )
+    fit = fit_displacement(CASE_I, truth.displacement(CASE_I.sites))
+    assert fit.q == 2
+    np.testing.assert_allclose(fit.a, truth.a, atol=1e-9)
+    np.testing.assert_allclose(fit.b, truth.b, atol=1e-9)
+    x, h = np.linspace(1.0, 200.0, 13), 1e-5
+    by_difference = (fit.displacement(x + h) - fit.displacement(x - h)) / (2 * h)
+    np.testing.assert_allclose(fit.slope(x), by_difference, atol=1e-8)
+
+
+def test_a_bound_that_cannot_be_met_is_an_error():
+    with pytest.raises(StateError, match='the bound must be met with an order of at most 40'):
+        fit_displacement(CASE_I, np.where(CASE_I.sites > 100.0, 1.0, 0.0))
+
+
+@pytest.mark.parametrize('strain', [-0.009, 0.009])
+def test_the_strained_element_is_in_equilibrium_and_fitted_within_the_bound(strain):
+    v, V = strained(CASE_I, strain)
+    assert V[-1] == pytest.approx(strain * CASE_I.N)
+    assert np.abs(oracle.forces(CASE_I, v, V)[0]).max() < 1e-11
+    for displacement in (v, V):
+        fit = fit_displacement(CASE_I, displacement)
+        residual = fit.displacement(CASE_I.sites) - displacement
+        assert np.sqrt(np.mean(residual**2)) == pytest.approx(fit.e_rms, rel=1e-6)
+        assert fit.e_rms < BOUND
+
+
+@pytest.mark.parametrize('strain', [0.0, -0.009, 0.009])
+def test_the_ansatz_and_the_held_wall_give_one_landscape(strain, kink):
+    v, V = strained(CASE_I, strain)
+    X = np.array([40.0, 81.0, 95.0, 100.0, 105.0, 160.0])
+    fits = fit_displacement(CASE_I, v), fit_displacement(CASE_I, V)
+    U = landscape(CASE_I, X, kink, *fits)
+    held = hold_walls(Specimen(CASE_I), X, V).energy
+    assert np.ptp(U - held) < 3e-4
+    assert np.ptp(held) > 3e-3
+    if strain:
+        printed = landscape(CASE_I, X, kink, *fits, as_printed=True)
+        assert np.ptp(printed - held) > 4.0 * np.ptp(U - held)
+
+
+def test_a_sine_gordon_kink_is_one_arctan():
+    """With one exponential the ansatz is sine-Gordon's kink, 4 arctan(exp(-x / w)) / ..."""
+    one = KinkFit(4.0, 0.5, -0.3, 0.5, -0.3, 0.0)
+    x = np.linspace(-10.0, 10.0, 9)
+    np.testing.assert_allclose(one.displacement(x), 4.0 * np.arctan(np.exp(-0.3 * x)), rtol=1e-14)
+
+
+def test_uniform_keeps_everything_else():
+    assert uniform(CASE_II) == dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)

@@ -1,0 +1,151 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every law of device and laboratory, found by itself, against finite differences.
+
+A new law needs an example here, and nothing else.
+"""
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+from mlmem_lab import lattices
+from mlmem_lab.lattices import Lattice, Phi4, Pieces, PowerLaw, Springs, Toda, Wells
+from mlmem_lab.lattices.pieces import tabulated
+from mlmem_ros.physics import CASE_II, NOH_BATHE, PEFRL, laws
+from mlmem_ros.physics.laws import Coupling, Friction, Linear, Multistable, OnSite
+
+N = 6
+TABLE = tabulated(
+    np.array([-2.0, -1.3, -0.4, 0.3, 0.9, 1.6]), np.array([-3.0, -0.4, 0.5, -0.3, -0.5, 2.0])
+)
+HARDENING = tabulated(np.array([-2.0, -1.0, 0.0, 1.0, 2.0]), np.array([-5.0, -1.5, 0.0, 0.8, 1.2]))
+EXAMPLES = [
+    Multistable(CASE_II.potential, np.linspace(0.9, 1.1, N)),
+    Phi4(0.3, 0.02),
+    Wells(TABLE, 0.1),
+    Wells([TABLE] * N, np.linspace(-0.1, 0.1, N)),
+    Linear(),
+    Toda(0.8, 0.7),
+    PowerLaw(17.5, -3.27, 6.0),
+    Springs(HARDENING),
+]
+BOTH = pytest.mark.parametrize('integrator', [NOH_BATHE, PEFRL], ids=lambda each: each.name)
+ALL = pytest.mark.parametrize('law', EXAMPLES, ids=lambda law: type(law).__name__)
+
+
+def kinds():
+    """Return every law that is a class in a file of either package."""
+    found = set()
+    for name in (
+        f'{package.__name__}.{module.name}'
+        for package in (laws, lattices)
+        for module in pkgutil.iter_modules(package.__path__)
+    ):
+        members = vars(importlib.import_module(name)).values()
+        found |= {
+            each
+            for each in members
+            if isinstance(each, type) and issubclass(each, OnSite | Coupling)
+        }
+    return found - {OnSite, Coupling}
+
+
+def test_every_law_has_an_example():
+    assert {type(each) for each in EXAMPLES} == kinds()
+
+
+@ALL
+def test_forces_and_stiffnesses_are_derivatives(law):
+    """By central differences of 1e-5: truncation and rounding leave some 1e-10 of the scale."""
+    x, h = np.linspace(-1.7, 1.7, 103)[:, None] * np.ones(N), 1e-5
+    slope = (law.energy(x + h) - law.energy(x - h)) / (2 * h)
+    stiffness = (law.slope(x + h) - law.slope(x - h)) / (2 * h)
+    assert law.slope(x) == pytest.approx(slope, abs=1e-8, rel=1e-8)
+    bends = 1e-5 * 20.0  # a spline's stiffness has corners: within h of one, it is a mean
+    assert law.stiffness(x) == pytest.approx(stiffness, abs=max(1e-7, bends), rel=1e-6)
+
+
+@ALL
+def test_the_loops_formula_is_the_same_force(law):
+    x = np.linspace(-1.5, 1.6, N)
+    if isinstance(law, OnSite):
+        constants, y = law.constants(N), x - law.origin
+        found = [np.prod(law.formula(constants, j, float(y[j]))) for j in range(N)]
+        assert found == pytest.approx(law.slope(x), abs=1e-13)
+        return
+    constants = law.constants()
+    found = [law.formula(constants, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
+    assert found == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
+
+
+@pytest.mark.parametrize('law', [each for each in EXAMPLES if isinstance(each, Coupling)])
+def test_a_spring_at_rest_has_no_energy_and_no_force(law):
+    """So an end is free whose ghost neighbour moves with it."""
+    assert law.energy(0.0) == pytest.approx(0.0, abs=1e-15)
+    assert law.slope(0.0) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_a_table_is_met_and_never_overshot():
+    x, f = np.array([0.0, 1.0, 1.5, 4.0]), np.array([0.0, 2.0, 2.1, 0.0])
+    made = tabulated(x, f)
+    assert made.derivative(x, 1) == pytest.approx(f, abs=1e-12)
+    between = made.derivative(np.linspace(0.0, 4.0, 999), 1)
+    assert between.min() > -1e-12
+    assert between.max() < 2.1 + 1e-12
+    assert made.derivative(0.0) == 0.0
+    assert np.abs(made.bends_at_edges()).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ('x', 'f'),
+    [([0.0, 1.0], [0.0, 1.0]), ([0.0, 2.0, 1.0], [0.0] * 3), ([0.0, 1.0, 2.0], [np.nan] * 3)],
+)  # fmt: skip
+def test_a_table_that_is_none(x, f):
+    with pytest.raises(ValueError, match='at least three points'):
+        tabulated(np.array(x), np.array(f))
+
+
+def test_pieces_that_do_not_fit():
+    with pytest.raises(ValueError, match='must have shapes'):
+        Pieces(np.zeros((2, 5)), np.zeros(3))
+    with pytest.raises(ValueError, match='must rise'):
+        Pieces(np.zeros((3, 5)), np.array([1.0, 0.0]))
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ('on_site', 'coupling'),
+    [(Phi4(0.3), Toda(0.8, 0.7)), (Wells(TABLE), PowerLaw(500.0, -3.27, 6.0))],
+    ids=['phi4-toda', 'wells-power'],
+)
+def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling):
+    """Over 100 time units. PEFRL at 0.02: 1e-7; Noh-Bathe damps short waves, of order dt^2."""
+    lattice = Lattice(on_site, coupling, np.ones(N), 0.02, integrator=integrator)
+    lattice.place(np.array([1.0, 0.9, 0.2, -0.5, -1.0, -1.0]))
+    before = lattice.energy()
+    lattice.advance(5_000)
+    drift = 1e-4 if integrator is PEFRL else 0.02
+    assert lattice.energy() == pytest.approx(before, abs=drift)
+
+
+@BOTH
+def test_friction_takes_its_work(integrator):
+    """A free mass that slides to a stop: m v^2 / 2 = F way, 2 % for the creep at the end."""
+    flat = Wells(Pieces(np.zeros((1, 5)), np.zeros(0)))
+    lattice = Lattice(
+        flat, Linear(), np.ones(2), 0.01, friction=Friction(0.05, 1e-3), integrator=integrator
+    )
+    lattice.place(np.zeros(2), 1.0)
+    lattice.advance(3_000)
+    assert 0.05 * lattice.displacement[0] == pytest.approx(0.5, rel=0.02)
+
+
+def test_friction_holds_what_pulls_less():
+    """It creeps, at less than the creep velocity."""
+    slope = Wells(Pieces(np.array([[0.0, -0.03, 0.0, 0.0, 0.0]]), np.zeros(0)))
+    lattice = Lattice(slope, Linear(), np.ones(2), 0.01, friction=Friction(0.05, 1e-3))
+    lattice.advance(10_000)
+    assert lattice.displacement[0] < 100.0 * 1e-3

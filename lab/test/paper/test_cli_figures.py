@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem figures` as a user meets it: in this process, and all of it in one of its own."""
+
+import json
+import pickle
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from concurrent.futures import Executor, Future
+from contextlib import nullcontext
+
+import pytest
+
+from mlmem_lab.paper import run
+from mlmem_lab.paper.figure import Quality
+from mlmem_lab.paper.gallery import BY_NAME, FIGURES
+from mlmem_ros.cli.main import main
+
+ENDINGS = ('npz', 'png', 'svg')
+
+
+def test_one_figure_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(['figures', '2c', '--draft']) == 0
+    (output,) = tmp_path.iterdir()
+    (folder,) = output.iterdir()  # and no page
+    assert (output.name, folder.name) == ('reproduction', 'figures')
+    assert {file.name for file in folder.iterdir()} == {f'fig_2c.{end}' for end in ENDINGS}
+    assert '1/1' in capsys.readouterr().out
+
+
+class Pickling(Executor):
+    """Runs a call at once, as a process of its own would be given it."""
+
+    def submit(self, call, *arguments):
+        call, arguments = pickle.loads(pickle.dumps((call, arguments)))
+        done = Future()
+        done.set_result(call(*arguments))
+        return done
+
+
+def test_two_figures_side_by_side_and_their_claims_are_told(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(
+        run, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
+    )
+    options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
+    assert main(['figures', '3a', '4b', *options]) == 0
+    told = json.loads(capsys.readouterr().out)
+    verdicts = {claim['paper']: claim['verdict'] for claim in told['claims']}
+    (bands,) = BY_NAME['3a'].claims
+    assert verdicts[bands.sentence] == 'in part'  # the bands overlap
+    alone = [claim for claim in BY_NAME['4b'].claims if claim.needs == ('4b',)]
+    assert set(verdicts) == {bands.sentence, *(claim.sentence for claim in alone)}
+    files = {file.name for file in (tmp_path / 'figures').iterdir()}
+    assert files == {f'{stem}.{end}' for stem in ('fig_3a', 'fig_4b') for end in ENDINGS}
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['9z'], 'figure must be one of 1c, 2a'),
+        (['2c', '--jobs', '0'], '--jobs must be at least 1; got 0'),
+        (['2c', '--output', 'file/x'], '--output must be a writable folder'),
+    ],
+)
+def test_a_wrong_argument_is_refused(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'file').write_text('in the way', encoding='utf-8')
+    assert main(['figures', *arguments]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith(f'mlmem figures: {message}')
+    assert [file.name for file in tmp_path.iterdir()] == ['file']
+
+
+def test_the_list_names_every_figure(capsys):
+    assert main(['figures', '--list']) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert names == [figure.name for figure in FIGURES]
+
+
+@pytest.mark.slow
+def test_all_of_them_with_their_result_file(tmp_path):
+    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'figures', '--draft']
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / 'reproduction' / 'paper.json').read_text(encoding='utf-8'))
+    assert found['command'] == 'mlmem figures --draft'
+    assert set(found['fingerprints']) == {'case_1', 'case_2', 'fast', 'bits_4'}
+    assert f'{len(FIGURES)}/{len(FIGURES)}' in done.stdout
+    run.run_one('3a', Quality.DRAFT, tmp_path)
+    for figure in FIGURES:
+        (drawn,) = (tmp_path / 'reproduction' / 'figures').glob(f'{figure.stem}.[gs]*')  # gif, svg
+        if drawn.suffix == '.svg':
+            assert len(list(ElementTree.parse(drawn).getroot().iter())) > 100
+        if figure.name == '3a':
+            assert drawn.read_bytes() == (tmp_path / 'figures' / drawn.name).read_bytes()

@@ -1,0 +1,100 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every figure, drawn from small data: a picture with ink on it, a vector file, its data."""
+
+import xml.etree.ElementTree as ElementTree
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mlmem_lab.paper.figure import load_data
+from mlmem_lab.paper.gallery import BY_NAME, FIGURES, select
+from mlmem_lab.studies import style
+
+STILL = [figure.name for figure in FIGURES if figure.ending == 'png']
+FILMS = [figure.name for figure in FIGURES if figure.ending == 'gif']
+DOCS = Path(__file__).parents[3] / 'docs' / 'figures'
+
+
+@pytest.mark.parametrize('name', STILL)
+def test_a_figure_has_ink_on_it_and_paper(name, small):
+    with style.styled():
+        BY_NAME[name].draw(small[name]).savefig(file := BytesIO(), dpi=60)
+    picture = np.asarray(Image.open(file).convert('L'))
+    assert picture.shape[0] > 100
+    assert picture.shape[1] == 60 * style.WIDTH
+    assert 0.005 < np.mean(picture < 200) < 0.7
+
+
+@pytest.mark.parametrize('name', ['2b', '4b'])
+def test_a_figure_is_written_as_png_svg_and_data(name, small, tmp_path):
+    figure = BY_NAME[name]
+    files = {file.suffix: file for file in figure.save(small[name], tmp_path)}
+    assert set(files) == {'.npz', '.png', '.svg'}
+    assert {file.stem for file in files.values()} == {figure.stem}
+    assert Image.open(files['.png']).size[0] == 120 * style.WIDTH
+    assert len(list(ElementTree.parse(files['.svg']).getroot().iter())) > 100
+    kept = load_data(files['.npz'])
+    assert set(kept) == set(small[name])
+    for key, value in small[name].items():
+        np.testing.assert_array_equal(kept[key], value)
+
+
+def test_the_same_data_give_the_same_files(small, tmp_path):
+    for folder in ('a', 'b'):
+        (tmp_path / folder).mkdir()
+        BY_NAME['3a'].save(small['3a'], tmp_path / folder)
+    for ending in ('png', 'svg'):
+        one, other = ((tmp_path / f / f'fig_3a.{ending}').read_bytes() for f in 'ab')
+        assert one == other
+
+
+@pytest.mark.parametrize('name', FILMS)
+def test_a_film_moves(name, small, tmp_path):
+    files = {file.suffix: file for file in BY_NAME[name].save(small[name], tmp_path)}
+    with Image.open(files['.gif']) as film:
+        assert 1 < film.n_frames <= len(small[name]['t'])  # equal neighbours are joined
+        pictures = []
+        for frame in (0, film.n_frames // 2, film.n_frames - 1):
+            film.seek(frame)
+            pictures.append(np.asarray(film.convert('L')))
+    assert np.any(pictures[0] != pictures[1])
+    assert np.any(pictures[1] != pictures[2])
+
+
+@pytest.mark.parametrize('name', ['s1', 'erase'])
+def test_what_a_film_shows_has_succeeded(name, small):
+    assert small[name]['success'].all()
+
+
+def test_the_committed_pictures_are_all_there_and_small():
+    for figure in FIGURES:
+        file = DOCS / f'{figure.stem}.{figure.ending}'
+        limit = {'s1': 2_000_000}.get(figure.name, 1_500_000 if file.suffix == '.gif' else 200_000)
+        assert file.stat().st_size < limit, file.name
+
+
+@pytest.mark.parametrize('text', ['2b', '2B', 'fig_2b', 'Fig. 2b', 'Fig.2b'])
+def test_a_figure_is_called_as_a_person_calls_it(text):
+    assert [figure.name for figure in select([text])] == ['2b']
+
+
+def test_figures_come_in_the_order_of_the_paper():
+    assert [figure.name for figure in select(['s1', '4a', '1c'])] == ['1c', '4a', 's1']
+    assert select([]) == list(FIGURES)
+
+
+def test_an_unknown_figure_is_refused_with_those_that_are_known():
+    with pytest.raises(KeyError, match=r'figure must be one of 1c, 2a, .*check; got .6x'):
+        select(['2a', '6x'])
+
+
+def test_every_file_of_the_folder_is_registered():
+    folder = Path(__file__).parents[2] / 'mlmem_lab' / 'paper' / 'figures'
+    files = {file.stem for file in folder.glob('*.py')} - {'__init__'}
+    assert files == {figure.stem for figure in FIGURES}
+    names = {figure.name for figure in FIGURES}
+    assert {'1c', '2a', '2b', '2c', '3a', '3b', '4a', '4b', '5', 's1'} <= names

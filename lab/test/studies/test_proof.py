@@ -1,0 +1,99 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Proofs by simulation: shipped and found designs do what their table says."""
+
+import dataclasses
+
+import pytest
+
+from mlmem_lab.designer import propose
+from mlmem_lab.paper.figures.fast_write import writes
+from mlmem_lab.studies.proof import Proof, Tally
+from mlmem_ros.checks import Verdict, check
+from mlmem_ros.checks.bare import scaled
+from mlmem_ros.device import Settings, preset
+from mlmem_ros.parameter_file import load
+
+
+def test_four_levels_are_found_and_proven():
+    """Every level up, every downward write, every erase, each at the first attempt."""
+    found = propose(4)
+    study = Proof(found.design, found.settings).campaign()
+    tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
+    assert tally.errors == ()
+    assert tally.upward == (4, 4)
+    assert tally.down == (6, 6)  # 1 + 2 + 3
+    assert tally.erase == (4, 4)
+    assert tally.read == (40, 40)
+    assert tally.level_margin > 0.5
+
+
+@pytest.mark.parametrize('levels', [2, 3, 7, pytest.param(24, marks=pytest.mark.slow)])
+def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
+    """The plain schedule of the paper's element fails there."""
+    found = propose(levels)
+    for factors in ((0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)):
+        assert all(writes(found.design, scaled(found.settings.write, *factors)))
+
+
+@pytest.mark.parametrize('bits', [1, 2, 4])
+def test_a_shipped_element_steps_comes_down_and_is_erased(bits):
+    """A cheap look at each: the last level is erased, the longest way, written down, and read."""
+    design, settings = load(f'bits_{bits}')
+    study = Proof(design, settings, sample=2).campaign()
+    last = [point for point, run in enumerate(study.points) if run['start'] == design.levels - 1]
+    assert len(last) == 3
+    for point in last:
+        assert study.evaluate_point(point)['error'] == ''
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('bits', range(1, 7))
+def test_a_shipped_element_is_proven(bits):
+    study = Proof(*load(f'bits_{bits}')).campaign()
+    tally = Tally.of(study.evaluate_point(point) for point in range(len(study.points)))
+    assert tally.errors == ()
+    assert tally.upward == (2**bits, 2**bits)
+
+
+def test_all_downward_writes_are_tried_up_to_sixteen_levels_and_a_sample_above():
+    sixteen, thirty_two = preset('bits_4').design, preset('bits_5').design
+    kinds = [run['kind'] for run in Proof(sixteen, Settings()).points()]
+    assert (kinds.count('upward'), kinds.count('erase'), kinds.count('down')) == (1, 16, 120)
+    runs = Proof(thirty_two, Settings()).points()
+    downs = {(run['start'], run['goal']) for run in runs if run['kind'] == 'down'}
+    assert len(downs) == 32
+    assert {(1, 0), (31, 30)} <= downs  # the first and the last are in it
+    assert all(start > goal for start, goal in downs)
+    few = [run['kind'] for run in Proof(thirty_two, Settings(), sample=3).points()]
+    assert (few.count('erase'), few.count('down')) == (32, 3)
+
+
+def test_the_wall_decides_whether_a_read_is_right():
+    """Both tables are told the delays of one level further: every read names that one."""
+    design, settings = load('bits_2')
+    study = Proof(design, settings, sample=1).campaign()
+    for end in ('left', 'right'):
+        table = study.common['calibration'][end]
+        delays, shapes = table['delays'], table['shapes']
+        table['delays'] = [2.0 * delays[0] - delays[1], *delays[:-1]]
+        table['shapes'] = [shapes[0], *shapes[:-1]]
+    reads = [number for number, run in enumerate(study.points) if run['kind'] == 'read']
+    row = study.evaluate_point(reads[1])
+    assert (row['done'], row['passed'], row['error']) == (0, False, 'the wall is at level 1')
+
+
+def test_a_design_that_does_not_work_fails_its_proof():
+    """Too little tension leaves the wall at level 1, and the kink never reaches it."""
+    design, settings = load('bits_2')
+    weak = dataclasses.replace(
+        settings,
+        write=dataclasses.replace(settings.write, tension=0.012),
+        erase=dataclasses.replace(settings.erase, tension=0.005),
+    )
+    assert check(design, weak).verdict is Verdict.FAIL
+    study = Proof(design, weak, sample=1).campaign()
+    rows = [study.evaluate_point(point) for point in range(len(study.points))]
+    tally = Tally.of(rows)
+    assert tally.upward == (2, 4)
+    assert 'upward from -1 to 3: level 2' in tally.errors[0]

@@ -1,0 +1,44 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The picture of a session: what it shows, and what it says is missing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mlmem_lab.studies.session_figure import figure_of
+from mlmem_ros.cli.main import main
+from mlmem_ros.session.data import load
+
+DATA = Path(__file__).parents[3] / 'test' / 'data'
+
+
+def test_inspect_plots_without_ros(tmp_path):
+    picture = tmp_path / 'session.png'
+    assert main(['inspect', str(DATA / 'life'), '--plot', str(picture)]) == 0
+    assert picture.read_bytes().startswith(b'\x89PNG')
+
+
+def test_the_picture_of_one_write_shows_its_verifying_echo():
+    session = load(DATA / 'life')
+    session.outcomes = session.outcomes[:1]
+    ((echo, written),) = session.reads('left', ('read', 'write'))
+    assert session.reads('left') == []
+    titled = [(axes.get_title(loc='left'), axes) for axes in figure_of(session).get_axes()]
+    panels = {letter: axes for letter in 'bc' for title, axes in titled if f'({letter})' in title}
+    (shown,) = [line for line in panels['b'].lines if len(line.get_xdata()) == len(echo.t)]
+    heard = shown.get_ydata() > 0.0  # above the threshold, which is the row's line
+    assert echo.t[np.argmax(heard & (echo.t > 100.0))] == pytest.approx(float(written['delay']))
+    measured = panels['c'].lines[1]
+    assert measured.get_xydata().tolist() == [[2.0, float(written['delay'])]]
+    assert 'left end' in panels['b'].get_title(loc='left')
+    assert r'$\Delta_j$' in [axes.get_title() for axes in figure_of(session).get_axes()]
+
+
+def test_the_picture_of_a_session_without_an_echo_or_a_configuration_says_so():
+    session = load(DATA / 'life')
+    session.outcomes, session.configuration = [], []
+    titles = [axes.get_title(loc='left') for axes in figure_of(session).get_axes()]
+    assert any('no echo gave a level, left end' in title for title in titles)
+    assert any('configuration not recorded' in title for title in titles)

@@ -1,0 +1,258 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tolerance: random elements, the forecast, and the study."""
+
+import dataclasses
+import itertools
+import json
+import re
+
+import numpy as np
+import pytest
+
+from mlmem_lab.studies import campaign
+from mlmem_lab.studies.style import axes_grid, new_figure, styled
+from mlmem_lab.studies.tolerance import point
+from mlmem_lab.studies.tolerance.draw import dress
+from mlmem_lab.studies.tolerance.element import Chance, chance, outcomes
+from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility
+from mlmem_lab.studies.tolerance.particle import StepForecast
+from mlmem_lab.studies.tolerance.screen import PROBABILITY, weights
+from mlmem_lab.studies.tolerance.study import Tolerance
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import UNDECODABLE, Settings, preset
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II, Scatter, scattered
+
+SHORT = dataclasses.replace(CASE_II, N=75)
+"""Two levels: a step takes a third of the time."""
+
+
+# --- elements ---------------------------------------------------------------------------------
+
+
+def tried(by, seed, what):
+    return outcomes(SHORT, Settings(), by, seed, what)
+
+
+def test_an_element_as_designed_does_all_it_should():
+    assert tried(Chance(), 0, 'step') == (1,)
+    assert tried(Chance(), 0, 'left') == tried(Chance(), 0, 'right') == (0, 1)
+
+
+def test_coarse_cells_hold_the_wall_and_heavy_ones_hide_it():
+    """A tenth in alpha outweighs the gradient; a fiftieth in mass echoes by itself.
+
+    The left end hears these echoes, and no level is told that it does not confirm.
+    """
+    held = [tried(chance('alpha', 0.1), seed, 'step') for seed in range(6)]
+    assert sum(level == (1,) for level in held) <= 3
+    wrong = {
+        end: sum(tried(chance('mass', 0.02), seed, end) != (0, 1) for seed in range(6))
+        for end in ('left', 'right')
+    }
+    assert wrong['left'] >= 4
+    assert wrong['right'] >= 4
+
+
+def test_the_seed_makes_the_element():
+    found = [tried(chance('offset', 0.008), seed, 'step') for seed in (1, 1, 2, 3, 4, 5)]
+    assert found[0] == found[1]
+    assert len(set(found)) >= 2
+
+
+def test_noise_silences_a_read_and_moves_no_wall():
+    assert tried(chance('noise', 3e-3), 0, 'step') == (1,)
+    assert tried(chance('noise', 3e-3), 0, 'left') == (-2, -2)
+    assert tried(chance('noise', 3e-3), 0, 'right') == (-2, -2)
+
+
+def test_a_base_that_shakes_moves_the_wall():
+    """4e-4 at the wall's own frequency loses a level; here a sixth of 6e-3 is near it."""
+    assert tried(chance('vibration', 1e-5), 0, 'step') == (1,)
+    rough = [tried(chance('vibration', 6e-3), seed, 'step') for seed in range(3)]
+    assert any(level != (1,) for level in rough)
+
+
+# --- forecast and screen ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 8e-4), ('offset', 2.5e-4), ('s', 0.2)])
+def test_the_forecast_is_mostly_right_where_half_of_all_steps_fail(kind, amount):
+    forecast, by = StepForecast(SHORT, Settings()), chance(kind, amount)
+    right = failed = 0
+    for seed in range(20):
+        fails = tried(by, seed, 'step') != (1,)
+        foreseen = forecast.failing(scattered(SHORT, by.scatter, seed), 0, (1.0,)) == 1.0
+        right += fails == foreseen
+        failed += fails
+    assert 4 <= failed <= 16
+    assert right >= 16
+
+
+def test_a_screen_counts_every_step_once_in_the_mean():
+    class Known:
+        def failing(self, specimen, level, inflations):
+            return list(PROBABILITY)[level]
+
+    specimen = scattered(SHORT, Scatter(), 0)
+    found = np.array([weights(Known(), specimen, range(len(PROBABILITY)), s) for s in range(4000)])
+    assert found.mean(axis=0) == pytest.approx(1.0, abs=0.3)
+    assert (found > 0.0).mean(axis=0) == pytest.approx(list(PROBABILITY.values()), abs=0.03)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('kind', 'amount'), [('alpha', 1.5e-4), ('offset', 5e-5)])
+def test_screened_and_plain_counting_agree(kind, amount):
+    found = {}
+    for screen, points in ((False, 25), (True, 5)):
+        study = Tolerance(SHORT, Settings(), (kind,), ('step',), screen=screen)
+        values = {'kind': kind, 'tried': 'step', 'scatter': amount}
+        rows = [
+            values | point.evaluate(study.shared, values, seed) for seed in range(points)
+        ]  # fmt: skip
+        found[screen] = study.rate(rows), sum(row['simulated'] for row in rows)
+    (plain, _), (screened, simulated) = found[False], found[True]
+    assert plain.failures > 5
+    low, high = screened.interval
+    assert low < plain.interval[1]
+    assert plain.interval[0] < high
+    assert simulated < screened.trials / 5
+
+
+# --- the study --------------------------------------------------------------------------------
+
+
+CURVE = Fragility(median=0.004, spread=0.5)
+
+
+def false_counts(shared, values, seed):
+    """Draw counts from a known curve: the study is tested, not the element."""
+    elements, _ = point.size(shared, values['kind'], values['tried'])
+    random = np.random.default_rng(seed)
+    failed = int(random.binomial(elements, float(CURVE.rate(values['scatter']))))
+    counts = {'elements': elements, 'simulated': elements, 'squares': failed, 'silent': 0}
+    return counts | {'tried_0': elements, 'failed_0': failed}
+
+
+def counted(study, folder, points=None):
+    with campaign.Ledger(folder / 'ledger.jsonl', study.campaign()) as ledger:
+        for number, _ in enumerate(study.count(ledger, None)):
+            if number == points:
+                break
+        return ledger.table()
+
+
+def test_counting_stops_when_enough_has_failed_and_a_killed_study_continues(tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_lab.studies.tolerance.study.evaluate', false_counts)
+    study = Tolerance(SHORT, Settings(), ('alpha',), ('step',), most=4000)
+    whole, parts = tmp_path / 'whole', tmp_path / 'parts'
+    whole.mkdir()
+    parts.mkdir()
+    rows = counted(study, whole)
+    assert len(counted(study, parts, points=33)) < len(rows)
+    assert counted(study, parts) == rows
+    amounts, rates = study.rates(rows, 'alpha', 'step')
+    assert any(rate.trials >= 4000 for rate in rates), 'hardly anything fails: to the end'
+    assert all(rate.failures < ENOUGH + point.BATCH for rate in rates), (
+        'much fails: no longer than needed'
+    )
+    assert amounts[0] < CURVE.sigma(RARE) < amounts[-1]
+    (_, low, high), text = study.rare(rows, 'alpha', 'step')
+    assert f'({low:.2g} to {high:.2g})' in text
+    assert low < CURVE.sigma(1e-3) < high
+
+
+def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
+    """Levels are drawn anew for each element, whatever fails."""
+    rate = np.linspace(0.0, 0.6, 16)
+    bits_4 = preset('bits_4').design
+
+    def false_outcomes(design, settings, by, seed, what, levels):
+        lost = np.random.default_rng(seed).random(design.levels) < rate
+        return tuple(UNDECODABLE if lost[level] else level for level in levels)
+
+    monkeypatch.setattr(point, 'outcomes', false_outcomes)
+    values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.01}
+    found = {}
+    for levels in (0, 3):
+        study = Tolerance(bits_4, Settings(), ('mass',), ('right',), levels=levels)
+        rows = [values | point.evaluate(study.shared, values, seed) for seed in range(150)]
+        found[levels] = study.rate(rows), study.rates_by_level(rows)
+    (whole, _), (drawn, by_level) = found[0], found[3]
+    assert whole.trials == 150 * 64
+    assert drawn.trials == 150 * 21 * 3
+    assert sum(level.trials for level in by_level.values()) == drawn.trials
+    assert len({level.trials for level in by_level.values()}) > 1, 'drawn by chance'
+    assert sum(level.failures for level in by_level.values()) == drawn.failures
+    assert drawn.value == pytest.approx(rate.mean(), rel=0.05)
+    assert [level.value for level in by_level.values()] == pytest.approx(rate, abs=0.07)
+    assert drawn.clustering == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_level_gives_the_same_result_in_a_sample_as_among_all(monkeypatch):
+    monkeypatch.setattr(point, 'BATCH', 8)
+    design, settings = load('bits_2')
+    shared = Tolerance(design, settings, levels=1).shared
+    values = {'kind': 'mass', 'tried': 'right', 'scatter': 0.02}
+    drawn = list(point.elements(shared, values, seed=5))
+    assert len(drawn) == 8
+    assert len({int(one.levels[0]) for one in drawn}) > 2
+    assert 0 < sum(int(one.wrong[0]) for one in drawn) < 8
+    for one in drawn:
+        every = outcomes(design, settings, chance('mass', 0.02), one.seed, 'right')
+        assert one.found[0] == every[one.levels[0]]
+
+
+def test_another_sample_is_another_study(tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_lab.studies.tolerance.study.evaluate', false_counts)
+    counted(Tolerance(CASE_II, Settings(), ('alpha',), ('step',), levels=1), tmp_path, points=1)
+    with pytest.raises(campaign.CampaignError, match='another common'):
+        counted(Tolerance(CASE_II, Settings(), ('alpha',), ('step',), levels=2), tmp_path)
+    with pytest.raises(ValueError, match='levels'):
+        Tolerance(CASE_II, Settings(), levels=-1)
+
+
+def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr('mlmem_lab.studies.tolerance.study.evaluate', false_counts)
+    options = ['--kinds', 'mass', '--tried', 'step', 'right', '--jobs', '1', '--most', '200']
+    folder = tmp_path / 'out'
+    said = [*options, '--design', 'bits_1', '--output', str(folder), '--json']
+    assert main(['tolerance', *said]) == 0
+    rare = json.loads(capsys.readouterr().out)['one_in_a_thousand']
+    assert set(rare) == {'mass'}
+    assert set(rare['mass']) == {'step', 'right'}
+    text = rare['mass']['step']['text']
+    assert re.fullmatch(r'none of \d+ at [\d.e-]+, 0\.\d+ of all at [\d.e-]+', text)
+    names = {'batches.csv', 'ledger.jsonl', 'tolerance.png', 'tolerance.svg'}
+    assert {path.name for path in folder.iterdir()} == names
+    monkeypatch.setattr(point, 'BATCH', 4)  # levels, for speed
+    assert main(['tolerance', *options, '--design', 'bits_1', '--point', '1']) == 0
+    assert main(['tolerance', *options, '--design', 'bits_1', '--point', '999999']) != 0
+    assert main(['tolerance', '--kinds', 'moisture']) == 2
+    assert 'moisture' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('low', 'high'),
+    [(1e-4, 3e-2), (3e-4, 9e-4), (2e-2, 0.13), (1e-7, 1e-2), (1.2e-6, 9e-6), (6e-5, 6.1e-4)],
+)
+def test_labels_below_an_axis_do_not_overlap(low, high):
+    """In a panel as wide as the figure's, with at least two labels, or it could not be read."""
+    with styled():
+        figure = new_figure(2.6, 2.7)
+        axes = axes_grid(figure)[0, 0]
+        axes.plot([low, high], [1e-3, 1.0])
+        dress(axes, 'vibration')
+        figure.draw_without_rendering()
+    low, high = axes.get_xlim()
+    boxes = [
+        tick.label1.get_window_extent()
+        for tick in axes.xaxis.get_major_ticks()
+        if low <= tick.get_loc() <= high
+    ]
+    assert len(boxes) >= 2
+    for left, right in itertools.pairwise(boxes):
+        assert left.x1 + 2.0 < right.x0

@@ -1,0 +1,96 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A fitted element in place of the ideal one: what judges designs judges it, in one way."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem_lab.studies.bench import Bench
+from mlmem_ros import element_file
+from mlmem_ros.checks import check
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import preset
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Scatter, Specimen, scattered
+from mlmem_ros.twin.plan import plan
+
+CHOSEN = preset('bits_1')
+JUDGES = {
+    'check': ['design', 'check', 'bits_1'],
+    'prove': ['design', 'prove', 'bits_1', '--jobs', '1'],
+    'margins': ['margins', '--design', 'bits_1', '--point', '5', '--size', '4'],
+    'windows': ['windows', 'bits_1', '--radii', '0.1', '--workers', '1'],
+}
+
+
+@pytest.fixture(scope='module')
+def element():
+    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
+    trims = plan(made, CHOSEN).trims
+    return Element(made, np.full(CHOSEN.design.N, 1e-4), 1.001, plan=trims)
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory, element):
+    path = tmp_path_factory.mktemp('element') / 'element.yaml'
+    element_file.save(path, element)
+    return path
+
+
+def judged(capsys, judge, *arguments):
+    status = main([*JUDGES[judge], *map(str, arguments)])
+    told = capsys.readouterr()
+    return status, told.out, told.err
+
+
+@pytest.mark.parametrize('judge', JUDGES)
+def test_an_element_is_judged_in_place_of_the_ideal_one(
+    judge, file, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    status, told, why = judged(capsys, judge, '--json', '--element', file)
+    assert status == 0, why  # its pulses are planned
+    assert json.loads(told)
+
+
+def test_a_check_is_of_its_cells(element):
+    of_cells = check(*CHOSEN, element)['alpha'].values
+    assert of_cells['least'] == pytest.approx(element.specimen.alpha.min())
+    assert of_cells['least'] < check(*CHOSEN)['alpha'].values['least']
+
+
+def test_a_bench_has_the_element_with_its_delays_and_pulses(element):
+    bench = Bench.from_dict(Bench(*CHOSEN, element).as_dict())
+    device = bench.device()
+    assert (device.chain.specimen.alpha == element.specimen.alpha).all()
+    assert device.calibration.right != Bench(*CHOSEN).calibration.right
+    assert device.calibration.pulses(CHOSEN.settings) == list(element.plan.steps)
+    stronger = replace(CHOSEN.settings.write, tension=1.1 * CHOSEN.settings.write.tension)
+    other = replace(bench, settings=replace(CHOSEN.settings, write=stronger))
+    pulses = other.device().calibration.pulses(other.settings)
+    assert pulses == list(element.plan.steps)  # factors on whatever is set
+
+
+@pytest.mark.parametrize('judge', JUDGES)
+def test_a_file_that_does_not_fit_is_named(judge, file, element, capsys, tmp_path):
+    whole = file.read_text(encoding='utf-8')
+    four = Specimen(preset('bits_2').design)
+    element_file.save(tmp_path / 'other.yaml', Element(four, np.zeros(four.design.N)))
+    other = (tmp_path / 'other.yaml').read_text(encoding='utf-8')
+    wrong = {
+        'absent.yaml': (None, 'No such file'),
+        'cut.yaml': (whole[: len(whole) // 2], 'cut.yaml'),
+        'other.yaml': (other, 'must have the N, J, J_s and tail of the design'),
+        'replanned.yaml': (whole.replace(element.plan.schedule, 'x'), 'planned with other'),
+    }
+    for name, (text, reason) in wrong.items():
+        path = tmp_path / name
+        if text is not None:
+            path.write_text(text, encoding='utf-8')
+        status, out, said = judged(capsys, judge, '--element', path)
+        assert (status, out) == (2, ''), name
+        assert str(path) in said
+        assert reason in said

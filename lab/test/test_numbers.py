@@ -1,0 +1,84 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Numbers of the pages are those of the result files, and these are not older than the code."""
+
+import json
+import re
+
+import pytest
+
+from mlmem_lab import numbers, results
+from mlmem_lab.numbers import placed
+
+RESULT = {'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5, 'cases': [{'rail': 22.5, 'speed': 1.9}]}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / 'r.json').write_text(json.dumps(RESULT))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ('printed', 'path', 'expected'),
+    [
+        ('0.999', 'r/heat', '0.142'),
+        ('1', 'r/reads', '38 400'),
+        ('12 345', 'r/reads', '38 400'),
+        ('1.0e-3', 'r/rare', '9.6e-5'),
+        ('0.00', 'r/cases/rail=22.5/speed', '1.90'),
+        ('0.0', 'r/cases/0/speed', '1.9'),
+    ],
+)
+def test_a_number_is_placed_and_keeps_its_decimals(folder, printed, path, expected):
+    text = placed(f'of {printed}<!-- {path} --> units', folder)
+    assert text == f'of {expected}<!-- {path} --> units'
+    assert placed(text, folder) == text
+
+
+def test_a_table_of_entries(folder):
+    (folder / 'r.json').write_text(json.dumps({'by': {'one': {'a': 1, 'b': 20000}}}))
+    text = placed('<!-- table: r/by: b; a -->\n<!-- end -->', folder)
+    assert '|  | b | a |\n|---|---|---|\n| one | 20 000 | 1 |' in text
+    assert placed(text, folder) == text
+
+
+@pytest.mark.parametrize('path', ['r/none', 'other/heat', 'r/cases/rail=9/speed', 'r/cases'])
+def test_a_comment_that_names_no_number_is_refused(folder, path):
+    with pytest.raises(ValueError, match=path.split('/')[0]):
+        placed(f'1<!-- {path} -->', folder)
+
+
+def test_the_pages_are_up_to_date(capsys, monkeypatch):
+    """Whether the files are older than the code, `make figures-check` tells."""
+    monkeypatch.setattr(numbers, 'outdated', lambda result: [])
+    assert numbers.main(['--check']) == 0, capsys.readouterr().out
+
+
+def test_a_page_that_differs_is_named(tmp_path, folder, monkeypatch, capsys):
+    page = tmp_path / 'README.md'
+    page.write_text('0.5<!-- r/heat -->\n')
+    monkeypatch.setattr(numbers, 'pages', lambda: [page])
+    monkeypatch.setattr(numbers, 'ROOT', tmp_path)
+    monkeypatch.setattr(numbers, 'FOLDER', folder)
+    assert numbers.main(['--check']) == 1
+    assert 'README.md: 0.5<!-- r/heat -->\nmust be: 0.1<!-- r/heat -->' in capsys.readouterr().out
+    assert numbers.main([]) == 0
+    assert page.read_text() == '0.1<!-- r/heat -->\n'
+
+
+def test_a_result_of_other_code_is_named(tmp_path, monkeypatch, capsys):
+    file = results.save(tmp_path / 'r.json', {}, 'mlmem make', of=['bits_1'])
+    assert results.outdated(results.load(file)) == []
+    file.write_text(file.read_text().replace(results.fingerprint('bits_1'), 'other'))
+    monkeypatch.setattr(numbers, 'FOLDER', tmp_path)
+    monkeypatch.setattr(numbers, 'ROOT', tmp_path)
+    monkeypatch.setattr(numbers, 'pages', list)
+    assert numbers.main(['--check']) == 1
+    assert re.search('r.json is older .* bits_1 .*"mlmem make"', capsys.readouterr().out)
+
+
+def test_a_fingerprint_tells_elements_apart_and_repeats():
+    one = results.fingerprint('bits_1')
+    results.fingerprint.cache_clear()
+    assert results.fingerprint('bits_1') == one != results.fingerprint('bits_2')

@@ -1,0 +1,124 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What fits and twins are worth, counted in small, and what is kept of it."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_lab.results import fingerprint
+from mlmem_lab.twins import command, learning, surveyed, watched
+from mlmem_lab.twins.command import Part, twins
+from mlmem_ros.device import preset
+
+
+def mlmem_twins(*arguments):
+    parser = argparse.ArgumentParser()
+    for add in twins.options:
+        add(parser)
+    return twins.run(parser.parse_args([str(each) for each in arguments]))
+
+
+def test_a_healthy_element_is_read_and_nothing_is_told(monkeypatch):
+    monkeypatch.setattr(watched, 'READS', 5)
+    found = watched.healthy('bits_1', 0.01, 0)
+    assert found['reads'] == 4  # not that of the write, whose waves are still about
+    assert found['alarms'] == 0
+
+
+@pytest.mark.parametrize('change', ['a cell 8 % weaker', 'left gain - 5 %'])
+def test_a_change_is_told_with_its_name_and_amount(change):
+    found = watched.changed('bits_1', 0.01, 1, change)
+    assert (found['alarm'], found['named']) == (False, True)
+    assert found['reads'] == 2
+    assert found['off'] < 0.2
+
+
+def test_false_alarms_and_changes_not_told_are_counted():
+    row = {'seed': 1, 'site': 4, 'wall': 9.0, 'text': '', 'named': False, 'reads': None}
+    told = row | {'text': 'cell 4 ...', 'named': True, 'reads': 2, 'off': 0.1, 'alarm': True}
+    found = watched.summary_of_changed([row | {'off': None, 'alarm': False}, told])
+    assert [found[name] for name in ('told', 'named', 'alarms', 'reads')] == [1, 1, 1, 2.0]
+    assert found['off'] == pytest.approx(10.0)
+    assert found['silent'] == [{'seed': 1, 'site': 4, 'wall': 9.0}]
+
+
+def test_planned_pulses_are_compared_with_learnt_ones(monkeypatch):
+    monkeypatch.setattr(learning, 'WRITES', 2)
+    row = learning.compared('bits_1', 0.003, 1)
+    for way in learning.WAYS:
+        assert row[way]['calibrated']
+        assert row[way]['failed'] == row[way]['wrong'] == 0
+        assert row[way]['time per write'] < row[way]['time']
+    other = {'seed': 2} | {way: row[way] | {'failed': 1} for way in learning.WAYS}
+    one = {'seed': 3, 'learnt': other['learnt'], 'planned': row['planned']}
+    found = learning.summary([row, other, one])
+    assert found['planned']['alone'] == [3]
+    assert found['learnt']['alone'] == []
+    assert (found['learnt']['failed'], found['writes']) == (2, 6)
+
+
+def test_a_hidden_element_differs_from_its_design_in_everything_shared():
+    design = preset('bits_1').design
+    found = surveyed.hidden(design, 0.01, 3)
+    for name in ('d', 'a', 'eta', 's_max', 'j_0'):
+        own = getattr(found.specimen.design, name)
+        assert own != getattr(design, name)
+        assert own == pytest.approx(getattr(design, name), rel=0.03)
+    assert np.std(found.specimen.alpha_factor) == pytest.approx(0.01, rel=0.3)
+    assert found.time_unit != 1.0
+
+
+@pytest.mark.slow
+def test_a_surveyed_element_is_found():
+    found = surveyed.surveyed('bits_1', 0.01, 0)
+    assert found['chi2'] == pytest.approx(1.0, abs=0.05)
+    assert found['error'] < 5e-4  # a twentieth of the scatter
+    assert found['inside'] > 0.6  # errors are common to all cells of an element
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Rows that take no time."""
+    part = Part(row_of, lambda rows: {'elements': len(rows)}, ('elements',), ('bits_1',))
+    monkeypatch.setitem(command.PARTS, 'healthy', part)
+
+
+def row_of(preset, scatter, seed):
+    return {'seed': seed}
+
+
+def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
+    path = tmp_path / 'twin.json'
+    for scatter in ('0.01', '0.003', '0.01'):
+        arguments = 'healthy', '--scatter', scatter, '--elements', 2, '--workers', 1
+        assert mlmem_twins(*arguments, '--output', path) == 0
+    kept = json.loads(path.read_text())
+    assert [entry['scatter'] for entry in kept['healthy']] == [0.003, 0.01]
+    assert kept['healthy'][1] == {'preset': 'bits_1', 'scatter': 0.01, 'seed': 0, 'elements': 2}
+    assert kept['fingerprints'] == {'bits_1': fingerprint('bits_1')}
+    assert 'bits_1' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'said'),
+    [
+        (['twins'], 'parts are fits, healthy, changes, learning; got twins'),
+        (['--presets', 'bits_7'], 'got bits_7'),
+        (['--elements', '0'], '--elements and --workers must be at least 1'),
+        (['--scatter', '0'], '--scatter must be above 0'),
+    ],
+)
+def test_misuse_is_named(wrong, said, capsys):
+    assert mlmem_twins(*wrong) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_result_that_cannot_be_read_is_left_as_it_is(tmp_path, capsys, quick):
+    path = tmp_path / 'twin.json'
+    path.write_text('{"healthy": ')
+    assert mlmem_twins('healthy', '--elements', 1, '--workers', 1, '--output', path) == 1
+    assert 'the result could not be written' in capsys.readouterr().err
+    assert path.read_text() == '{"healthy": '

@@ -1,0 +1,115 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Windows of moves: measured in small, and what the presets make of those in the result file."""
+
+import json
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mlmem_lab.results import FOLDER
+from mlmem_lab.windows.command import APART, windows
+from mlmem_lab.windows.window import RADII, STRONG, described, end, kind, measured, moves, strain
+from mlmem_ros.device import PRESETS, new_element, preset
+from mlmem_ros.device.moves import How, cycle_of, half_period
+from mlmem_ros.device.procedures.blocks import play, run
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.simulation import Simulation
+
+MEASURED = json.loads((FOLDER / 'windows.json').read_text())['presets']
+DEFAULT = [name for name in PRESETS if name not in APART]
+
+
+def chain_of(name):
+    return Simulation.of(preset(name).design, preset(name).settings.time).chain
+
+
+def move_of(name, of_kind, start):
+    return next(m for m in moves(name) if (kind(m), m.start) == (of_kind, start))
+
+
+@pytest.mark.parametrize(('of_kind', 'start'), [('write', 1), ('throw', 2), ('down_odd', 3)])
+def test_a_move_is_played_as_the_device_plays_it(of_kind, start):
+    """A step in shaped ramps, a throw whose release is no whole number of ticks, a stroke."""
+    design, settings = preset('bits_2')
+    move, chain = move_of('bits_2', of_kind, start), chain_of('bits_2')
+    played = strain(chain, settings, move, {})
+    element, seen = new_element(design, settings), []
+    delay = half_period(design) if move.how is How.STEP else 0.0
+    cycle = cycle_of(design, settings, move)
+    run(element, play(element, cycle, delay), lambda: seen.append(element.actuator.strain))
+    every = round(settings.time.tick / chain.dt) * len(chain.integrator.nodes)
+    ticks = played[every - 1 :: every]
+    assert len(ticks) == len(seen)
+    np.testing.assert_allclose(ticks[:-1], seen[1:], atol=1e-12)
+
+
+def test_the_strong_actuator_changes_no_move_as_shipped():
+    for name in DEFAULT:
+        design, settings = preset(name)
+        for move in moves(name):
+            strong = settings.__class__(**{**settings.groups(), 'actuator': STRONG})
+            assert cycle_of(design, strong, move) == cycle_of(design, settings, move)
+
+
+def test_a_wall_that_is_left_behind_is_seen():
+    """A throw of a tenth of its strength leaves it; a stroke of none does not move it."""
+    chain, settings = chain_of('bits_2'), preset('bits_2').settings
+    throw, stroke = move_of('bits_2', 'throw', 2), move_of('bits_2', 'down_odd', 3)
+    assert end(chain, settings, throw, {}) == BLANK
+    assert end(chain, settings, throw, {'peak': -0.9}) == 2
+    assert end(chain, settings, stroke, {}) == 2
+    assert end(chain, settings, stroke, {'peak': -1.0}) == 3
+
+
+def test_a_window_of_a_small_preset_is_measured_as_the_file_has_it():
+    found = measured('bits_2', move_of('bits_2', 'write', 1), radii=(0.15,)).as_dict()
+    assert found['distance'] == 0.15
+    [kept] = [m for m in MEASURED['bits_2']['moves'] if (m['kind'], m['from']) == ('write', 1)]
+    assert found['failures'] == [each for each in kept['failures'] if each[0] == 0.15]
+
+
+def asked(*presets, **others):
+    given = {'radii': RADII, 'integrator': None, 'workers': 1, 'output': None, 'element': None}
+    given |= {'json': False}
+    return SimpleNamespace(presets=list(presets), **{**given, **others})
+
+
+def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsys):
+    path = tmp_path / 'windows.json'
+    path.write_text(json.dumps({'presets': {'bits_2': 1}}))
+    assert windows.run(asked('bits_1', radii=[0.1], output=path)) == 0
+    found = json.loads(path.read_text())['presets']
+    assert list(found) == ['bits_2', 'bits_1']
+    assert [m['distance'] for m in found['bits_1']['moves']] == [None] * 3
+    assert 'throw' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'said'),
+    [
+        ({'presets': ['bits_7']}, 'presets are case_1, .*; got bits_7'),
+        ({'workers': 0}, '--workers must be at least 1'),
+        ({'radii': [1.0]}, '--radii must be above 0 and below 1'),
+    ],
+)
+def test_misuse_is_named(wrong, said, capsys):
+    given = asked()
+    vars(given).update(wrong)
+    assert windows.run(given) == 2
+    assert re.search(said, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize('name', DEFAULT)
+def test_the_file_is_of_the_shipped_settings_and_no_narrow_move_is_used(name):
+    """Each move of the file as shipped ends where it should; within a tenth, each that is used."""
+    there = MEASURED[name]
+    assert there['settings'] == described(name)
+    assert tuple(there['radii']) == RADII
+    distances = {(m['kind'], m['from']): m['distance'] for m in there['moves']}
+    assert set(distances) == {(kind(move), move.start) for move in moves(name)}
+    for move in moves(name, used=True):
+        distance = distances[kind(move), move.start]
+        assert distance is None or distance > 0.1, move

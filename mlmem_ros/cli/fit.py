@@ -1,0 +1,194 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem fit`: find the element, cell by cell, that explains the shots of a survey.
+
+Record a session while `mlmem survey` runs. A session of a real element or of a simulated one will
+do; CSV files of single shots need --design. The result is an element for which `mlmem plan` finds
+pulses. Nothing is written if the model does not describe the element.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .command import JSON, command, option
+from .output import complain, plain_console, print_json
+
+if TYPE_CHECKING:
+    from ..device import Shot
+    from ..element_file import Element
+    from ..physics import Design, Integrator
+    from ..physics.potential import Array
+    from ..twin.fit import Fit
+
+Found = tuple['Design', list['Shot'], 'Integrator | None']
+
+
+@command(
+    'fit an individual element, cell by cell, to the shots of a survey',
+    option('source', nargs='+', metavar='SESSION', help='session with a survey, or CSV of a shot'),
+    option('--output', metavar='FILE', help='write the element to this file'),
+    option('--design', metavar='FILE|PRESET', help='design as built; a session has its own'),
+    option('--scatter', type=float, metavar='X', default=0.02,
+           help='scatter of alpha that is expected, relative'),
+    JSON,
+    text=__doc__,
+)  # fmt: skip
+def fit(arguments: argparse.Namespace) -> int:
+    """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
+    from ..bag.errors import BagError
+    from ..element_file import save
+    from ..parameter_file import ParameterFileError
+    from ..physics import DesignError
+    from ..twin.fit import Misfitting
+    from ..twin.fit import fit as fitted
+    from ..twin.unknowns import Prior
+
+    try:
+        design, shots, integrator = _read(arguments)
+    except (BagError, ParameterFileError, DesignError, Misfitting) as error:
+        return complain('fit', error, 2)
+    console = plain_console(aside=True)
+    try:
+        with Bar(console) as report:
+            found = fitted(
+                design, shots, prior=Prior(scatter=arguments.scatter), integrator=integrator,
+                report=report,
+            )  # fmt: skip
+        element = element_of(found)
+        if arguments.output:
+            save(Path(arguments.output), element)
+    except (Misfitting, OSError) as error:
+        if arguments.json:
+            print_json({'error': str(error)})
+        return complain('fit', error, 1)
+    if arguments.json:
+        print_json(_as_dict(found))
+    else:
+        _describe(found, arguments.output)
+    return 0
+
+
+def element_of(found: Fit) -> Element:
+    """Return a fit as the element of a file."""
+    from ..element_file import Element
+
+    unknowns, x = found.unknowns, found.x
+    return Element(
+        found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
+        {name: _pair(unknowns.of_ends(x, name)) for name in ('zero', 'gain', 'drive')},
+        found.chi2, found.data, found.untold,
+    )  # fmt: skip
+
+
+def _pair(ends: Array) -> tuple[float, float]:
+    return float(ends[0]), float(ends[1])
+
+
+def _read(arguments: argparse.Namespace) -> Found:
+    """Return design, shots, and the integrator of a simulated element."""
+    from ..parameter_file import load as design_of
+    from ..physics import INTEGRATORS
+    from ..session.data import load
+    from ..twin import csv_shots
+    from ..twin.fit import Misfitting
+
+    design = design_of(arguments.design).design if arguments.design else None
+    shots: list[Shot] = []
+    integrators: set[Integrator | None] = set()
+    for source in arguments.source:
+        if source.endswith('.csv'):
+            shots.append(csv_shots.load(Path(source)))
+            integrators.add(None)
+            continue
+        session = load(source)
+        if not session.shots:
+            raise Misfitting(f'{source} holds no shots: run `mlmem survey` while it is recorded')
+        header = session.require_header()
+        design = design or header.design
+        if header.design != design:
+            raise Misfitting(f'{source} is of another design')
+        shots += session.shots
+        simulated = 'state' in header.initial
+        integrators.add(INTEGRATORS[header.settings.time.integrator] if simulated else None)
+    if design is None:
+        raise Misfitting('CSV files do not tell the design: give --design')
+    return design, shots, integrators.pop() if len(integrators) == 1 else None
+
+
+def _as_dict(found: Fit) -> dict[str, Any]:
+    from ..twin.unknowns import SHARED
+
+    unknowns, deviations = found.unknowns, found.deviations
+    told: dict[str, Any] = {
+        'alpha': found.x[unknowns.alpha],
+        'alpha_std': deviations[unknowns.alpha],
+        'shared': {
+            name: {
+                'value': float(found.x[unknowns.shared(name)]),
+                'std': float(deviations[unknowns.shared(name)]),
+            }
+            for name in SHARED
+        },
+        'walls': sorted({shot.wall for shot in found.misfit.shots if shot.wall}),
+        'noise': found.noise,
+        'chi2': found.chi2,
+        'data': found.data,
+        'held_out': list(found.held_out),
+        'untold': list(found.untold),
+    }
+    if unknowns.masses:
+        told |= {'mass': found.x[unknowns.mass], 'mass_std': deviations[unknowns.mass]}
+    if unknowns.offsets:
+        told |= {'offset': found.x[unknowns.offset], 'offset_std': deviations[unknowns.offset]}
+    return told
+
+
+def _describe(found: Fit, output: str | None) -> None:
+    """Print what was found in some lines."""
+    import numpy as np
+
+    unknowns = found.unknowns
+    nominal = unknowns.design.alpha
+    alpha, deviation = (each[unknowns.alpha] for each in (found.x, found.deviations))
+    worst = int(np.argmax(np.abs(alpha / nominal - 1.0)))
+    print(
+        f'alpha of {len(alpha)} cells, each within {100 * np.median(deviation / alpha):.2g} % '
+        f'(1 s.d.); they scatter by {100 * np.std(alpha / nominal):.2g} % about the design'
+    )
+    print(
+        f'farthest: cell {worst + 1}, {100 * (alpha[worst] / nominal[worst] - 1.0):+.2f} %; '
+        f'misfit per datum {found.chi2:.3f} of {found.data} data'
+    )
+    print(
+        f'each pulse, predicted from the others: misfit per datum {min(found.held_out):.3f} to '
+        f'{max(found.held_out):.3f}'
+    )
+    for words in found.untold:
+        print(f'not told: {words}')
+    if output:
+        print(f'written to {output}')
+
+
+class Bar:
+    """A progress bar that says what is being fitted."""
+
+    def __init__(self, console: Any) -> None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+        columns = TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn()
+        self._bar = Progress(*columns, console=console, transient=True)
+        self._task = self._bar.add_task('', total=1.0)
+
+    def __enter__(self) -> Bar:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, what: str, share: float) -> None:
+        """Show what is being done, and the fraction done."""
+        self._bar.update(self._task, description=what, completed=share)

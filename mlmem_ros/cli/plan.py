@@ -1,0 +1,104 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem plan`: find pulses for one element, level by level, with their distance to failure.
+
+The element is the file that `mlmem fit` writes. The pulses are kept in it, as the trims of a
+calibration are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .command import JSON, command, option
+from .fit import Bar
+from .output import complain, plain_console, print_json
+
+if TYPE_CHECKING:
+    from ..device import Preset
+    from ..physics import Design
+    from ..twin.plan import Plan
+
+
+@command(
+    'find pulses that take the wall of a fitted element to every level',
+    option('element', metavar='FILE', help='element, as mlmem fit writes it'),
+    option('--design', metavar='FILE|PRESET',
+           help='design and settings of the instrument; by default the preset that fits'),
+    option('--output', metavar='FILE', help='write the element with its pulses here; by default '
+           'into its own file'),
+    JSON,
+    text=__doc__,
+)  # fmt: skip
+def plan(arguments: argparse.Namespace) -> int:
+    """Plan; return 0, 1 if some level has no pulse, 2 if the element cannot be read."""
+    from ..element_file import ElementFileError, load, save
+    from ..parameter_file import ParameterFileError
+    from ..parameter_file import load as preset_of
+    from ..physics import DesignError
+    from ..twin.plan import plan as planned
+
+    try:
+        element = load(Path(arguments.element))
+        design = element.specimen.design
+        preset = preset_of(arguments.design) if arguments.design else like(design)
+        with Bar(plain_console(aside=True)) as report:
+            found = planned(element.specimen, preset, report)
+        element = dataclasses.replace(element, plan=found.trims)
+        save(Path(arguments.output or arguments.element), element)
+    except (ElementFileError, ParameterFileError, DesignError, OSError) as error:
+        return complain('plan', error, 2)
+    rows = [_row(preset, found, level) for level in range(len(found.steps))]
+    if arguments.json:
+        print_json({'steps': rows, 'complete': found.complete})
+    else:
+        for row in rows:
+            told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
+            print(f'{told}, {_distance(row["margin"])}')
+    return 0 if found.complete else 1
+
+
+def like(design: Design) -> Preset:
+    """Return the preset whose levels a design has.
+
+    Raises:
+        ParameterFileError: There is none.
+    """
+    from ..device import PRESETS
+    from ..parameter_file import ParameterFileError
+
+    for preset in PRESETS.values():
+        if preset.design.cells == design.cells:
+            return preset
+    raise ParameterFileError('no preset has the levels of this element: give --design')
+
+
+def _distance(margin: float | None) -> str:
+    if margin is None:
+        return 'no pulse found'
+    return f'arrives with peaks {margin:.0%} off' if margin else 'arrives, with this peak only'
+
+
+def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
+    """Return a step of a plan as plain values."""
+    from ..device.settings import peak
+    from ..device.trims import trimmed
+
+    step = found.steps[level]
+    write = trimmed(preset.settings, step.trim).write
+    launched = level == 0
+    compress = not launched and preset.design.freed_by_compression(level - 1)
+    return {
+        'level': level,
+        'peak': write.start_strain if launched else peak(write, compress),
+        'ramp': write.ramp,
+        'hold': write.hold,
+        'ease': write.ease,
+        'release': write.release,
+        'settle': write.settle,
+        'launch_speed': write.launch_speed if launched else None,
+        'margin': step.margin if step.margin >= 0.0 else None,
+    }

@@ -1,0 +1,126 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the device publishes, as numbers and texts: for `messages`, and for a replay to compare.
+
+No ROS here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..clipped import clipped
+from ..device import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outcome, Reading, Shot
+from ..physics import walls
+from ..physics.potential import Array
+from . import topics
+from .answers import ended
+from .topics import Topic
+
+SHOT_HEAD = 9
+"""Numbers that describe a shot, before its samples."""
+
+
+def published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
+    """Return what an event publishes, by topic in their order."""
+    if isinstance(event, EchoReceived):
+        return {topics.ECHO: event.echo, topics.RANGE: event.reading}
+    if isinstance(event, Shot):
+        return {topics.WAVEFORM: event}
+    return {topics.OUTCOME: event, topics.LEVEL: element.reading}
+
+
+def level(reading: Reading | None) -> int:
+    """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
+    return UNDECODABLE if reading is None else reading.level
+
+
+def distance(reading: Reading, element: MemoryElement) -> float:
+    """Return the distance from the probed end to the wall in m, infinite when there is none."""
+    return reading.distance * element.settings.scale.length
+
+
+def wall_positions(element: MemoryElement) -> list[float]:
+    """Return the true positions of all walls in sites, from left to right."""
+    found = walls(element.design, element.chain.configuration)
+    return [wall.position for wall in found]
+
+
+def joints(element: MemoryElement) -> tuple[tuple[float, ...], ...]:
+    """Return positions (m), speeds (m/s) and efforts (N) of the substrate's end and of v_1.
+
+    There are no efforts if the driver measures none.
+    """
+    units, driver = element.units, element.driver
+    force = driver.force()
+    return (
+        (driver.V_N * units.length, driver.end(1) * units.length),
+        (element.substrate_speed * units.speed, element.transducer.speed * units.speed),
+        () if force is None else (force * units.force, 0.0),
+    )
+
+
+def numbers(shot: Shot) -> Array:
+    """Return a shot as the numbers of its message, `SHOT_HEAD` of them before its samples."""
+    head = (
+        shot.end.row, shot.omega_c, shot.A, shot.sigma, shot.wall, shot.strain, shot.dt, *shot.rest
+    )  # fmt: skip
+    return np.concatenate((head, shot.samples.ravel()))
+
+
+def shot_of(data: ArrayLike, offset: int) -> Shot:
+    """Return the shot that `numbers` describe.
+
+    Args:
+        data: The numbers.
+        offset: How many of them come before the samples.
+
+    Raises:
+        ValueError: They are not those of a shot.
+    """
+    data = np.asarray(data, dtype=np.float64)
+    head, rows = data[:SHOT_HEAD], data[SHOT_HEAD:]
+    if offset != SHOT_HEAD or len(rows) < 2 or len(rows) % 2:
+        raise ValueError(
+            f'data must be {SHOT_HEAD} numbers, then 2 rows of samples; got {len(data)} numbers, '
+            f'{offset} of them before the rows'
+        )
+    if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
+        raise ValueError(
+            'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
+            f'carrier, sigma and interval above 0; got {clipped(head)}'
+        )
+    number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
+    end = End.RIGHT if number else End.LEFT
+    return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
+
+
+def told(outcome: Outcome) -> tuple[str, dict[str, str]]:
+    """Return how a procedure ended in words, and its values as texts."""
+    text = f'{outcome.procedure} succeeded' if outcome.success else outcome.error
+    return text, texts(ended(outcome))
+
+
+def texts(values: Mapping[str, Any]) -> dict[str, str]:
+    """Return values as the texts that diagnostics carry.
+
+    Lists are separated by spaces, and a mapping is one text for each of its keys, such as
+    `delays_left`.
+    """
+    found: dict[str, str] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            found |= texts({f'{key}_{name}': item for name, item in value.items()})
+        elif isinstance(value, list | tuple):
+            found[key] = ' '.join(map(_text, value))
+        else:
+            found[key] = _text(value)
+    return found
+
+
+def _text(value: Any) -> str:
+    return f'{value:.6g}' if isinstance(value, float) else str(value)

@@ -1,0 +1,128 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Locating: where the wall is, between levels too, from the delays at both ends."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...physics.dispersion import group_velocity
+from ...physics.potential import Array
+from ..calibration import DelayTable
+from ..echo import Echo
+from ..end import End
+from ..errors import ProcedureFailed
+from ..memory import Memory
+from ..reading import BLANK, MOST_RAISED, WALL_GONE
+from .blocks import Procedure, Result
+from .listening import pulse_echo, quiet
+
+WELL = 0.25
+"""Error from the well in which a wall rests, in cells: it shifts the echo of a wall between levels
+by up to 0.4 cells from that of a level."""
+
+AGREE = 3.0
+"""Standard deviations within which both ends hear the same wall."""
+
+
+def locate(element: Memory) -> Procedure[Result]:
+    """Listen at every end, and turn delays into cells between the levels of the calibration.
+
+    Found are `walls` (0, 1, 2 or 3, which stands for more; an end alone takes one for granted),
+    and if there are any `position` and `position_std` in cells from the left: of the only wall,
+    or of the one that an end hears first. A read that follows knows no more than before.
+
+    Raises:
+        ProcedureFailed: The base shakes, an echo is missing or unclear, the wall has left, or an
+            end rests in neither phase.
+    """
+    yield from quiet(element)
+    phases = {end: element.phase(end) for end in End}
+    echoes = yield from pulse_echo(element, _hearing(element, phases))
+    reading = element.hear(echoes)
+    if any(echo.shaken for echo in echoes.values()):
+        raise ProcedureFailed('the base shakes: hold it still to locate a wall')
+    for end, echo in echoes.items():
+        if echo.delay is None or echo.raised > MOST_RAISED:
+            raise ProcedureFailed(reading.reason or f'the echo at the {end} end is unclear')
+    if reading.level == BLANK:
+        return Result(reading, found={'walls': 0})
+    # What begins before listening does comes from near an end, but does not say how near.
+    heard = [
+        _place(element, echoes[end]) for end in End if end in echoes and not echoes[end].early
+    ]
+    if not heard:
+        raise ProcedureFailed(reading.reason)
+    walls, position, deviation = _together(phases, heard)
+    design = element.design
+    if walls == 2 and position > design.defect(design.levels - 1) + 0.25 * design.J:
+        raise ProcedureFailed(WALL_GONE)  # the echo is that of the far end, as a read says, too
+    found = {'position': round(position, 3), 'position_std': round(deviation, 3)}
+    return Result(reading, found={'walls': walls, **found})
+
+
+def _hearing(element: Memory, phases: dict[End, int | None]) -> tuple[End, ...]:
+    """Return the ends that hear a wall: each in the phase that its pulse passes."""
+    for end, phase in phases.items():
+        if phase is None:
+            raise ProcedureFailed(f'the {end} end rests in neither phase')
+    able = [end for end in element.calibration.ends if phases[end] == (end is End.LEFT)]
+    if not able:
+        raise ProcedureFailed(WALL_GONE)
+    return tuple(able)
+
+
+def _place(element: Memory, echo: Echo) -> tuple[float, float]:
+    """Return the position of what an echo comes from, in cells, and its standard deviation.
+
+    Straight lines lead from level to level and beyond the outermost. Their error is a quarter of
+    that which they would have at a level left out, for their intervals are half as wide; that of
+    the delay is a sample, and noise over the slope of v_c where it crosses the threshold.
+    """
+    design, end = element.design, echo.end
+    table: DelayTable = element.calibration.table(end)
+    order = np.argsort(table.delays)
+    delays = np.asarray(table.delays)[order]
+    sites = np.array([design.defect(level) for level in range(design.levels)], dtype=float)[order]
+    assert echo.delay is not None
+    away = 1.0 if end is End.LEFT else -1.0
+    if len(delays) == 1:
+        slope = 0.5 * away * float(group_velocity(echo.probe.omega_c, end.k_s(design)))
+        below = 0
+    else:
+        below = int(np.clip(np.searchsorted(delays, echo.delay) - 1, 0, len(delays) - 2))
+        slope = float(np.diff(sites)[below] / np.diff(delays)[below])
+    position = float(sites[below] + slope * (echo.delay - delays[below]))
+    step = float(echo.t[1] - echo.t[0])
+    at = int(np.searchsorted(echo.t, echo.delay))
+    rising = max(0.0, float(np.gradient(echo.v_c[max(0, at - 2) : at + 3], step).mean()))
+    timing = math.hypot(step, echo.floor / rising if echo.floor else 0.0)
+    if len(delays) < 3:  # nothing is known between them
+        bend = min(float(np.abs(sites - position).min()), design.J / math.sqrt(12.0))
+    else:
+        bend = _bend(delays, sites)
+    return position, math.hypot(WELL, slope * timing, bend)
+
+
+def _bend(delays: Array, sites: Array) -> float:
+    """Return the error of straight lines between three levels or more, in cells."""
+    share = (delays[1:-1] - delays[:-2]) / (delays[2:] - delays[:-2])
+    drawn = sites[:-2] + share * (sites[2:] - sites[:-2])
+    return float(np.sqrt(np.mean((drawn - sites[1:-1]) ** 2)) / 4.0)
+
+
+def _together(
+    phases: dict[End, int | None], heard: list[tuple[float, float]]
+) -> tuple[int, float, float]:
+    """Return the number of walls, and position and deviation of the first that is heard."""
+    odd = phases[End.LEFT] != phases[End.RIGHT]
+    if len(heard) < 2:
+        return (1 if odd else 2, *heard[0])
+    (left, left_std), (right, right_std) = heard
+    if abs(left - right) > AGREE * math.hypot(left_std, right_std):
+        return 3, left, left_std
+    weights = np.array([left_std, right_std]) ** -2.0
+    position = float(np.average([left, right], weights=weights))
+    return 1, position, float(weights.sum() ** -0.5)

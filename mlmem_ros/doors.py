@@ -1,0 +1,151 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The private doors of libraries that we go through, and the versions in which they are known.
+
+A private name may move with any release. So each is listed here, looked for when its library is
+first used, and missed in one clear line.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib import import_module, metadata
+from typing import Any, NamedTuple
+
+
+class Door(NamedTuple):
+    """A name inside a library.
+
+    Attributes:
+        home: Its module.
+        name: The name there, dotted: a method, or an attribute that instances have.
+        why: What we need it for, and have no other way to.
+    """
+
+    home: str
+    name: str
+    why: str
+
+    @property
+    def is_there(self) -> bool:
+        """Whether the library has it."""
+        try:
+            found: Any = import_module(self.home)
+        except ImportError:
+            return False
+        *above, last = self.name.split('.')
+        for part in above:
+            found = getattr(found, part, None)
+        if hasattr(found, last) or last in getattr(found, '__annotations__', ()):
+            return True
+        codes = (getattr(each, '__code__', None) for each in vars(found or object).values())
+        return any(last in code.co_names for code in codes if code is not None)
+
+
+class Library(NamedTuple):
+    """A library with private doors.
+
+    Attributes:
+        packages: Names under which it is installed.
+        oldest: Oldest version tested.
+        newest: Newest, as far as given: 7.1 stands for every 7.1.x.
+        doors: The names.
+        optional: Modules that not every user of the library loads.
+    """
+
+    packages: tuple[str, ...]
+    oldest: str
+    newest: str
+    doors: tuple[Door, ...]
+    optional: tuple[str, ...] = ()
+
+
+_CORE = 'rclpy.impl.implementation_singleton'
+
+LIBRARIES = {
+    'numba': Library(
+        ('numba',),
+        '0.58',
+        '0.68',
+        (
+            Door('numba.core.dispatcher', 'Dispatcher._cache', 'cached loops know their formulas'),
+            Door('numba.core.caching', 'FunctionCache._index_key', 'the same'),
+            Door('numba.core.caching', 'Cache._cache_file', 'is a loop compiled already?'),
+            Door('numba.core.caching', 'IndexDataCacheFile._load_index', 'the same'),
+        ),
+    ),
+    'rclpy': Library(
+        ('ros-jazzy-rclpy', 'rclpy'),
+        '7.1.4',
+        '7.1',
+        (
+            Door(
+                _CORE, 'rclpy_implementation.EventsExecutor', 'an executor without a fault handler'
+            ),
+            Door(
+                _CORE, 'rclpy_implementation.RCLError', 'errors of its own services are answered'
+            ),
+            Door(
+                _CORE,
+                'rclpy_implementation.Service.service_take_request',
+                'requests after a broken one',
+            ),
+            Door(
+                _CORE,
+                'rclpy_implementation.Client.take_response',
+                'a waiting thread takes its answer itself',
+            ),
+            Door('rclpy.service', 'Service.send_response', 'responses are sent by coroutines'),
+            Door('rclpy.service', 'Service.handle', 'requests after a broken one'),
+            Door('rclpy.client', 'Client.handle', 'a waiting thread takes its answer itself'),
+            Door('rclpy.client', 'Client.get_pending_request', 'the same'),
+            Door('rclpy.client', 'Client.remove_pending_request', 'answers that nobody awaits'),
+            Door('rclpy.task', 'Future._set_executor', 'answers resume who waits, in any thread'),
+            Door('rclpy.node', 'Node._parameter_overrides', 'which parameters were given'),
+            Door('rclpy.lifecycle.node', 'LifecycleNodeMixin._state_machine', 'it leaves at once'),
+        ),
+        ('rclpy.lifecycle.node',),
+    ),
+}
+"""All of them, by the name under which the library is imported."""
+
+
+def version(library: str) -> str:
+    """Return the installed version of a library; empty if it is not known."""
+    for package in LIBRARIES[library].packages:
+        try:
+            return metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return ''
+
+
+def tested(library: str) -> bool:
+    """Return whether the installed version of a library is among those tested."""
+    found, known = version(library), LIBRARIES[library]
+    newest = _numbers(known.newest)
+    return _numbers(known.oldest) <= _numbers(found) and _numbers(found)[: len(newest)] <= newest
+
+
+def look(library: str) -> None:
+    """Look for the doors of a library.
+
+    Raises:
+        ImportError: One is not there.
+    """
+    known = LIBRARIES[library]
+    used = (each for each in known.doors if each.home not in {*known.optional} - {*sys.modules})
+    if missing := [door for door in used if not door.is_there]:
+        names = ', '.join(f'{door.home}.{door.name}' for door in missing)
+        raise ImportError(
+            f'{library} {version(library)} lacks {names}; mlmem_ros is tested with {library} '
+            f'{known.oldest} to {known.newest}: install one of these',
+            name=library,
+        )
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    """Return a version for comparison, without what is no number."""
+    found = re.match(r'\d+(\.\d+)*', version)
+    return tuple(map(int, found[0].split('.'))) if found else ()

@@ -1,0 +1,60 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The files of fitted elements: what a node simulates, and what it knows its element to be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from ..device import Calibration, MemoryElement, Settings, SettingsError
+from ..device.factory import calibration_of, factory_calibration
+from ..element_file import Element, ElementFileError, of_design
+from ..packages import missing
+from ..physics import Design
+from .files import FileSettings
+from .throttled_log import ThrottledLog
+
+if TYPE_CHECKING:
+    from .watcher import Watcher
+
+
+def opened(name: str, path: str, files: FileSettings, design: Design) -> Element:
+    """Return the element in a file.
+
+    Args:
+        name: Of the parameter that names the file.
+        path: The file.
+        files: Where it must be.
+        design: The element as designed.
+
+    Raises:
+        SettingsError: There is no such element, or it has other cells and defects.
+    """
+    try:
+        return of_design(files.confined(path), design)
+    except (ElementFileError, SettingsError) as error:
+        raise SettingsError(f'device.{name}: {error}') from error
+
+
+def watching(twin: Element, element: MemoryElement, log: ThrottledLog) -> Watcher:
+    """Return what compares an element with its twin.
+
+    Raises:
+        SettingsError: SciPy, which a forecast needs, is missing.
+    """
+    try:
+        from .watcher import Watcher
+    except ModuleNotFoundError as error:
+        raise SettingsError(f'device.twin: {missing(error)}') from error
+    return Watcher(twin, element, log)
+
+
+def forecast(twin: Element, design: Design, settings: Settings, log: ThrottledLog) -> Calibration:
+    """Return the calibration that a twin foretells: delays of its echoes, and planned pulses."""
+    try:
+        delays = calibration_of(twin.timed, design, settings)
+    except SettingsError as error:
+        log.warning(f'device.twin: {error}; delays are those of the design')
+        delays = factory_calibration(design, settings)
+    return replace(delays, trims=twin.plan)

@@ -1,0 +1,169 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The table of procedures: what each is called, what it takes and means, and where it is done.
+
+Whatever offers procedures follows from it: the device, `~/request`, services, actions, the command
+line, the page, the reference and the SROS 2 policy. It is here, beside the layers, because a
+client and the command line read it without importing the device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass
+from typing import Any, NamedTuple
+
+from .described import Description, described, descriptions
+
+
+@dataclass(frozen=True)
+class Write:
+    """Write a level and verify it."""
+
+    level: int = described(MISSING, 'level to write, from 0', low=0, high=65_535)
+
+
+@dataclass(frozen=True)
+class Read:
+    """Probe both ends, and decode."""
+
+    end: str = described(
+        '',
+        'end whose delay is answered: left, right or both; empty: `read.end`',
+        choices=('', 'left', 'right', 'both'),
+    )
+
+
+@dataclass(frozen=True)
+class Erase:
+    """Make the element blank."""
+
+
+@dataclass(frozen=True)
+class Calibrate:
+    """Learn the echo delay of every level, then restore the content."""
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """Write and read every level, test actuator and transducers, then restore the content."""
+
+
+@dataclass(frozen=True)
+class Locate:
+    """Measure where the wall is, between levels too."""
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Replace a simulated element by a fresh blank one."""
+
+
+@dataclass(frozen=True)
+class Survey:
+    """Pulse the element in several states and record both ends, then restore the content."""
+
+
+@dataclass(frozen=True)
+class Abort:
+    """Stop the running procedure and bring the strain to zero.
+
+    Attributes:
+        why: The reason, for the outcome of what is stopped.
+    """
+
+    why: str = ''
+
+
+Procedures = Write | Read | Erase | Calibrate | SelfTest | Locate | Reset | Survey | Abort
+"""Commands that take time; their outcome is reported at the end."""
+
+
+class Procedure(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        command: Its command; the described fields are its arguments, with their ranges.
+        meaning: What it does.
+        steps: Module and name of its generator, in `device.procedures`.
+        expected: Name of the estimate of its duration, in `device.procedures.estimates`.
+        changes: Whether content or calibration may change: a success is acknowledged when the
+            state is saved.
+        action: Whether it is also an action, of the name of the command.
+    """
+
+    command: type[Any]
+    meaning: str
+    steps: str
+    expected: str
+    changes: bool = True
+    action: bool = True
+
+    @property
+    def arguments(self) -> Iterator[tuple[str, str, Any, Description]]:
+        """Name, type, default (or `MISSING`) and description of every argument."""
+        for field, description in descriptions(self.command):
+            yield field.name, str(field.type), field.default, description
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """Arguments without a default."""
+        return tuple(name for name, _, default, _ in self.arguments if default is MISSING)
+
+
+PROCEDURES = {
+    'write': Procedure(
+        Write, 'write a level and verify it by an echo', 'writing.write', 'writing_now'
+    ),
+    'read': Procedure(
+        Read,
+        'fire a probe pulse at either end and decode the echoes',
+        'listening.read',
+        'looking',
+        changes=False,
+    ),
+    'erase': Procedure(Erase, 'make the element blank', 'erasing.erase', 'erasing'),
+    'calibrate': Procedure(
+        Calibrate,
+        'learn the echo delay of every level, then restore the content',
+        'calibrating.calibrate',
+        'everything',
+    ),
+    'self_test': Procedure(
+        SelfTest,
+        'test transducers, actuator, erase and every level from both ends, then restore the '
+        'content; one status for each',
+        'self_testing.self_test',
+        'everything',
+    ),
+    'locate': Procedure(
+        Locate,
+        'measure where the wall is, in cells and between levels too, and how many walls there are',
+        'locating.locate',
+        'locating',
+        changes=False,
+        action=False,
+    ),
+    'reset': Procedure(
+        Reset,
+        'replace a simulated element by a fresh blank one: for cells driven out of their phases',
+        'resetting.reset',
+        'listening_once',
+        action=False,
+    ),
+    'survey': Procedure(
+        Survey,
+        'pulse the element in several states and publish what both ends do as `~/waveform`, for '
+        '`mlmem fit`; then restore the content',
+        'surveying.survey',
+        'surveying',
+    ),
+    'abort': Procedure(
+        Abort,
+        'stop the running procedure and bring the strain to zero',
+        'aborting.abort',
+        'letting_go',
+        action=False,
+    ),
+}
+"""All procedures by name."""

@@ -1,0 +1,199 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element that is simulated otherwise: what a fit or a plan is tried on.
+
+Eq. (1a) by the classical Runge-Kutta method of fourth order, at a step much finer than that of the
+package's own chains. It may rub as a real element does: dry friction, and damping of the motion
+relative to the substrate instead of the absolute one. Between two set-points it interpolates.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..device import Driver, SettingsError
+from ..physics import HeldCell, Specimen, StateError
+from ..physics.energy import end_force
+from ..physics.equilibrium import relax
+from ..physics.jit import inlined, kernel
+from ..physics.laws.multistable import amplified as on_site
+from ..physics.methods.arrays import Cells
+from ..physics.potential import Array
+
+STEP = 0.0625
+"""Time units of a step, at most: a carrier of 1.5 is then 1e-3 rad off after 900 time units."""
+
+NODES = (0.0, 0.5, 0.5, 1.0)
+"""Times of the stages in a step, as fractions of it."""
+
+WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
+"""Shares of the stages in a step."""
+
+
+class Rk4Element(Driver):
+    """An element over a rigid substrate, blank and at rest at first.
+
+    Attributes:
+        specimen: The element.
+        v: Displacements, shape (N,).
+        velocity: Velocities, shape (N,).
+    """
+
+    def __init__(
+        self,
+        specimen: Specimen,
+        dt: float,
+        *,
+        step: float = STEP,
+        friction: float = 0.0,
+    ) -> None:
+        """Make an element.
+
+        Args:
+            specimen: The element.
+            dt: Time between samples, in time units.
+            step: Greatest step in time units.
+            friction: Dry (Coulomb) friction of a cell against the substrate, in k_r cells; it
+                holds a cell at rest against a smaller force.
+
+        Raises:
+            SettingsError: A number is out of range, or the substrate is elastic.
+        """
+        if specimen.design.substrate != 'rigid':
+            raise SettingsError('only a rigid substrate can be integrated otherwise')
+        if not (0.0 < step <= 0.25 and 0.0 <= friction < math.inf):
+            raise SettingsError(
+                'step must be above 0 and at most 0.25 time units, and friction at least 0; got '
+                f'{step:g} and {friction:g}'
+            )
+        self.specimen, self.dt, self.V_N = specimen, dt, 0.0
+        blank = specimen.design.D_s1 + specimen.offsets
+        self.v = relax(specimen, blank, np.zeros_like(blank))
+        self.velocity = np.zeros_like(self.v)
+        self._steps = math.ceil(dt / step)
+        self._friction = friction
+
+    def advance(
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
+    ) -> Array:
+        """Return the samples of both ends; see `Driver.advance`."""
+        made, design = self.specimen, self.specimen.design
+        site, motion = (held_cell.site, held_cell.motion) if held_cell else (1, np.empty((2, 0)))
+        ends = np.empty((2, len(V_N)))
+        v, velocity = self.v.copy(), self.velocity.copy()
+        cells = Cells(
+            made.law.constants(design.N), (), made.offsets + made.law.origin, 1.0 / made.masses,
+            made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
+        )  # fmt: skip
+        way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)
+        _advance(
+            v, velocity, self.V_N, *way, self.dt, self._steps, cells,
+            made.damped_by_substrate, self._friction, ends,
+        )  # fmt: skip
+        if not (np.isfinite(v).all() and np.isfinite(velocity).all()):
+            raise StateError('the element stopped being finite: it is strained too hard')
+        self.v, self.velocity = v, velocity
+        self.V_N = float(V_N[-1]) if len(V_N) else self.V_N
+        return ends
+
+    def end(self, site: int) -> float:
+        """Return the displacement of an end."""
+        return float(self.v[site - 1])
+
+    def force(self) -> float:
+        """Return the force on the substrate's end."""
+        return float(end_force(self.specimen, self.v, self.V_N * self.specimen.strain_shape))
+
+
+@kernel
+def _advance(
+    v: Array,
+    velocity: Array,
+    V_N: float,
+    set_points: Array,
+    site: int,
+    motion: Array,
+    dt: float,
+    steps: int,
+    cells: Cells,
+    relative: bool,
+    friction: float,
+    ends: Array,
+) -> None:
+    """Advance by samples of several steps each.
+
+    Args:
+        v: In and out: displacements, shape (N,).
+        velocity: In and out: velocities, shape (N,).
+        V_N: Displacement of the substrate's end before.
+        set_points: The same at the end of every sample, shape (n,); linear in between.
+        site: The end that is held, 1 or N.
+        motion: Its displacement and velocity at the end of its samples, shape (2, m), m <= n; a
+            cubic in between.
+        dt: Time of a sample.
+        steps: Steps of a sample.
+        cells: The element.
+        relative: Whether eta damps v - V.
+        friction: Dry friction of a cell.
+        ends: Out: displacement of both ends after every sample, shape (2, n).
+    """
+    law, _, origin, mobility, under, _, eta = cells
+    n, h = len(v), dt / steps
+    x, u = np.empty(n + 2), np.empty(n)
+    rate, kick = np.zeros(n), np.zeros(n)
+    stop = np.zeros(n)  # the force that stops a cell of unit speed within a step
+    for j in range(n):
+        if mobility[j] > 0.0:
+            stop[j] = 1.0 / (mobility[j] * h)
+    by, bv = v[site - 1], velocity[site - 1]  # where the held end comes from
+    for k in range(len(set_points)):
+        speed = (set_points[k] - V_N) / dt
+        held = k < motion.shape[1]
+        for step in range(steps):
+            next_v, next_velocity = v.copy(), velocity.copy()
+            for stage in range(4):
+                share, time = NODES[stage] * h, (step + NODES[stage]) * h
+                end, weight = V_N + speed * time, WEIGHTS[stage] * h
+                for j in range(n):
+                    x[j + 1] = v[j] + share * rate[j]
+                    u[j] = velocity[j] + share * kick[j]
+                if held:
+                    x[site], u[site - 1] = _cubic(
+                        time / dt, dt, by, bv, motion[0, k], motion[1, k]
+                    )
+                x[0], x[n + 1] = x[1], x[n]
+                for j in range(n):
+                    slope, sine = on_site(law, j, x[j + 1] - (end * under[j] + origin[j]))
+                    slip = u[j] - speed * under[j]
+                    damped = slip if relative else u[j]
+                    pull = x[j] - 2.0 * x[j + 1] + x[j + 2] - slope * sine - eta * damped
+                    needed = pull + stop[j] * slip
+                    rate[j] = u[j]
+                    kick[j] = mobility[j] * (pull - min(max(needed, -friction), friction))
+                    next_v[j] += weight * rate[j]
+                    next_velocity[j] += weight * kick[j]
+            for j in range(n):
+                v[j], velocity[j] = next_v[j], next_velocity[j]
+            if held:
+                v[site - 1], velocity[site - 1] = _cubic(
+                    (step + 1) / steps, dt, by, bv, motion[0, k], motion[1, k]
+                )
+        V_N = set_points[k]
+        by, bv = v[site - 1], velocity[site - 1]
+        ends[0, k], ends[1, k] = v[0], v[n - 1]
+
+
+@inlined
+def _cubic(s: float, dt: float, x0: float, v0: float, x1: float, v1: float) -> tuple[float, float]:
+    """Return place and velocity on the way from one to another, at a fraction s of the time dt."""
+    r = 1.0 - s
+    rise = x1 - x0
+    place = r * r * (x0 + s * (2.0 * x0 + v0 * dt)) + s * s * (x1 + r * (2.0 * x1 - v1 * dt))
+    velocity = 6.0 * s * r * rise / dt + r * (r - 2.0 * s) * v0 + s * (s - 2.0 * r) * v1
+    return place, velocity

@@ -1,0 +1,157 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one way in from ROS: no exception leaves a callback, and every request is answered.
+
+Services may be coroutines that await futures of the loop's thread. They are not rclpy tasks, since
+how those resume depends on the executor and its version. Ours resume in the thread that settles
+the future, and send the response from there.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Coroutine, Generator
+from concurrent.futures import Future
+from typing import Any, NamedTuple, TypeVar
+
+from action_msgs.msg import GoalStatus
+from diagnostic_msgs.msg import DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.timer import Timer
+
+from ...contract import answers
+from ...host import REFUSALS, ThrottledLog
+
+T = TypeVar('T')
+
+EXPECTED = (*REFUSALS, rclpy_implementation.RCLError, ValueError, TypeError)
+"""Errors of bad requests to rclpy's own services: a transition that is not available now, a
+parameter of unknown type."""
+
+
+async def settled(future: Future[T]) -> T:
+    """Wait for a future of any thread; for the coroutines of services."""
+    result: T = await _Settled(future)
+    return result
+
+
+class _Settled(NamedTuple):
+    future: Future[Any]
+
+    def __await__(self) -> Generator[Future[Any], None, Any]:
+        if not self.future.done():
+            yield self.future
+        return self.future.result()
+
+
+class _Answer(NamedTuple):
+    """What a service's callback returns to the executor, which hands it to `send_response`."""
+
+    steps: Coroutine[Future[Any], None, Any]
+
+    def run(self, send: Callable[[Any], None]) -> None:
+        """Run until a future is awaited, resume once it is settled; finally send the response."""
+        try:
+            awaited = self.steps.send(None)
+        except StopIteration as end:
+            send(end.value)
+        else:
+            awaited.add_done_callback(lambda _: self.run(send))
+
+
+class CallbackGuard:
+    """Guards the callbacks of a node.
+
+    Attributes:
+        waiting: Ids of the requests not answered yet.
+        answered: Number of those that were.
+    """
+
+    def __init__(self, node: Node, log: ThrottledLog) -> None:
+        self.waiting: set[int] = set()
+        self.answered = 0
+        self._node = node
+        self._log = log
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+    def guarded(self, where: str, callback: Callable[..., None]) -> Callable[..., None]:
+        """Return a callback that lets no exception out."""
+
+        def call(*arguments: Any) -> None:
+            with self._log.guarded(where):
+                callback(*arguments)
+
+        return call
+
+    def every(self, seconds: float, where: str, callback: Callable[[], None]) -> Timer:
+        """Call back periodically by the machine's clock, even while simulated time stands."""
+        guarded = self.guarded(where, callback)
+
+        def call() -> None:  # since Kilted, a callback with arguments gets the timer's times
+            guarded()
+
+        return self._node.create_timer(seconds, call, clock=self._steady)
+
+    def guard_services(self) -> None:
+        """Guard every service of the node, rclpy's own included; answer with the error."""
+        for service in self._node.services:
+            service.callback = self._answering(service.srv_name, service.callback)
+            service.send_response = self._sending(service.srv_name, service.send_response)
+
+    def _answering(self, name: str, callback: Callable[..., Any]) -> Callable[..., _Answer]:
+        own = callback.__module__.startswith('mlmem_ros')
+
+        async def serve(request: Any, response: Any) -> Any:
+            try:
+                answer = callback(request, response)
+                return await answer if inspect.isawaitable(answer) else answer
+            except Exception as error:
+                if isinstance(error, REFUSALS if own else EXPECTED):
+                    self._log.refused(name, error)
+                else:
+                    self._log.exception(name, error)
+                return _excuse(request, response, f'{error}' or type(error).__name__, own)
+
+        return lambda request, response: _Answer(serve(request, response))
+
+    def _sending(self, name: str, send: Callable[..., None]) -> Callable[..., None]:
+        def send_answer(answer: _Answer, header: Any) -> None:
+            def answered(response: Any) -> None:
+                with self._log.guarded(name):
+                    send(response, header)
+                self.waiting.discard(id(answer))
+                self.answered += 1
+
+            self.waiting.add(id(answer))
+            answer.run(answered)
+
+        return send_answer
+
+
+def _excuse(request: Any, response: Any, why: str, own: bool) -> Any:
+    """Return a response that says why a request failed, as far as its type allows.
+
+    Services of our `own` answer with a JSON object.
+    """
+    reason = answers.refusal(why) if own else why
+    failed = SetParametersResult(successful=False, reason=reason)
+    if hasattr(response, 'results') and hasattr(request, 'parameters'):  # as many as requested
+        response.results += [failed] * (len(request.parameters) - len(response.results))
+    elif isinstance(getattr(response, 'result', None), SetParametersResult):
+        response.result = failed
+    elif hasattr(response, 'result'):  # of an action
+        response.status = GoalStatus.STATUS_ABORTED
+        response.result.error_code, response.result.error = response.result.FAILED, why
+    elif hasattr(response, 'message'):
+        response.success = False
+        response.message = reason
+    elif hasattr(response, 'success'):
+        response.success = False
+    elif hasattr(response, 'status'):
+        response.status = [
+            DiagnosticStatus(level=DiagnosticStatus.ERROR, name='self_test', message=why)
+        ]
+    return response

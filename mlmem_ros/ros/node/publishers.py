@@ -1,0 +1,150 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The topics the node publishes, which a session records in serialized form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.node import Node
+from rclpy.serialization import serialize_message
+
+from ...contract import messages, topics
+from ...contract.topics import Topic
+from ...contract.values import published
+from ...device import Event, MemoryElement
+from ...host import Host
+from ...host.settings import PublishSettings
+from ..qos import profile
+from ..views.image import Contour
+from ..views.markers import ChainMarkers
+
+if TYPE_CHECKING:
+    from ...host.transcript import Transcript
+
+
+class Publishers:
+    """Publishes what the device does, tick by tick, in the loop's thread."""
+
+    def __init__(
+        self, node: Node, element: MemoryElement, settings: PublishSettings, host: Host
+    ) -> None:
+        self._node = node
+        self._host = host
+        self._element = element
+        self._settings = settings
+        group = MutuallyExclusiveCallbackGroup()  # the node's remembers all that ever was in it
+        self._publishers = {
+            topic: node.create_publisher(
+                topic.kind, f'~/{topic.name}', profile(topic.qos), callback_group=group
+            )
+            for topic in topics.STREAMS + topics.VIEWS
+            if element.simulated or topic not in topics.OF_A_SIMULATION
+        }
+        self._contour = Contour(element, settings) if element.simulated else None
+        self._messages = self._of_events(node.get_fully_qualified_name())
+        self._periodic = self._streams()
+        self._made: dict[Topic, tuple[int, Any]] = {}  # at rest, and since which tick
+        streaming = [topic for topic, _, _ in self._periodic if topic not in topics.VIEWS]
+        self._punctual = [self._publishers[topic] for topic in streaming]  # views may be late
+        if element.reading is not None or not element.simulated:  # a real one's is not known yet
+            self.publish(topics.LEVEL, messages.level(element.reading))
+
+    def _streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
+        """Return what is published periodically: the topic, the ticks between two, the message."""
+        element, settings, stamp = self._element, self._settings, self._stamp
+        made: dict[Topic, Callable[[], Any]] = {
+            topics.JOINT_STATES: lambda: messages.joint_states(element, stamp(), settings.frame_id)
+        }
+        if (contour := self._contour) is not None:
+            markers = ChainMarkers(element, settings)
+            made |= {
+                topics.FIELD: lambda: messages.field(element),
+                topics.WALL: lambda: messages.wall_positions(element),
+                topics.IMAGE: lambda: contour.message(stamp()),
+                topics.MARKERS: lambda: markers.message(stamp()),
+            }
+        every = {topic: getattr(settings, topic.interval.partition('.')[2]) for topic in made}
+        return [(topic, every[topic], make) for topic, make in made.items() if every[topic]]
+
+    def _of_events(self, name: str) -> dict[Topic, Callable[[Any], Any]]:
+        """Return what makes the message of what an event publishes; `name` is the node's."""
+        element, frame_id = self._element, self._settings.frame_id
+        return {
+            topics.ECHO: messages.echo,
+            topics.RANGE: lambda read: messages.distance(read, element, self._stamp(), frame_id),
+            topics.WAVEFORM: messages.waveform,
+            topics.OUTCOME: lambda outcome: messages.status(outcome, name),
+            topics.LEVEL: messages.level,
+        }
+
+    def close(self) -> None:
+        """Stop publishing."""
+        for publisher in self._publishers.values():
+            self._node.destroy_publisher(publisher)
+
+    def publish(self, topic: Topic, message: Any) -> None:
+        """Publish a message, and hand it to the transcript: serialized once for both."""
+        publisher = self._publishers[topic]
+        if (transcript := self._transcript(topic)) is not None:
+            cdr = serialize_message(message)
+            publisher.publish(cdr)
+            transcript.put(publisher.topic_name, cdr)
+        else:
+            publisher.publish(message)
+
+    def tick(self, events: Sequence[Event]) -> None:
+        """Publish the streams due after a tick, and its events."""
+        if self._contour is not None:
+            self._contour.take()
+        for topic, every, message in self._periodic:
+            if self._element.ticks % every == 0 and self._watched(topic):
+                self.publish(topic, self._present(topic, message))
+        for event in events:
+            for topic, content in published(event, self._element).items():
+                if topic.qos == topics.LATCHED or self._watched(topic):
+                    self.publish(topic, self._messages[topic](content))
+
+    def _present(self, topic: Topic, message: Callable[[], Any]) -> Any:
+        """Return the message of a stream: of an element at rest it is made once, and stamped."""
+        element = self._element
+        if element.ticks == element.computed or topic is topics.IMAGE:
+            return message()
+        since, made = self._made.get(topic, (-1, None))
+        if since == element.computed:
+            stamp = self._stamp()
+            for each in getattr(made, 'markers', (made,)):
+                if hasattr(each, 'header'):
+                    each.header.stamp = stamp
+            return made
+        made = message()
+        self._made[topic] = element.computed, made
+        return made
+
+    @property
+    def has_subscribers(self) -> bool:
+        """Whether anybody subscribes to a stream that must be on time."""
+        return any(publisher.get_subscription_count() for publisher in self._punctual)
+
+    @property
+    def watched(self) -> bool:
+        """Whether anybody subscribes to anything periodic."""
+        return any(
+            self._publishers[topic].get_subscription_count() for topic, _, _ in self._periodic
+        )
+
+    def _watched(self, topic: Topic) -> bool:
+        """Return whether anybody takes a message that is not latched."""
+        recorded = self._transcript(topic) is not None
+        return recorded or self._publishers[topic].get_subscription_count() > 0
+
+    def _transcript(self, topic: Topic) -> Transcript | None:
+        """Return what takes the messages of a topic, or None."""
+        transcript = self._host.transcript
+        taken = transcript is not None and transcript.takes(self._publishers[topic].topic_name)
+        return transcript if taken else None
+
+    def _stamp(self) -> Any:
+        return self._node.get_clock().now().to_msg()

@@ -1,0 +1,166 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pulses for one element: what takes its wall up, level by level, with the distance to failure."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..device.calibration import Calibration, DelayTable
+from ..device.memory import Memory
+from ..device.presets import Preset
+from ..device.procedures.blocks import run
+from ..device.procedures.going_to_level import go_to_level
+from ..device.reading import BLANK
+from ..device.simulation import Simulation
+from ..device.trims import Trim, Trims, menu, schedule_of
+from ..physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
+from ..physics.equilibrium import blank, relax, resting_wall
+from ..physics.potential import Array
+
+NEAR = 1.0
+"""Cells from its defect within which a wall has arrived."""
+
+WINDOW = (0.97, 1.03, 0.94, 1.06, 0.9, 1.1)
+"""Factors on the peak at which a pulse is tried, too; the distance to failure follows."""
+
+ENOUGH = 0.06
+"""Distance to failure at which no better pulse is sought."""
+
+PEAKS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8)
+TIMES = (1.0, 0.5, 1.3, 0.36, 0.7, 1.6)
+"""Factors that are tried beyond the menu."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A pulse of a plan.
+
+    Attributes:
+        level: Level to which it takes the wall, from the one below; 0: a launch.
+        trim: Factors on the pulse in the settings.
+        margin: Relative distance of the peak from failure, as far as it was tried; negative if no
+            pulse was found.
+    """
+
+    level: int
+    trim: Trim
+    margin: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pulses to every level.
+
+    Attributes:
+        steps: By level.
+        trims: The same for a calibration.
+    """
+
+    steps: tuple[Step, ...]
+    trims: Trims
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is a pulse to every level."""
+        return all(step.margin >= 0.0 for step in self.steps)
+
+
+def plan(
+    specimen: Specimen, preset: Preset, report: Callable[[str, float], object] | None = None
+) -> Plan:
+    """Return the pulses for an element.
+
+    Each is simulated on the element, also with a peak that is a little off, and starts where the
+    one before left the wall.
+
+    Args:
+        specimen: The element.
+        preset: Its design as built, and the settings of its instrument.
+        report: Is told the progress.
+    """
+    tried = _Trial(specimen, preset)
+    state, steps = tried.blank(), []
+    for level in range(preset.design.levels):
+        if report is not None:
+            report(f'level {level}', level / preset.design.levels)
+        step, state = _best(tried, state, level)
+        steps.append(step)
+    schedule = schedule_of(preset.settings)
+    return Plan(tuple(steps), Trims(tuple(step.trim for step in steps), schedule))
+
+
+def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
+    """Return the pulse to a level that is farthest from failure, and the state after it."""
+    best, after = Step(level, Trim(), -1.0), tried.at(level)
+    known = menu(tried.preset.settings, level)
+    grid = (Trim(peak, times) for times, peak in itertools.product(TIMES, PEAKS))
+    for trim in dict.fromkeys((*known, *grid)):
+        reached = tried.arrives(state, level, trim)
+        if reached is None:
+            continue
+        margin = 0.0
+        for low, high in zip(WINDOW[::2], WINDOW[1::2], strict=True):
+            around = (replace(trim, peak=trim.peak * factor) for factor in (low, high))
+            if any(tried.arrives(state, level, each) is None for each in around):
+                break
+            margin = round(high - 1.0, 3)
+        if margin > best.margin:
+            best, after = Step(level, trim, margin), reached
+        if margin >= ENOUGH:
+            break
+    return best, after
+
+
+class _Trial:
+    """Pulses on a simulated copy of the element."""
+
+    def __init__(self, specimen: Specimen, preset: Preset) -> None:
+        self.preset, self._specimen = preset, specimen
+        design, time = preset.design, preset.settings.time
+        dt = time.tick / np.ceil(time.tick / default_step(specimen, PEFRL))
+        self._chain = Chain(specimen.design, float(dt), PEFRL)
+        self._chain.set_specimen(specimen)
+        delays = DelayTable(tuple(float(level) for level in range(design.levels)))
+        self._memory = Memory(
+            design, preset.settings, Calibration(None, delays), Simulation(self._chain)
+        )
+
+    def blank(self) -> Array:
+        """Return the blank element at rest."""
+        self._chain.place(blank(self._specimen))
+        return self._chain.state()
+
+    def at(self, level: int) -> Array:
+        """Return the element with its wall at a level, at rest, if that holds it, else blank."""
+        try:
+            self._chain.place(resting_wall(self._specimen, level))
+        except StateError:
+            return self.blank()
+        return self._chain.state()
+
+    def arrives(self, state: Array, level: int, trim: Trim) -> Array | None:
+        """Return the state after a pulse if it takes the wall to a level, at rest."""
+        memory, chain, design = self._memory, self._chain, self.preset.design
+        chain.restore(state, V_N=0.0, steps_done=chain.steps_done)
+        memory.transducer.settle()
+        trims = [trim] * design.levels
+        try:
+            start = level - 1 if level else BLANK
+            run(memory, go_to_level(memory, start, level, plainly=True, trims=trims))
+        except (StateError, DesignError):
+            memory.stand_still('')
+            return None
+        try:
+            rest = relax(self._specimen, chain.v, np.zeros(design.N))
+        except StateError:
+            return None
+        found = walls(self._specimen.design, rest)
+        if len(found) != 1 or abs(found[0].position - design.defect(level)) > NEAR:
+            return None
+        chain.place(rest)
+        return chain.state()

@@ -1,0 +1,355 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design checker: the paper's elements pass, and every spoiled one fails for its reason."""
+
+import dataclasses
+import json
+import math
+import time
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from mlmem_ros.checks import (
+    Report,
+    Verdict,
+    check,
+    drift,
+    echo_range,
+    echoes,
+    launch,
+    material,
+    pinning,
+    schedule,
+    steps,
+    wall,
+)  # fmt: skip
+from mlmem_ros.checks.echo_forecast import forecast_echo
+from mlmem_ros.checks.echo_range import echo_strength
+from mlmem_ros.checks.launch import launched
+from mlmem_ros.checks.subject import Subject, sample
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
+from mlmem_ros.device.end import End
+from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.held_wall import hold_walls
+
+
+@pytest.fixture(scope='module')
+def case_i():
+    return check(*preset('case_1'))
+
+
+@pytest.fixture(scope='module')
+def timed():
+    """Return the report on the paper's element, and the processor time that it took in s."""
+    begin = time.process_time()
+    report = check(CASE_II)
+    return report, time.process_time() - begin
+
+
+@pytest.fixture(scope='module')
+def case_ii(timed):
+    return timed[0]
+
+
+def spoiled(design=CASE_II, settings=None, **changes):
+    """Return the report on a changed design."""
+    return check(dataclasses.replace(design, **changes), settings)
+
+
+def part(concerns, design=CASE_II, settings=None, **changes):
+    """Return the findings of some modules on a changed design."""
+    subject = Subject(dataclasses.replace(design, **changes), settings or Settings())
+    return Report(tuple(finding for concern in concerns for finding in concern.check(subject)))
+
+
+def failed(report):
+    return {finding.name for finding in report.of(Verdict.FAIL)}
+
+
+# --- the shipped elements --------------------------------------------------------------------
+
+
+def test_case_ii_passes_everything(case_ii):
+    assert case_ii.verdict is Verdict.PASS
+
+
+def test_case_i_passes_with_the_warning_that_its_carriers_travel_in_both_phases(case_i):
+    """Its potential is six times weaker and its bands nearly the same."""
+    assert case_i.verdict is Verdict.WARN
+    assert {finding.name for finding in case_i.of(Verdict.WARN)} == {
+        'carrier_left', 'carrier_right',
+    }  # fmt: skip
+
+
+def test_every_finding_quotes_its_source_and_fits_into_json(case_ii):
+    findings = case_ii.findings
+    names = [finding.name for finding in findings]
+    assert len(names) == len(set(names))
+    assert all('(p. ' in f.source or 'Fig.' in f.source for f in findings)
+    assert all(finding.text for finding in findings)
+    text = json.dumps([finding.as_dict() for finding in findings], allow_nan=False)
+    assert 'peierls_nabarro' in text
+
+
+def test_the_numbers_of_case_ii(case_ii):
+    """Against measurements on the device and closed forms."""
+    energy, _ = quad(lambda D: math.sqrt(2 * CASE_II.potential.energy(D)), CASE_II.D_s1,
+                     CASE_II.D_s2)  # fmt: skip
+    assert case_ii['wall_energy'].values['energy'] == pytest.approx(energy, rel=1e-6)
+    flat = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
+    (held,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(225)).energy
+    assert energy == pytest.approx(held, rel=0.01)  # continuum against lattice
+    ours = case_ii['peierls_nabarro'].values
+    assert ours['barrier'] == pytest.approx(1.1669e-5, rel=0.01)  # SciPy, docs/reproduction.md
+    assert ours['gradient force'] == pytest.approx(4e-4 / 3 * energy / 2, rel=1e-6)
+    bands = case_ii['bands'].values
+    assert bands['s1 to'] == pytest.approx(2.0542, abs=1e-4)
+    assert bands['s2 to'] == pytest.approx(2.1427, abs=1e-4)
+    even, odd = (case_ii[f'freed_by_{kind}'].values for kind in ('compression', 'tension'))
+    assert even['wall forward'] == pytest.approx(-0.0204, abs=3e-4)
+    assert odd['wall forward'] == pytest.approx(0.0355, abs=3e-4)
+
+
+def test_the_check_is_quick(timed):
+    """A node can afford this when it is configured; measured 0.3 s on an idle core."""
+    assert timed[1] < 2.0
+
+
+# --- spoiled elements ------------------------------------------------------------------------
+
+
+def test_a_weak_gradient_leaves_the_wall_to_the_lattice():
+    report = spoiled(gamma=-6e-5)
+    assert failed(report) == {'peierls_nabarro', 'write_steps'}
+    assert report['peierls_nabarro'].values['least pull'] < 0.0
+    assert 'gamma' in report['peierls_nabarro'].text
+
+
+def test_a_gradient_to_the_left():
+    assert {'gradient', 'peierls_nabarro'} <= failed(part((material, drift), gamma=1e-4))
+
+
+def test_the_printed_carrier_is_in_neither_band():
+    report = check(CASE_II, Settings(probe=ProbeSettings(omega_c=2.4)))
+    assert failed(report) == {'carrier_left', 'range_left', 'echo_left'}
+    assert report['carrier_left'].text.startswith(
+        '2.4 is in neither band and does not propagate: choose one inside the band of s2, '
+        '0.7688 to'
+    )
+
+
+@pytest.mark.parametrize(
+    ('s_min', 'substrate', 'verdict'),
+    [
+        (100.0, 'elastic', Verdict.FAIL),  # a cycle makes 4 of 7 steps (docs/reproduction.md)
+        (400.0, 'elastic', Verdict.FAIL),  # so does this
+        (100.0, 'rigid', Verdict.WARN),  # the model knows nothing of it, a built one would
+        (1000.0, 'elastic', Verdict.PASS),  # all steps
+    ],
+)
+def test_a_soft_substrate_traps_the_wall(s_min, substrate, verdict):
+    report = part((drift,), s_min=s_min, s_max=3.0 * s_min, substrate=substrate)
+    assert report['rigidity'].verdict is verdict
+    assert failed(report) == ({'rigidity'} if verdict is Verdict.FAIL else set())
+
+
+@pytest.mark.parametrize(('s_min', 'failures'), [(400.0, {'rigidity'}), (1000.0, set())])
+def test_a_soft_elastic_substrate_fails_for_nothing_else(s_min, failures):
+    report = spoiled(s_min=s_min, s_max=3.0 * s_min, substrate='elastic')
+    assert failed(report) == failures
+
+
+def test_phases_alike_return_no_echo():
+    """Without the cubic term both ground states have one stiffness."""
+    report = part((material, echoes), a=1.2, b=0.0, c=2.0)
+    assert {'stiffnesses', 'echo_left', 'echo_right'} <= failed(report)
+
+
+def test_stiff_defects_hold_nothing():
+    report = part((pinning, schedule), beta=0.05)
+    assert {'pin_depth', 'write_peaks', 'erase_peaks'} <= failed(report)
+    assert 'beta' in report['pin_depth'].text
+
+
+def test_deep_defects_let_nothing_go():
+    assert {'write_peaks', 'erase_peaks'} <= failed(part((schedule,), beta=-0.6))
+
+
+def test_weak_peaks_move_nothing():
+    settings = Settings.from_dict(
+        {**Settings().as_dict(), 'write': {'compression': -0.019, 'tension': 0.048}}
+    )
+    report = check(CASE_II, settings)
+    assert failed(report) == {'write_peaks', 'write_steps'}
+    assert report['write_peaks'].values['compression needed'] == pytest.approx(-0.0204, abs=3e-4)
+    assert 'from level 0 to the next' in report['write_steps'].text
+
+
+def test_a_fast_schedule_is_left_to_a_simulation():
+    """Its tension is a third of what a slow ramp needs, and yet it writes."""
+    report = check(*load('fast'))
+    assert failed(report) == set()
+    assert report['write_peaks'].verdict is Verdict.WARN
+    assert 'simulation' in report['write_peaks'].text
+    assert report['write_steps'].verdict is Verdict.PASS
+    assert report['durations'].values['step'] == 1800.0
+
+
+def test_a_short_ramp_of_an_erase_is_a_warning():
+    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 300.0}})
+    ramps = part((schedule,), CASE_II, settings)['erase_ramps']
+    assert ramps.verdict is Verdict.WARN
+    assert 'leave kink and wall ringing' in ramps.text
+
+
+def test_a_ramp_that_shakes_the_far_end_of_an_erase_is_a_warning():
+    """A smooth ramp of t moves the end by N e with the acceleration 6 N e / t^2 at its ends."""
+    settings = Settings.from_dict({**Settings().as_dict(), 'erase': {'ramp': 500.0}})
+    report = part((schedule,), CASE_II, settings)
+    shake = report['erase_shake']
+    assert shake.values['far end'] == pytest.approx(6 * 225 * 0.042 / 500**2, rel=0.01)
+    assert shake.verdict is Verdict.WARN
+    assert report['erase_ramps'].verdict is Verdict.PASS
+
+
+def test_steps_that_fail_near_the_operating_point_are_a_warning():
+    """A tension of 0.040 frees the wall, which needs 0.0363, and 0.85 of it does not."""
+    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'tension': 0.04}})
+    found = part((steps,), CASE_II, settings)['write_steps']
+    assert found.verdict is Verdict.WARN
+    assert '0.85 and 0.85, 1.15 and 0.85 times their values' in found.text
+    assert found.values == {'steps': 6, 'lost': 0, 'peaks tried': 5, 'peaks failed': 2}
+
+
+def test_ringing_spoils_the_second_step():
+    """The fast write of eight levels needs its own damping: with the paper's it loses steps."""
+    design, settings = load('damped_bits_3')
+    assert part((steps,), design, settings)['write_steps'].verdict is Verdict.PASS
+    ringing = part((steps,), dataclasses.replace(design, eta=1 / 250), settings)['write_steps']
+    assert ringing.verdict is not Verdict.PASS
+
+
+def test_a_single_level_has_no_steps(case_i):
+    names = [finding.name for finding in case_i.findings]
+    assert 'launch_write' in names
+    assert 'write_steps' not in names
+
+
+def test_a_wide_wall_does_not_fit_a_level():
+    assert 'wall_width' in failed(part((wall,), d=0.0061, J=10, J_s=20, j_0=6.8))
+
+
+def test_a_trap_too_near_the_end_loses_the_launched_wall():
+    """The device also loses it: the wall swings back and out of the free end."""
+    near = dataclasses.replace(CASE_II, J=10, J_s=20, j_0=6.8)
+    assert 'launch_write' in failed(part((launch,), near))
+    assert math.isnan(launched(Subject(near, Settings()), 'write'))
+
+
+@pytest.mark.parametrize('strain', [0.015, 0.035, 0.05])
+def test_a_launch_on_the_first_cells_is_that_of_the_element(strain):
+    settings = Settings.from_dict({**Settings().as_dict(), 'write': {'start_strain': strain}})
+    assert launched(Subject(CASE_II, settings), 'write') == pytest.approx(25.0, abs=0.3)
+
+
+def test_the_actuators_rate_stretches_the_durations(case_ii):
+    slow = Settings(actuator=ActuatorSettings(max_rate=1e-5))
+    stretched = part((schedule,), CASE_II, slow)['durations'].values['step']
+    assert case_ii['durations'].values['step'] == 4500.0
+    assert stretched == pytest.approx(2 * 1.5 * 0.048 / 1e-5 + 600.0 + 1500.0)
+
+
+# --- echoes ----------------------------------------------------------------------------------
+
+
+def test_the_echoes_of_the_device_are_forecast():
+    """Delays to 2 time units."""
+    settings = Settings()
+    known = factory_calibration(CASE_II, settings)
+    for end, probe in ((End.LEFT, settings.probe), (End.RIGHT, settings.probe_right)):
+        for level in (0, 3, 7):
+            echo = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), level), probe, end, 0.5)
+            assert echo.delay == pytest.approx(known.table(end).delays[level], abs=2.0)
+
+
+def test_a_forecast_margin_is_that_of_the_device():
+    element = MemoryElement(CASE_II, Settings(), factory_calibration(CASE_II, Settings()))
+    element.chain.place(resting_wall(Specimen(CASE_II), 7))
+    element.transducer.settle()
+    detector = element.transducer.fire(End.LEFT)
+    while detector.time < 1200.0:
+        element.advance()
+    echo = forecast_echo(
+        CASE_II, resting_wall(Specimen(CASE_II), 7), Settings().probe, End.LEFT, 0.5
+    )
+    assert echo.threshold_margin == pytest.approx(detector.threshold_margin, rel=0.05)
+
+
+def test_the_range_by_closed_forms_is_close_to_the_forecast():
+    """At the band's edge a perfect mirror returns three times as much as the wall.
+
+    The short pulse of the right end spreads into more than a Gaussian, whose height is a fifth
+    higher at most.
+    """
+    settings = Settings()
+    for end, probe, k_s, most in (
+        (End.LEFT, settings.probe, CASE_II.k_s2, 3.5),
+        (End.RIGHT, settings.probe_right, CASE_II.k_s1, 1.25),
+    ):
+        held = forecast_echo(CASE_II, resting_wall(Specimen(CASE_II), 3), probe, end, 0.5)
+        heard = held.v_c[held.t > 150.0].max()
+        distance = 100.0 if end == 'left' else 125.0
+        (_, (bound,)) = echo_strength(CASE_II, probe, k_s, np.array([distance]))
+        assert 0.8 * heard < bound < most * heard
+
+
+def test_too_much_damping_swallows_the_farthest_echo():
+    report = part((echo_range, echoes), eta=0.5)
+    assert {'range_left', 'echo_left', 'range_right', 'echo_right'} <= failed(report)
+    assert report['echo_left'].text.endswith(
+        'hardly heard: choose a smaller probe.v_th, a faster carrier, less damping or fewer cells'
+    )
+
+
+def test_a_pulse_outside_the_band_returns_nothing():
+    above = ProbeSettings(omega_c=6.0, sigma=30.0)  # the band ends at 2.14
+    delay, v_c = echo_strength(CASE_II, above, CASE_II.k_s2, np.array([1.0, 200.0]))
+    assert delay.tolist() == [180.0, 180.0]  # the pulse's own 6 sigma, and no way
+    assert v_c.tolist() == [0.0, 0.0]
+
+
+def test_a_threshold_too_low_for_a_sensor_is_a_warning():
+    """The threshold falls by exp(-0.01 t), to a millionth before the farthest echo is back."""
+    eager = dataclasses.replace(Settings().probe, gain_decay=0.01)
+    report = part((echo_range,), settings=Settings(probe=eager))
+    assert report['range_left'].verdict is Verdict.WARN
+    assert 'demanding for a sensor' in report['range_left'].text
+    assert report['range_left'].values['range'] > 200.0
+
+
+def test_a_report_finds_its_findings_by_name(case_ii):
+    assert case_ii['bands'].name == 'bands'
+    with pytest.raises(KeyError):
+        case_ii['none']
+
+
+# --- large elements --------------------------------------------------------------------------
+
+
+def test_levels_are_sampled_in_pairs():
+    assert sample(5) == [0, 1, 2, 3, 4]
+    assert sample(256) == [0, 1, 128, 129, 254, 255]
+    assert sample(0) == []
+
+
+@pytest.mark.slow
+def test_256_levels_are_checked_within_half_a_minute():
+    large = dataclasses.replace(CASE_II, N=2580, J=10, J_s=20, j_0=6.8, gamma=-1e-4)
+    begin = time.process_time()
+    check(large)
+    assert time.process_time() - begin < 30.0

@@ -1,0 +1,116 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Echoes by linear waves: closed forms, and the chain itself with a small pulse."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+
+from mlmem_ros.checks.echo_forecast import echo_response, propagation
+from mlmem_ros.device.end import End
+from mlmem_ros.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
+from mlmem_ros.physics.dispersion import wavenumber
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.methods import NOH_BATHE
+
+UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
+
+
+def test_theta_is_that_of_the_dispersion():
+    omega = np.array([0.3, 1.0, 2.0, 2.5])
+    theta = propagation(2.0 + UNIFORM.k_s2 - omega**2 + 1e-9j)
+    kappa = wavenumber(omega, UNIFORM.k_s2)
+    assert np.abs(np.log(theta).real) == pytest.approx(kappa.imag, abs=1e-8)
+    assert np.abs(np.angle(theta)) == pytest.approx(kappa.real, abs=1e-8)
+
+
+def test_the_free_far_end_of_a_uniform_chain():
+    """To the end and back: theta^(2 N - 1), times (1 + theta) at the free end."""
+    omega = np.linspace(0.9, 2.0, 12)
+    ratio = echo_response(Specimen(UNIFORM), np.full(UNIFORM.N, UNIFORM.D_s2), omega, End.LEFT)
+    trace = 2.0 + UNIFORM.k_s2 - omega**2 + 1j * UNIFORM.eta * omega
+    theta = propagation(trace)
+    assert np.abs(ratio - theta ** (2 * UNIFORM.N - 1) * (1.0 + theta)).max() < 1e-10
+
+
+def test_the_right_end_is_the_left_end_of_the_mirror_image():
+    v = resting_wall(Specimen(CASE_II), 3)
+    omega = np.linspace(0.5, 2.0, 5)
+    flat_v = np.where(CASE_II.sites < 100, UNIFORM.D_s2, UNIFORM.D_s1)
+    right = echo_response(Specimen(UNIFORM), flat_v, omega, End.RIGHT)
+    assert right == pytest.approx(
+        echo_response(Specimen(UNIFORM), flat_v[::-1].copy(), omega, End.LEFT)
+    )
+    assert np.abs(echo_response(Specimen(CASE_II), v, omega, End.RIGHT)).max() < 2.0
+
+
+def test_a_step_of_zero_is_the_differential_equation():
+    omega = np.linspace(0.1, 2.0, 7)
+    assert NOH_BATHE.squared_frequency(omega, 0.1, 0.0) == pytest.approx(omega**2 - 0.1j * omega)
+
+
+def test_no_frequencies_have_no_squares():
+    """Those of a pulse whose band lies between two frequencies of the window."""
+    assert NOH_BATHE.squared_frequency(np.array([]), 0.004, 0.25).shape == (0,)
+
+
+def test_the_scheme_departs_from_it_with_the_second_order_of_its_step():
+    omega = np.array([2.1])
+    ideal, *seen = (NOH_BATHE.squared_frequency(omega, 0.004, dt) for dt in (0.0, 0.2, 0.1))
+    off = [abs(each - ideal)[0] for each in seen]
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_standing_wave_of_the_chain_dies_as_the_scheme_says():
+    """A uniform chain, all cells in step: one oscillator of frequency sqrt(k_s)."""
+    dt, steps = 1.0, 400
+    design = dataclasses.replace(UNIFORM, N=30)
+    chain = Chain(design, dt)
+    chain.place(np.full(30, design.D_s1 + 1e-6))
+    ends = chain.advance(np.zeros(2 * steps))[0] - design.D_s1
+    # The frequency and decay for which the scheme sees exactly k_s: by Newton's method.
+    omega = complex(np.sqrt(design.k_s1), 0.5 * design.eta)
+    for _ in range(20):
+        miss, near = (
+            NOH_BATHE.squared_frequency(np.array([w]), design.eta, dt)[0] - design.k_s1
+            for w in (omega, omega + 1e-6)
+        )
+        omega -= miss * 1e-6 / (near - miss)
+    crossings = np.flatnonzero((ends[:-1] < 0.0) & (ends[1:] >= 0.0))
+    fine = crossings + ends[crossings] / (ends[crossings] - ends[crossings + 1])
+    assert np.diff(fine).mean() * dt == pytest.approx(2.0 * np.pi / omega.real, rel=1e-4)
+    peaks = [np.abs(ends[a:b]).max() for a, b in itertools.pairwise(crossings)]
+    decay = np.log(peaks[0] / peaks[-1]) / (crossings[-2] - crossings[0]) / dt
+    assert decay == pytest.approx(omega.imag, rel=0.05)
+
+
+def test_the_chain_returns_what_the_linear_waves_say():
+    """A pulse of 1e-5 cells into Case II with its wall at level 1, all of its echo's waveform."""
+    dt, duration, sigma, carrier = 0.25, 420.0, 8.0, 2.0
+    v = resting_wall(Specimen(CASE_II), 1)
+
+    def pulse(t):
+        x = (t - 48.0) / sigma
+        return 1e-5 * np.exp(-0.5 * x * x) * np.sin(carrier * t)
+
+    chain = Chain(CASE_II, dt)
+    chain.place(v)
+    rest = chain.end(1)
+    steps = round(duration / dt)
+    times = substep_times(steps, dt)
+    held = times[times <= 96.0]
+    motion = np.stack((rest + pulse(held), np.gradient(pulse(held), held)))
+    heard = chain.advance(np.zeros(2 * steps), HeldCell(1, motion))[0] - rest
+    period = 4 * steps
+    t = np.arange(1.0, period + 1.0) * dt
+    omega = 2.0 * np.pi * np.fft.rfftfreq(period, dt)
+    used = np.abs(omega - carrier) < 5.0 / sigma
+    spectrum = np.where(used, np.fft.rfft(np.where(t <= 96.0, pulse(t), 0.0)), 0.0)
+    spectrum[used] *= echo_response(Specimen(CASE_II), v, omega[used], End.LEFT, dt, NOH_BATHE)
+    forecast = np.fft.irfft(spectrum, period)[:steps]
+    echo = t[:steps] > 170.0
+    scale = np.abs(heard[echo]).max()
+    # What the forecast leaves out: the ring-down of the end that is let go.
+    assert np.abs(heard - forecast)[echo].max() < 0.06 * scale

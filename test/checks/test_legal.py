@@ -1,0 +1,91 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every legal design is judged, or refused in one clear sentence, without other errors."""
+
+import dataclasses
+import math
+import random
+import re
+import warnings
+
+import legal
+import pytest
+
+from mlmem_ros import checks
+from mlmem_ros.checks import Verdict, check
+from mlmem_ros.device import Settings, SettingsError
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.settings import ActuatorSettings
+from mlmem_ros.physics import CASE_II
+
+QUICK = (checks.material, checks.waves, checks.wall, checks.echo_range, checks.echoes)
+
+NONE = re.compile(r'freed_by_\w+|launch_\w+|pin_depth|peierls_nabarro|rigidity|echo_(left|right)')
+"""Findings that may lack a number: no strain frees a wall, no wall is left, no echo is heard."""
+
+
+def judge(design, settings):
+    """Check a design; return the verdict, or None if it is refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        try:
+            report = check(design, settings)
+        except SettingsError as error:
+            refusal = str(error)
+        else:
+            refusal = ''
+    if refusal:
+        assert re.search('(time.tick|omega_c) must be at (most|least)', refusal)
+        return None
+    for finding in report.findings:
+        numberless = [name for name, value in finding.values.items() if math.isnan(value)]
+        assert not numberless or NONE.fullmatch(finding.name), finding
+        assert not numberless or finding.verdict is not Verdict.PASS or 'back' in str(numberless)
+    return report.verdict
+
+
+def judge_seed(seed, *, drawn):
+    chance = random.Random(seed)
+    return judge(legal.design(chance), legal.settings(chance) if drawn else Settings())
+
+
+def test_legal_designs_are_judged():
+    verdicts = {judge_seed(seed, drawn=seed % 2) for seed in range(1, 6)}
+    assert {Verdict.FAIL} <= verdicts <= {Verdict.FAIL, None}
+
+
+def test_fifty_legal_designs_are_judged_by_closed_forms(monkeypatch):
+    """Without the simulations and landscapes, which take ten times as long."""
+    monkeypatch.setattr(checks, 'CONCERNS', QUICK)
+    verdicts = {judge_seed(seed, drawn=False) for seed in range(100, 150)}
+    assert verdicts >= {Verdict.FAIL, Verdict.WARN, None}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('drawn', [False, True])
+def test_many_legal_designs_are_judged(drawn):
+    verdicts = [judge_seed(seed, drawn=drawn) for seed in range(100, 1100)]
+    assert {Verdict.FAIL, None} <= set(verdicts)
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
+)
+def test_no_damping_and_no_defects_are_judged(changes):
+    assert judge(dataclasses.replace(CASE_II, **changes), Settings()) is Verdict.FAIL
+
+
+def test_a_carrier_that_does_not_propagate_is_judged_without_a_gain():
+    probe = dataclasses.replace(Settings().probe, omega_c=5.0, gain_decay=0.0)
+    assert judge(CASE_II, Settings(probe=probe)) is Verdict.FAIL
+
+
+def test_runs_that_would_take_too_long_are_skipped():
+    """The slowest legal actuator takes a thousand million time units for a ramp."""
+    settings = Settings(actuator=ActuatorSettings(max_rate=1e-9))
+    assert Cycle.planned(settings.write, 0.048, 1e-9).duration > 1e8
+    report = check(CASE_II, settings)
+    for name in ('launch_write', 'launch_erase', 'write_steps'):
+        assert report[name].verdict is Verdict.WARN
+        assert 'too long' in report[name].text

@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Walls under slow strain: an excerpt against the whole element, and against closed forms."""
+
+import dataclasses
+import math
+
+import numpy as np
+import oracle
+import pytest
+from scipy.optimize import minimize
+
+from mlmem_ros.checks.quasistatic import (
+    depinning_strain,
+    held_landscape,
+    lattice_ripple,
+    self_energy,
+)
+from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
+from mlmem_ros.physics.equilibrium import relax, resting_wall
+from mlmem_ros.physics.excerpt import excerpt
+from mlmem_ros.physics.held_wall import hold_walls
+
+
+@pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])
+def test_an_excerpt_has_the_cells_of_the_element(low, high):
+    part = excerpt(CASE_II, low, high)
+    cells = slice(part.before, part.before + part.design.N)
+    assert part.before % CASE_II.J == 0  # the defects stay where they are
+    assert part.before < low
+    assert part.design.N < CASE_II.N
+    amplitude = CASE_II.alpha[cells] * CASE_II.d
+    assert part.design.alpha * part.design.d == pytest.approx(amplitude, rel=1e-13)
+    assert part.design.s == pytest.approx(CASE_II.s[cells][: part.design.N - 1], rel=1e-13)
+
+
+def test_an_excerpt_of_a_short_element_is_the_element():
+    part = excerpt(CASE_I, 1, 200)
+    assert (part.before, part.design) == (0, CASE_I)
+
+
+def test_a_wall_in_an_excerpt_is_that_of_the_element():
+    """The error is exp(-DECAY) = 6e-6 of the strain's effect on a free edge."""
+    part = held_landscape(CASE_II, 140.0, 148.0, strain=0.02)
+    V = CASE_II.end_displacement(0.02) * CASE_II.strain_shape
+    whole = hold_walls(Specimen(CASE_II), part.X, V).energy
+    assert np.ptp(whole) > 4e-3
+    assert part.energy == pytest.approx(whole - whole[0], abs=2e-7)
+
+
+def test_the_ripple_of_the_lattice_by_scipys_minimiser():
+    """Its two ends are the wall at rest between two cells and on one (by symmetric guesses)."""
+    flat = dataclasses.replace(CASE_II, N=60, gamma=0.0, beta=0.0)
+
+    def energy(v):
+        return 0.5 * np.sum(np.diff(v) ** 2) + np.sum(oracle.psi(flat, v))
+
+    def rest(place):
+        step = np.tanh((flat.sites - place) / 3.0)
+        guess = 0.5 * (flat.D_s1 + flat.D_s2) - 0.5 * (flat.D_s2 - flat.D_s1) * step
+        options = {'ftol': 1e-16, 'gtol': 1e-9, 'maxiter': 3000, 'maxfun': 10**6}
+        force = lambda v: -oracle.forces(flat, v, np.zeros(60))[0]  # noqa: E731
+        return minimize(energy, guess, jac=force, method='L-BFGS-B', options=options).fun
+
+    ripple = lattice_ripple(CASE_II)
+    assert ripple.energy[-1] == pytest.approx(0.0, abs=1e-10)  # a whole cell on
+    held = hold_walls(Specimen(flat), np.array([30.5]), np.zeros(60)).energy[0]
+    lowest = held + (ripple.energy.min() - ripple.energy[16])
+    assert rest(30.3) == pytest.approx(lowest, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ('level', 'sign', 'kink', 'expected'),
+    [
+        (0, -1, False, -0.0204),  # the device makes this step from -0.021 on
+        (1, +1, False, +0.0355),  # from +0.036 on
+        (0, +1, True, +0.0150),  # the kink of an erase: from +0.016 on
+        (1, -1, True, -0.0310),  # from -0.032 on
+    ],
+)
+def test_the_strains_that_free_a_wall(level, sign, kink, expected):
+    found = depinning_strain(CASE_II, level, sign, 0.1, kink=kink, tolerance=1e-4)
+    assert found == pytest.approx(expected, abs=3e-4)
+
+
+def test_a_pinned_wall_is_an_equilibrium_of_the_whole_element_just_below_that_strain_only():
+    strain = depinning_strain(CASE_II, 0, -1.0, 0.1)
+    v, V = resting_wall(Specimen(CASE_II), 0), np.zeros(CASE_II.N)
+    moved = []
+    for e in (*np.arange(-0.002, strain, -0.002), strain + 1e-5, strain - 1e-4):
+        V, before = CASE_II.end_displacement(e) * CASE_II.strain_shape, V
+        v = relax(Specimen(CASE_II), v + V - before, V)
+        inside = v - V > CASE_II.D_barrier
+        moved.append(int(inside.sum()) - CASE_II.J)
+    assert max(map(abs, moved[:-1])) <= 1
+    assert moved[-1] > 10  # on to the maximum of the stiffness, 17 cells ahead
+
+
+def test_no_strain_frees_a_wall_from_a_very_soft_defect():
+    deep = dataclasses.replace(CASE_II, beta=-0.6)
+    assert math.isnan(depinning_strain(deep, 0, -1.0, 0.04))
+
+
+def test_a_stiff_defect_holds_no_wall():
+    with pytest.raises(StateError, match=r'the defect at j = 25 pins no wall'):
+        depinning_strain(dataclasses.replace(CASE_II, beta=0.2), 0, -1.0, 0.1)
+
+
+def test_what_a_wall_gains_from_the_substrate_is_half_its_energy_over_s():
+    """In a uniform substrate: the springs hold half the wall's energy, sum v'^2 = E."""
+    even = dataclasses.replace(CASE_II, s_min=500.0, s_max=500.0)
+    _, gain = self_energy(even)
+    flat = dataclasses.replace(even, gamma=0.0, beta=0.0)
+    (total,) = hold_walls(Specimen(flat), np.array([112.5]), np.zeros(flat.N)).energy
+    assert np.ptp(gain) < 1e-12
+    assert gain[0] == pytest.approx(-0.5 * total / 500.0, rel=0.02)  # lattice against continuum
+
+
+def test_the_softest_place_draws_the_wall():
+    X, gain = self_energy(CASE_II)
+    assert abs(X[gain.argmin()] - CASE_II.j_0) <= 0.5
+    assert abs(X[gain.argmax()] - (CASE_II.j_0 + 25)) <= 0.5

@@ -1,0 +1,135 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The carrier filter: each end hears its own pulse, not that of the other end, nothing slower."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mlmem_ros.device import Settings
+from mlmem_ros.device.carrier import carried, weights
+from mlmem_ros.device.echo import EchoDetector
+from mlmem_ros.device.end import End
+
+from . import rig
+
+PROBES = {end: end.probe(Settings()) for end in End}
+"""Case II's carriers: 2.1 at the left, 0.7 at the right."""
+
+STEPS = (0.25, 0.5)
+"""Samples of the paper's method and of the fourth-order one."""
+
+AT_ENDS = pytest.mark.parametrize('end', list(End))
+SAMPLED = pytest.mark.parametrize('dt', STEPS)
+
+
+def passes(end, dt, omega):
+    """Return the amplitude that is left of a wave of amplitude 1, whatever its phase."""
+    t = np.arange(6000) * dt
+    parts = [carried(wave(omega * t), weights(PROBES[end], dt)) for wave in (np.sin, np.cos)]
+    amplitudes = np.hypot(*parts)
+    assert np.ptp(amplitudes) < 1e-9, 'every part of a wave passes alike'
+    return amplitudes.mean()
+
+
+@AT_ENDS
+@SAMPLED
+def test_the_carrier_passes_unchanged_and_in_phase(end, dt):
+    kernel = weights(PROBES[end], dt)
+    n = len(kernel) // 2
+    wave = np.sin(PROBES[end].omega_c * np.arange(2000) * dt + 0.4)
+    np.testing.assert_allclose(carried(wave, kernel), wave[n:-n], atol=1e-13)
+
+
+@AT_ENDS
+@SAMPLED
+def test_a_constant_does_not_pass(end, dt):
+    """Nor the displacement of a strained end, of hundreds of cells."""
+    kernel = weights(PROBES[end], dt)
+    assert abs(kernel.sum()) < 1e-15
+    np.testing.assert_allclose(carried(np.full(2000, 500.0), kernel), 0.0, atol=1e-13)
+
+
+@SAMPLED
+def test_neither_end_hears_the_carrier_of_the_other(dt):
+    """What passes is a Gaussian of its distance from the carrier in units of omega_c / 2 pi.
+
+    2.1 is twelve such units from 0.7, and 0.7 four from 2.1; the weights, which end at four
+    standard deviations, let some 1e-4 of any wave pass.
+    """
+    assert passes(End.LEFT, dt, 0.7) < 2e-4
+    assert passes(End.RIGHT, dt, 2.1) < 2e-5
+
+
+@AT_ENDS
+@pytest.mark.parametrize('share', [0.8, 0.9, 1.1, 1.25])
+def test_the_band_is_a_gaussian_about_the_carrier(end, share):
+    expected = math.exp(-0.5 * (2.0 * math.pi * (share - 1.0)) ** 2)
+    got = passes(end, 0.25, share * PROBES[end].omega_c)
+    assert got == pytest.approx(expected, abs=2e-3)  # what was subtracted, so that 0 is removed
+
+
+@AT_ENDS
+def test_a_sway_ten_times_slower_does_not_pass(end):
+    """Of a shaken base, and of all cells that swing in phase after a strain: 0.47 for Case II."""
+    assert passes(end, 0.25, 0.1 * PROBES[end].omega_c) < 1e-4
+    assert passes(End.LEFT, 0.25, 0.47) < 2e-4
+
+
+@AT_ENDS
+def test_two_pulses_at_once_are_told_apart(end):
+    """An echo is found as if alone beside a pulse of the other carrier, ten times as loud."""
+    dt, t = 0.5, np.arange(4000) * 0.5
+    own, other = PROBES[end], PROBES[end.opposite]
+
+    def packet(probe, at, amplitude):
+        wave = np.sin(probe.omega_c * (t - at))
+        return amplitude * np.exp(-0.5 * ((t - at) / 12.0) ** 2) * wave
+
+    echo = packet(own, 700.0, 20.0 * own.v_th)
+    alone, beside = (EchoDetector(own, dt) for _ in range(2))
+    alone.feed(echo)
+    beside.feed(echo + packet(other, 350.0, 200.0 * own.v_th))
+    assert alone.delay is not None
+    assert beside.delay == pytest.approx(alone.delay, abs=dt)
+
+
+def test_too_few_samples_give_nothing():
+    kernel = weights(PROBES[End.LEFT], 0.5)
+    for n in (0, 3, len(kernel) - 1):
+        assert carried(np.ones(n), kernel).shape == (0,)
+    assert carried(np.ones(len(kernel)), kernel).shape == (1,)
+
+
+@rig.unhurried
+@given(st.lists(st.integers(0, 400), max_size=5), st.integers(0, 2**32 - 1))
+def test_the_bits_do_not_depend_on_how_samples_are_cut(cuts, seed):
+    v = np.random.default_rng(seed).normal(0.0, 1e-3, 400)
+    kernel = weights(PROBES[End.LEFT], 0.5)
+    whole, before = carried(v, kernel), len(kernel) - 1
+    edges = sorted({before, 400, *(max(before, cut) for cut in cuts)})
+    parts = [carried(v[a - before : b], kernel) for a, b in itertools.pairwise(edges)]
+    assert np.concatenate(parts).tobytes() == whole.tobytes()
+
+
+@settings(rig.unhurried, max_examples=25)
+@given(st.lists(st.integers(0, 4000), max_size=5))
+def test_a_detector_hears_the_same_bits_however_the_samples_come(cuts):
+    """What was there before the pulse belongs to the first samples that the filter passes."""
+    past, v = np.split(np.random.default_rng(1).normal(0.0, 1e-4, 4150), [150])
+    at_once, cut = (EchoDetector(PROBES[End.LEFT], 0.5, past=past) for _ in range(2))
+    at_once.feed(v)
+    for some in np.split(v, sorted(cuts)):
+        cut.feed(some)
+    first, second = at_once.echo(End.LEFT), cut.echo(End.LEFT)
+    assert len(first.t) > 3900
+    assert first.delay == second.delay
+    assert first.v_m.tobytes() == second.v_m.tobytes()
+    assert first.v_c.tobytes() == second.v_c.tobytes()
+    kernel = weights(PROBES[End.LEFT], 0.5)
+    known = np.concatenate((past[-(len(kernel) // 2) :], v))
+    np.testing.assert_array_equal(first.v_m, np.abs(carried(known, kernel))[: len(first.v_m)])

@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the wall is, as the device measures it and as it is: at levels and between them."""
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import Disturb, Faults, Locate, Read, Settings, factory_calibration, preset
+from mlmem_ros.physics import CASE_II, Specimen, walls
+from mlmem_ros.physics.equilibrium import relax
+
+from . import rig
+
+MOST = 3.0
+"""Standard deviations by which a measured position may be off."""
+
+
+def with_walls(*positions, design=CASE_II, first_active=True, **options):
+    """Return a device at rest whose phase changes near these positions."""
+    step = design.D_s2 - design.D_s1
+    v = np.full(design.N, design.D_s2 if first_active else design.D_s1)
+    for count, position in enumerate(positions):
+        down = (count % 2 == 0) == first_active
+        rise = 0.5 * (1.0 + np.tanh((design.sites - position - 0.3) / 3.0))
+        v += (-step if down else step) * rise
+    element = rig.device(design=design, **options)
+    element.chain.place(relax(Specimen(design), v, np.zeros(design.N)))
+    element.transducer.settle()
+    return element
+
+
+def located(element):
+    """Locate the wall, which must succeed, and return what was found."""
+    outcome = rig.run(element, Locate())
+    assert outcome.success, outcome.error
+    return outcome.found
+
+
+def first(element):
+    return walls(element.design, element.chain.configuration)[0].position
+
+
+@pytest.mark.parametrize('near', [25, 60, 65, 80, 90, 110, 200])
+def test_a_wall_is_found_at_a_level_and_between_levels(near):
+    """Levels are 25 cells apart; a read calls 65 and 90 undecodable."""
+    element = with_walls(near)
+    found = located(element)
+    assert found['walls'] == 1
+    assert found['position_std'] < 0.5
+    assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])
+
+
+def test_its_error_is_that_of_its_model_when_nothing_is_known_between_levels():
+    """With two levels, the error grows with the distance from the nearest."""
+    design, settings = preset('bits_1')
+    element = with_walls(
+        14, design=design, calibration=factory_calibration(design, settings), **settings.groups()
+    )
+    found = located(element)
+    assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])
+
+
+def test_a_blank_element_has_no_wall_and_no_position():
+    element = rig.device()
+    assert located(element) == {'walls': 0}
+    assert element.reading.level == -1
+
+
+def test_three_walls_are_told_from_one():
+    """The left end hears the first, which is the one that is located."""
+    found = located(with_walls(50, 100, 175))
+    assert found['walls'] == 3
+    assert found['position'] == pytest.approx(50.0, abs=MOST * found['position_std'])
+
+
+def test_two_walls_are_told_from_none():
+    """An active stretch within an inactive element; the right end hears its far side."""
+    found = located(with_walls(50, 100, first_active=False))
+    assert found['walls'] == 2
+    assert found['position'] == pytest.approx(100.0, abs=MOST * found['position_std'])
+
+
+def test_an_element_all_active_cannot_be_listened_to():
+    outcome = rig.run(with_walls(), Locate())
+    assert outcome.error == 'the right end is active: the wall has left the element'
+    assert outcome.found == {}
+
+
+def test_a_shaken_wall_is_not_located(written):
+    element = written(3)
+    element.apply(Disturb(1e-4))
+    outcome = rig.run(element, Locate())
+    assert not outcome.success
+    assert outcome.error == 'the base shakes: hold it still to locate a wall'
+
+
+def test_locating_moves_nothing_and_leaves_a_content_to_read(written):
+    element = written(5)
+    before = first(element)
+    located(element)
+    assert first(element) == pytest.approx(before, abs=0.05)  # it still rings a little
+    assert rig.succeed(element, Read()).level == 5
+
+
+def test_noise_widens_the_error(written):
+    quiet, loud = written(4), written(4)
+    loud.set_faults(Faults(sensor_noise=2e-5, seed=1))
+    told = [located(each) for each in (quiet, loud)]
+    assert told[1]['position_std'] > told[0]['position_std']
+    assert told[1]['position'] == pytest.approx(first(loud), abs=MOST * told[1]['position_std'])
+
+
+def test_a_wall_is_located_where_the_right_end_names_the_level():
+    """Levels are nine cells apart, and a cell is three time units."""
+    design, settings = preset('bits_4')
+    assert Settings(**settings.groups()).read.end == 'right'
+    element = with_walls(
+        100, design=design, calibration=factory_calibration(design, settings), **settings.groups()
+    )
+    found = located(element)
+    assert found['walls'] == 1
+    assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])

@@ -1,0 +1,62 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A cell that no longer moves reflects pulses as a wall does: it must not be taken for one.
+
+It answers from one side, and before the wall; so the ends do not agree. Every site of every design
+is tried in the laboratory (`mlmem reads`).
+"""
+
+import pytest
+
+from mlmem_ros.device import Faults, Read, SetFaults, Write, new_element, preset
+from mlmem_ros.physics import Specimen, level_of
+from mlmem_ros.physics.equilibrium import resting_wall
+
+NEAR = (-12, -4, -2, 2, 4, 12)
+"""Places of the stuck cell, from the wall's defect."""
+
+
+def stuck(name, level, cell):
+    """Return an element whose wall rests at a level, and a cell of which then sticks."""
+    element = new_element(preset(name))
+    element.chain.place(resting_wall(Specimen(element.design), level))
+    element.transducer.settle()
+    element.apply(SetFaults(Faults(stuck_cell=cell)))
+    return element
+
+
+def true_level(element):
+    return level_of(element.design, element.chain.configuration)
+
+
+@pytest.mark.parametrize('end', ['left', 'right'])
+@pytest.mark.parametrize(
+    ('name', 'level'), [('case_2', 1), ('case_2', 4), ('case_2', 7), ('bits_2', 0), ('bits_2', 3)]
+)
+def test_no_read_names_another_level(name, level, end):
+    design = preset(name).design
+    for cell in (*(design.defect(level) + n for n in NEAR), 3, design.N - 2):
+        if not 1 < cell < design.N:
+            continue
+        outcome = stuck(name, level, cell).perform(Read(end))
+        if outcome.success:
+            assert outcome.reading.level == level, cell
+
+
+def test_a_stuck_cell_is_reported():
+    """On its way from the left end to the wall: the right end hears that at 125, as it is."""
+    element = stuck('case_2', 4, 75)
+    outcome = element.perform(Read())
+    assert not outcome.success
+    assert 'near cell 125' in outcome.error
+
+
+@pytest.mark.parametrize(
+    ('name', 'n'), [('case_2', -4), ('case_2', 4), ('bits_2', -4), ('bits_2', 4)]
+)
+def test_no_write_is_acknowledged_that_was_not_done(name, n):
+    """A wall that has to pass the cell, or may be taken for it."""
+    design = preset(name).design
+    element = stuck(name, 1, design.defect(2) + n)
+    outcome = element.perform(Write(2))
+    assert not outcome.success or true_level(element) == 2

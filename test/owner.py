@@ -1,0 +1,60 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""While a loop runs, its thread alone reads and changes its device: whoever else does is found."""
+
+import sys
+import threading
+from contextlib import ExitStack, contextmanager
+from unittest.mock import patch
+
+from mlmem_ros.device import Loop, MemoryElement
+
+CONSTANT = {
+    'design', 'driver', 'made', 'settings', 'simulated', 'specimen', 'steps_per_tick', 'tick',
+    'units', '__class__', '__dict__',
+}  # fmt: skip
+"""What never changes, or is computed from that alone: any thread may read it."""
+
+
+@contextmanager
+def owned(find, here=threading.current_thread):
+    """Watch all devices that loops run.
+
+    Args:
+        find: Called with what was found, in words. What tests themselves read does not count.
+        here: Returns the present thread.
+    """
+    owners, run = {}, Loop._run
+
+    def _run(self):
+        owners[id(self.element)] = here()
+        try:
+            run(self)
+        finally:
+            del owners[id(self.element)]
+
+    def check(element, what):
+        owner = owners.get(id(element))
+        if owner is None or what in CONSTANT or here() is owner:
+            return
+        frame = sys._getframe(2)
+        file = frame.f_code.co_filename
+        if '/mlmem_ros/' in file.rpartition('/test/')[2]:
+            place = f'{file.rpartition("/mlmem_ros/")[2]}:{frame.f_lineno}'
+            find(f'{here().name} touches {what} of a device that {owner.name} runs, in {place}')
+
+    def reads(self, name):
+        if id(self) in owners:  # which saves most calls: every access of a device comes here
+            check(self, name)
+        return object.__getattribute__(self, name)
+
+    def changes(self, name, value):
+        if id(self) in owners:
+            check(self, name)
+        object.__setattr__(self, name, value)
+
+    with ExitStack() as stack:
+        stack.enter_context(patch.object(Loop, '_run', _run))
+        stack.enter_context(patch.object(MemoryElement, '__getattribute__', reads))
+        stack.enter_context(patch.object(MemoryElement, '__setattr__', changes))
+        yield

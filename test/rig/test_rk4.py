@@ -1,0 +1,146 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated element with equations and an integrator of its own, and its sensors."""
+
+import dataclasses
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import MemoryElement, Read, Settings, SettingsError, Write, drivers
+from mlmem_ros.device.pulse import Pulse
+from mlmem_ros.physics import (
+    CASE_II,
+    NOH_BATHE,
+    PEFRL,
+    Chain,
+    HeldCell,
+    Scatter,
+    Specimen,
+    scattered,
+)
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.stepping import substep_times
+from mlmem_ros.rig.rk4 import Rk4Element
+from mlmem_ros.rig.sensors import Sensors
+from mlmem_ros.ros.node_process import child
+
+from .lines import Line, calibration, driven, emulated
+
+DT = 0.25
+PULSE = Settings().probe
+
+
+def probed(element, samples=2400):
+    """Fire the left pulse while the strain rises, and return the samples of both ends."""
+    times = DT * np.arange(1, samples + 1)
+    held = times[times <= 12 * PULSE.sigma]
+    motion = Pulse(element.end(1), PULSE).at(held)
+    return element.advance(1e-4 * times, HeldCell(1, motion))
+
+
+@pytest.mark.parametrize('relative', [False, True])
+@pytest.mark.parametrize('method', [PEFRL, NOH_BATHE])
+def test_it_agrees_with_the_chain(method, relative):
+    """An echo of another integrator, another interpolation: 1e-4 of the pulse."""
+    parts = 4 if method is PEFRL else 32  # the one is of fourth order, the other of second
+    made = scattered(CASE_II, Scatter(alpha=0.01, s=0.01, mass=0.003), 5)
+    made = dataclasses.replace(made, damped_by_substrate=relative)
+    ours, theirs = Rk4Element(made, DT), Chain(CASE_II, DT / parts, method)
+    theirs.set_specimen(made)
+    ours.v[:] = resting_wall(made, 2)
+    theirs.place(resting_wall(made, 2))
+    found = probed(ours)
+    times = substep_times(2400 * parts, DT / parts, method)
+    motion = Pulse(theirs.end(1), PULSE).at(times[times <= 12 * PULSE.sigma])
+    expected = theirs.advance(1e-4 * times, HeldCell(1, motion))[:, parts - 1 :: parts]
+    assert np.abs(expected - expected[:, :1]).max() > 5e-3  # it was probed
+    assert found == pytest.approx(expected, abs=1e-6 if method is PEFRL else 2e-6)
+
+
+def test_a_shorter_step_changes_little():
+    fine, coarse = (probed(Rk4Element(Specimen(CASE_II), DT, step=h)) for h in (0.02, 0.0625))
+    assert fine == pytest.approx(coarse, abs=1e-6)  # 1e-4 of the pulse
+
+
+@pytest.mark.parametrize(('push', 'slides'), [(0.9e-5, False), (1.1e-5, True)])
+def test_dry_friction_holds_against_a_smaller_force(push, slides):
+    """All cells are pushed alike: off their ground state by push / k_s1."""
+    element = Rk4Element(Specimen(CASE_II), DT, friction=1e-5)
+    uniform = Specimen(CASE_II, alpha_factor=1.0 / CASE_II.alpha)
+    element.specimen = uniform
+    element.v[:] = CASE_II.D_s1 + push / CASE_II.k_s1
+    before = element.v.copy()
+    element.advance(np.zeros(4000))
+    moved = np.abs(element.v - before).max()
+    assert moved > 1e-6 if slides else moved < 1e-12
+
+
+def test_relative_damping_does_not_resist_the_substrate():
+    """A cell far from the fixed end lags behind a ramp by eta V' / k_s1 if v is damped."""
+    speed, lag = 1e-4, {}
+    for relative in (False, True):
+        element = Rk4Element(Specimen(CASE_II, damped_by_substrate=relative), DT)
+        element.advance(speed * DT * np.arange(1, 16001))
+        lag[relative] = element.V_N + CASE_II.D_s1 - element.end(CASE_II.N)
+    expected = CASE_II.eta * speed / (CASE_II.k_s1 * CASE_II.alpha[-1])
+    assert lag[False] - lag[True] == pytest.approx(expected, rel=0.1)
+
+
+def test_sensors_move_an_end_by_what_they_measure():
+    sensors = Sensors(unit=0.5, zero=(3.0, -1.0), gain=(1.02, 0.99))
+    true = np.array([[1.0, 1.5], [-2.0, 0.0]])
+    read = sensors.readings(true)
+    assert read[0] == pytest.approx(3.0 + 1.02 * true[0] / 0.5)
+    held = sensors.held(225, np.stack((read[1], np.zeros(2))))
+    assert held[0] == pytest.approx(true[1])
+    noisy = Sensors(noise=1e-3, seed=1).readings(np.zeros((2, 4000)))
+    assert noisy.std() == pytest.approx(1e-3, rel=0.05)
+    ramp = np.tile(0.01 * np.arange(4000.0), (2, 1))
+    late = Sensors(jitter=0.1, seed=1).readings(ramp) - ramp
+    assert late.std() == pytest.approx(1e-3, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    'make',
+    [
+        lambda: Rk4Element(Specimen(CASE_II), DT, step=0.0),
+        lambda: Rk4Element(Specimen(CASE_II), DT, friction=-1.0),
+        lambda: Sensors(noise=float('nan')),
+        lambda: Sensors(gain=(1.0, 0.0)),
+    ],
+)
+def test_numbers_out_of_range_are_refused(make):
+    with pytest.raises(SettingsError, match=r'must be .*; got'):
+        make()
+
+
+def test_a_device_writes_and_reads_it():
+    """The factory calibration holds: the default method's steps of 0.25 delay it by 2.5."""
+    element = Rk4Element(Specimen(CASE_II), DT)
+    rig = emulated(element=element, sensors=Sensors(noise=1e-6, gain=(1.001, 0.999), seed=3))
+    device = driven(Line(rig))
+    assert device.perform(Write(3)).success
+    reading = device.perform(Read()).reading
+    assert reading.level == 3
+    assert reading.delay == pytest.approx(device.calibration.left.delays[3], abs=4.0)
+
+
+def test_the_command_tells_the_truth(tmp_path):
+    """A rig in another process, as a fit will meet it."""
+    truth = tmp_path / 'truth.json'
+    options = ['rig', '--scatter', '1e-4', '--seed', '7', '--truth', str(truth), '--at-once']
+    options += ['--integrator', 'rk4', '--friction', '1e-7']
+    with child('mlmem_ros.cli.main', options, stdout=subprocess.PIPE, text=True) as process:
+        address = process.stdout.readline().strip()
+        told = json.loads(truth.read_text())
+        expected = scattered(CASE_II, Scatter(alpha=1e-4), 7)
+        assert told['alpha'] == pytest.approx(expected.alpha, rel=1e-15)
+        assert (told['seed'], told['friction']) == (7, 1e-7)
+        settings = Settings()
+        driver = drivers.opened('rig', f'{address}?patience=10', CASE_II, settings)
+        element = MemoryElement(CASE_II, settings, calibration(), driver)
+        assert element.perform(Read()).reading.level == -1
+        driver.close()

@@ -1,0 +1,210 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whatever a client sends, every request is answered once and the node lives on.
+
+All tests use one node. Each ends with a read that the node has to answer; the last one ends it.
+"""
+
+import json
+import logging
+import signal
+from types import SimpleNamespace
+
+import pytest
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.serialization import serialize_message
+from robot import RELIABLE, Robot, values
+from std_srvs.srv import SetBool
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from mlmem_ros.host import ThrottledLog
+from mlmem_ros.ros.node.callback_guard import CallbackGuard
+from mlmem_ros.ros.node.run import ENDED
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
+
+
+@pytest.fixture(scope='module')
+def node(start_shared):
+    return start_shared({'scale.time': 1e-5}, apart=True)
+
+
+@pytest.fixture
+def robot(node):
+    with Robot(node.element) as robot:
+        yield robot
+        assert node.running
+        assert robot.trigger('read')['procedure'] == 'read'
+
+
+@pytest.mark.parametrize('own', [True, False])
+def test_a_defect_is_answered_like_a_refusal(own):
+    """One of our services answers with a JSON object, one of rclpy's with its text."""
+
+    def broken(request, response):
+        raise RuntimeError('broken')
+
+    broken.__module__ = 'mlmem_ros.ros.node.services' if own else 'rclpy.parameter_service'
+    sent = []
+    service = SimpleNamespace(
+        srv_name='/mlmem/request',
+        callback=broken,
+        send_response=lambda response, header: sent.append(response.result),
+    )
+    log = ThrottledLog(logging.getLogger())
+    CallbackGuard(SimpleNamespace(services=[service]), log).guard_services()
+    asked, response = SetParametersAtomically.Request(), SetParametersAtomically.Response()
+    service.send_response(service.callback(asked, response), None)
+    (told,) = sent
+    assert not told.successful
+    assert (json.loads(told.reason) if own else told.reason) == (
+        {'error': 'broken'} if own else 'broken'
+    )
+    assert log.caught == 1
+
+
+def state(robot):
+    return robot.response(
+        robot.send('get_state', GetState.Request(), GetState)
+    ).current_state.label
+
+
+def change(robot, **transition):
+    request = ChangeState.Request()
+    for name, value in transition.items():
+        setattr(request.transition, name, value)
+    return robot.response(robot.send('change_state', request, ChangeState)).success
+
+
+ACTIVE_CAN = {4, 7}
+"""Transitions of an active node: deactivate, and shut down."""
+
+
+def test_transitions_that_are_not_available_are_refused(robot, node):
+    for number in sorted({*range(20), *range(60, 70), 127, 128, 254, 255} - ACTIVE_CAN):
+        assert not change(robot, id=number), number
+    assert not change(robot, label='activate')
+    assert not change(robot, label='no such transition')
+    assert state(robot) == 'active'
+    assert 'Traceback' not in node.output
+
+
+def test_a_parameter_of_no_known_type_is_refused(robot):
+    for kind in (10, 200, 255):
+        odd = Parameter(name='target_level', value=ParameterValue(type=kind))
+        good = Parameter(name='target_level', value=ParameterValue(type=2, integer_value=1))
+        request = SetParameters.Request(parameters=[odd, good])
+        answer = robot.response(robot.send('set_parameters', request, SetParameters))
+        assert [result.successful for result in answer.results] == [False, False]
+        assert str(kind) in answer.results[0].reason
+        request = SetParametersAtomically.Request(parameters=[good, odd])
+        answer = robot.response(
+            robot.send('set_parameters_atomically', request, SetParametersAtomically)
+        )
+        assert not answer.result.successful
+    assert robot.get('target_level') == 0
+
+
+@pytest.mark.parametrize(
+    ('path', 'why'),
+    [
+        ('~nosuchuser/x', 'home'),
+        ('/', 'folder'),
+        ('.', 'folder'),
+        ('..', 'folder'),
+        ('x' * 300, 'too long'),
+    ],
+)
+@pytest.mark.parametrize('parameter', ['record.path', 'state.path'])
+def test_an_impossible_path_is_refused_when_it_is_set(robot, parameter, path, why):
+    result = robot.try_set(parameter, path)
+    assert not result.successful
+    assert result.reason.startswith(parameter)
+    if parameter == 'record.path':
+        assert why in result.reason
+        assert robot.get('record.path') == ''
+
+
+def test_one_of_many_requests_to_record_succeeds(robot, tmp_path):
+    robot.set(record__path=str(tmp_path / 'session'))
+    for on in (True, False):
+        sent = [robot.send('record', SetBool.Request(data=on)) for _ in range(20)]
+        answers = [robot.answer(future) for future in sent]
+        (done,) = [answer for answer in answers if answer.success]
+        assert done == {'recording': on, 'path': str(tmp_path / 'session')}
+        why = 'busy: recording into' if on else 'nothing is being recorded'
+        assert all(why in answer['error'] for answer in answers if not answer.success)
+    assert [path.name for path in tmp_path.iterdir()] == ['session']
+    robot.set(record__path='')
+
+
+def test_views_are_turned_on_while_a_recording_begins(robot, tmp_path):
+    robot.set(record__path=str(tmp_path / 'session'))
+    begun = robot.send('record', SetBool.Request(data=True))
+    robot.set(record__views=True)
+    assert robot.answer(begun).success
+    assert robot.trigger('read').success
+    assert robot.record(False).success
+    assert replay(load(tmp_path / 'session')).exact
+    robot.set(record__views=False, record__path='')
+
+
+def test_every_step_is_answered_although_time_runs(robot):
+    sent = [robot.send('step') for _ in range(50)]
+    answers = [robot.answer(future) for future in sent]
+    assert len(answers) == 50
+    assert all('only while paused' in answer['error'] for answer in answers)
+
+
+def test_messages_that_cannot_be_decoded_do_no_harm(robot):
+    """A text that is not UTF-8, a length beyond the end, a truncated message."""
+    message = JointTrajectory()
+    message.header.frame_id = 'frame'
+    good = serialize_message(message)
+    publisher = robot.node.create_publisher(
+        JointTrajectory, robot.name('strain_trajectory'), RELIABLE
+    )
+    robot.wait(publisher.get_subscription_count, 'a subscriber')
+    for bad in (
+        good.replace(b'frame', b'\xff\xfe\xff\xfe\xff'),
+        good[:9],
+        good[:4] + b'\xff' * 40,
+    ):
+        publisher.publish(bad)
+    assert robot.trigger('read').success
+
+
+def test_a_flood_of_bad_messages_leaves_a_short_log(robot, node):
+    before = len(node.output)
+    long = JointTrajectory(joint_names=['j' * 5_000_000])
+    for _ in range(3):
+        robot.send_message('strain_trajectory', long)
+    for _ in range(2000):
+        robot.publish('strain', float('nan'))
+    assert robot.trigger('read').success
+    refused = robot.latest(
+        '/diagnostics', lambda array: int(values(array.status[0]).get('refused', 0)) > 100
+    )
+    assert refused
+    assert len(node.output) - before < 20_000
+
+
+def test_a_trajectory_with_malformed_points_is_refused(robot, node):
+    message = JointTrajectory(joint_names=['substrate'])
+    message.points = [JointTrajectoryPoint(positions=[0.0, 0.0]), JointTrajectoryPoint()]
+    robot.send_message('strain_trajectory', message)
+    robot.wait(lambda: 'one position' in node.output, 'the refusal in the log')
+
+
+def test_sim_time_is_not_switched_while_time_runs(robot):
+    result = robot.try_set('use_sim_time', True)
+    assert not result.successful
+    assert 'not active' in result.reason
+
+
+def test_ctrl_c_ends_it_after_all_that(node):
+    node.signal(signal.SIGINT)
+    assert node.exit_status() == ENDED
+    assert 'Traceback' not in node.output

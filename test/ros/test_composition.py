@@ -1,0 +1,110 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An element in a robot's own program, in each of rclpy's executors, beside the robot's node."""
+
+import gc
+import time
+
+import pytest
+import rclpy
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.task import Future
+
+from mlmem_ros import MemoryClient, MemoryNode, RequestRefused
+from mlmem_ros.device import SettingsError, Write
+from mlmem_ros.host import state_file
+from mlmem_ros.ros.events import events_executor
+
+SOON = 30.0
+
+
+@pytest.fixture
+def robot(context):
+    robot = rclpy.create_node('robot', context=context)
+    yield robot
+    robot.destroy_node()
+
+
+def spun(executor, work):
+    """Return what a coroutine returns that the executor runs."""
+    done = Future()
+
+    async def run():
+        try:
+            done.set_result(await work)
+        except Exception as error:
+            done.set_exception(error)
+
+    executor.create_task(run)
+    executor.spin_until_future_complete(done, SOON)
+    assert done.done(), f'nothing within {SOON} s'
+    return done.result()
+
+
+@pytest.mark.parametrize('kind', [SingleThreadedExecutor, MultiThreadedExecutor, events_executor])
+def test_an_element_and_a_robot_share_an_executor(context, robot, kind, tmp_path):
+    state, executor = tmp_path / 'element.json', kind(context=context)
+    given = {'scale.time': 1e-5, 'state.path': str(state)}
+    executor.add_node(robot)
+    client = MemoryClient(robot, '/arm/mlmem')
+    with MemoryNode(parameters=given, namespace='arm', context=context) as memory:
+        executor.add_node(memory)
+        assert spun(executor, client.write(3)).level == 3
+        assert spun(executor, client.read()).level == 3
+
+        memory.host.open_loop().call(lambda: setattr(memory.host.element, 'advance', None))
+        deadline = time.monotonic() + SOON
+        while memory.host.element is not None:  # which the executor looks after
+            assert time.monotonic() < deadline
+            executor.spin_once(timeout_sec=0.1)
+        with pytest.raises(RequestRefused, match='inactive: the device has stopped'):
+            spun(executor, client.read())
+    assert memory not in executor.get_nodes()
+    assert state_file.load(state)['reading']['level'] == 3
+    executor.shutdown()
+
+
+def test_a_device_that_fails_before_there_is_an_executor_is_looked_after(context):
+    with MemoryNode(parameters={'scale.time': 1e-5}, context=context) as memory:
+        memory.host.open_loop().call(lambda: setattr(memory.host.element, 'advance', None))
+        deadline = time.monotonic() + SOON
+        while memory.host.failure is None:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(memory)
+        while memory.host.element is not None:
+            assert time.monotonic() < deadline
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+
+
+def test_one_that_cannot_start_leaves_nothing_behind(context, robot):
+    with (
+        pytest.raises(SettingsError, match=r'parameters design'),
+        MemoryNode(parameters={'design.N': 4}, context=context),
+    ):
+        pass
+    assert robot.get_node_names() == ['robot']
+    with MemoryNode(parameters={'autostart': False}, context=context) as memory:
+        assert memory.unconfigured
+
+
+def test_a_life_leaves_nothing_behind(context, tmp_path):
+    """What stays of a life in memory would add up over months of them."""
+    parameters = {'scale.time': 1e-6, 'time.speed': 0.0, 'state.path': str(tmp_path / 'e.json')}
+    with MemoryNode(parameters=parameters, context=context) as memory:
+
+        def lives(number):
+            for _ in range(number):
+                memory.host.submit(Write(3)).answer.result(60.0)
+                memory.trigger_deactivate()
+                memory.trigger_cleanup()
+                memory.start()
+            gc.collect()
+            return len(gc.get_objects())
+
+        lives(1)
+        before = lives(1)
+        grown = lives(4) - before
+    assert grown < 20, 'fewer than five objects a life'

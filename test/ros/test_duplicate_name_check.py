@@ -1,0 +1,56 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Two nodes with one full name: each logs it, once."""
+
+import time
+from types import SimpleNamespace
+
+import pytest
+from robot import Robot
+
+from mlmem_ros.ros.node import duplicate_name_check
+from mlmem_ros.testing import memory_node
+
+BY_HAND = {'autostart': False}
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(duplicate_name_check, 'PERIOD', 0.1)
+
+
+def looked():
+    """Wait until every node has done all its checks."""
+    time.sleep(1.5 * duplicate_name_check.LOOKS * duplicate_name_check.PERIOD)
+
+
+def test_a_second_node_of_the_same_name_is_logged_once():
+    with memory_node(BY_HAND, name='twin'), memory_node(BY_HAND, name='twin') as second:
+        looked()
+        assert second.output.count('another node named /twin is running') == 1
+
+
+def test_a_node_without_namesakes_logs_nothing():
+    with memory_node(BY_HAND, name='single', namespace='/other') as other, Robot(name='single'):
+        looked()
+        assert other.output == ''
+
+
+def test_calls_of_an_overdue_timer_log_once():
+    """A slow start leaves several calls due; they come even after the timer was destroyed."""
+    logged, destroyed = [], []
+    node = SimpleNamespace(
+        get_name=lambda: 'twin',
+        get_namespace=lambda: '/',
+        get_fully_qualified_name=lambda: '/twin',
+        get_node_names_and_namespaces=lambda: [('twin', '/')] * 2,
+        destroy_timer=destroyed.append,
+    )
+    callback_guard = SimpleNamespace(every=lambda *_: 'timer')
+    checks = duplicate_name_check.DuplicateNameCheck(
+        node, SimpleNamespace(warning=logged.append), callback_guard
+    )
+    for _ in range(3):
+        checks.look()
+    assert len(logged) == 1
+    assert destroyed == ['timer']

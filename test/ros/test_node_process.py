@@ -1,0 +1,66 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Processes that end with their parent, and no sooner; parameters on their command line."""
+
+import contextlib
+import subprocess
+import sys
+import threading
+
+import pytest
+import rclpy
+from rclpy.node import Node
+
+from mlmem_ros.ros.node_process import child, node_arguments
+
+SERVES = 'http.server', ['0', '--bind', '127.0.0.1']
+"""A program that runs until it is ended."""
+
+PARENT = """
+import sys, threading, time
+from mlmem_ros.ros.node_process import child
+with child(*eval(sys.argv[1]), stderr=2) as process:
+    print(process.pid, flush=True)
+    time.sleep(60)
+"""
+
+
+def test_a_process_outlives_the_thread_that_asked_for_it():
+    """The kernel kills it with the thread that started it."""
+    with contextlib.ExitStack() as stack:
+        started = []
+
+        def start():
+            started.append(stack.enter_context(child(*SERVES, stderr=subprocess.DEVNULL)))
+
+        thread = threading.Thread(target=start)
+        thread.start()
+        thread.join()
+        (process,) = started
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(0.3)
+    assert process.wait(10.0) == -15
+
+
+def test_a_process_ends_with_its_killed_parent():
+    command = [sys.executable, '-c', PARENT, repr(SERVES)]
+    parent = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    parent.stdout.readline()  # the child runs
+    parent.kill()
+    parent.communicate(timeout=10.0)  # the child has closed its end, too
+
+
+@pytest.mark.parametrize(
+    'text',
+    ["/home/o'brien/session", 'C:\\new "one"', "'", '1', 'true', 'ä b: {c} #', 'a\nb\t', ''],
+)
+def test_any_text_is_a_parameter(text):
+    context = rclpy.Context()
+    rclpy.init(args=['x', *node_arguments('/a/b', {'path': text, 'n': 2})], context=context)
+    try:
+        node = Node('b', namespace='a', context=context, start_parameter_services=False)
+        assert node.declare_parameter('path', 'none').value == text
+        assert node.declare_parameter('n', 1).value == 2
+        node.destroy_node()
+    finally:
+        rclpy.try_shutdown(context=context)

@@ -1,0 +1,101 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A robot and its memory that are stopped together, and a memory that is killed."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from robot import Robot
+
+from mlmem_ros import MemoryClient, NoAnswer, standalone
+from mlmem_ros.host import state_file
+from mlmem_ros.ros.client.standalone import wait_until
+
+ROOT = Path(__file__).parents[2]
+QUICK = {'scale.time': 1e-5}
+SOON = 30.0
+
+
+def stop(*processes):
+    """Send SIGINT to all of them, as a terminal does, and again, as launch does."""
+    for _ in range(3):
+        for process in processes:
+            process(signal.SIGINT)
+        time.sleep(0.003)
+
+
+def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_path):
+    """The program printed in docs/robot.md."""
+    blocks = re.findall(
+        r'```python\n(.*?)```', (ROOT / 'docs' / 'robot.md').read_text(), re.DOTALL
+    )
+    program, state = tmp_path / 'behaviour.py', tmp_path / 'state.json'
+    program.write_text('\n'.join([*blocks, 'main()\n']))
+    node = start({**QUICK, 'linger': 20.0, 'state.path': str(state)}, apart=True)
+    with standalone() as memory:
+        assert memory.write(5, timeout=SOON).wait().level == 5
+    robot = subprocess.Popen([sys.executable, program], stderr=subprocess.PIPE, text=True)
+    wait_until(lambda: 'read succeeded' in node.output, 'the read of its constructor', SOON)
+    time.sleep(0.2)  # until main has gone on to its loop
+    begun = time.monotonic()
+    stop(node.signal, robot.send_signal)
+    assert (robot.wait(SOON), robot.stderr.read()) == (0, '')
+    assert node.exit_status() == 0
+    assert time.monotonic() - begun < 10.0  # it did not linger to the end
+    assert state_file.load(state)['reading']['level'] == 0
+
+
+def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(start):
+    for linger, number in ((0.3, None), (60.0, signal.SIGTERM)):
+        node = start({**QUICK, 'linger': linger}, apart=True)
+        with Robot() as robot:
+            assert robot.trigger('read').success
+            node.signal(signal.SIGINT)
+            robot.wait(lambda node=node: 'serving for at most' in node.output, 'the signal')
+            if number is not None:
+                assert robot.trigger('read').success
+                node.signal(number)
+            assert node.exit_status() == 0
+
+
+def test_nothing_cuts_the_end_of_the_example_short(start):
+    """Each SIGINT after the first used to end it, in its clean-up or in that of Python."""
+    start(QUICK)
+    for gap in (0.0, 0.02):
+        example = subprocess.Popen(
+            [sys.executable, '-m', 'gait_store.gait_node'],
+            cwd=ROOT / 'examples' / 'gait_store', stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert 'gait 0: rest' in example.stderr.readline()
+        while example.poll() is None:
+            example.send_signal(signal.SIGINT)
+            time.sleep(gap)
+        assert (example.returncode, example.stderr.read()) == (0, ''), gap
+
+
+def test_who_waits_for_a_killed_node_is_told_soon(start):
+    """Not after the 20 s that Fast DDS grants by default."""
+    node = start(QUICK, apart=True)
+    with standalone() as memory:
+        memory.ready(SOON).wait()
+        memory.pause().wait()
+        reading = memory.read(timeout=60.0)
+        node.signal(signal.SIGKILL)
+        begun = time.monotonic()
+        with pytest.raises(NoAnswer, match='went away during read: how it ended is not known'):
+            reading.wait()
+        assert time.monotonic() - begun < 10.0
+
+
+def test_a_node_that_is_shut_down_says_so(start):
+    node = start(QUICK)
+    with standalone() as memory:
+        assert MemoryClient(memory.node, '/mlmem').read().wait().blank
+        node.node.host.close()
+        with pytest.raises(Exception, match='inactive: the node is shut down'):
+            memory.read().wait()

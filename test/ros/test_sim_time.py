@@ -1,0 +1,99 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`use_sim_time`: the clock of a simulator, which may jump either way."""
+
+import threading
+from contextlib import contextmanager
+
+import pytest
+from robot import Robot, values
+from rosgraph_msgs.msg import Clock
+
+from mlmem_ros.cli.main import main
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
+
+
+def health(robot, text):
+    """Return the status of the loop as soon as it says this: level and values."""
+    array = robot.next('/diagnostics', lambda array: text in array.status[0].message)
+    return array.status[0].level, values(array.status[0])
+
+
+class Simulator:
+    """Publishes /clock: a step of its time every 2 ms, from `now` on, which may be set."""
+
+    def __init__(self, robot, now, step=4e-3):
+        self.now = now
+        self._step = step
+        self._publisher = robot.node.create_publisher(Clock, '/clock', 10)
+        robot.wait(self._publisher.get_subscription_count, 'a subscriber of /clock')
+        self._end = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self):
+        while not self._end.wait(2e-3):
+            self.now += self._step
+            self.show()
+
+    def show(self):
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(round(1e9 * self.now), 10**9)
+        self._publisher.publish(message)
+
+    @contextmanager
+    def running(self):
+        self._thread.start()
+        try:
+            yield self
+        finally:
+            self._end.set()
+            self._thread.join()
+
+
+@pytest.mark.parametrize('reset', [99.9, 0.5])
+def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsys, reset):
+    bag, mended = tmp_path / 'session', tmp_path / 'mended'
+    node = start({'use_sim_time': True, 'scale.time': 1e-5, 'record.path': str(bag)})
+    with Robot() as robot, Simulator(robot, 100.0).running() as clock:
+        assert robot.write(3).success
+        clock.now = reset
+        assert robot.write(5).success
+        assert robot.trigger('read')['level'] == 5
+        node.terminate()
+        assert node.exit_status() == 0
+    session = load(bag)
+    report = replay(session)
+    assert report.exact, report.verdict
+    assert report.levels[-2:] == [5, 5]
+    times = [time for time, _ in session.outcomes]
+    assert times == sorted(times)  # seconds go on where the clock went back
+    assert len(session.reads('left', ('write', 'read'))) == 3
+    assert main(['inspect', str(bag), '--repair', str(mended)]) == 0
+    assert main(['replay', str(mended)]) == 0
+    assert main(['inspect', str(mended)]) == 0
+    assert 'exact' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('jump', [10.0, 1e5])
+def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
+    """A simulator that starts at 100 s, and is set forward during a write."""
+    node = start({'use_sim_time': True, 'scale.time': 1e-5})
+    with Robot() as robot, Simulator(robot, 100.0, step=1e-3).running() as clock:
+        robot.next('/diagnostics', lambda array: array.status[0].message == 'running')
+        robot.set(target_level=3)
+        writing = robot.send('write')
+        robot.next('field')
+        clock.now += jump
+        assert robot.answer(writing)['level'] == 3
+        level, found = health(robot, 'running')
+        assert (level, found['overruns'], found['clock_jumps']) == (b'\0', '0', '2')
+    assert 'too slow' not in node.output
+    assert 'the clock has jumped: the device goes on without a gap' in node.output
+
+
+def test_a_clock_in_steps_too_large_to_follow_is_reported(start):
+    start({'use_sim_time': True, 'scale.time': 1e-5})
+    with Robot() as robot, Simulator(robot, 100.0, step=1.0).running():
+        level, _ = health(robot, 'the clock advances in steps of more than 0.5 s')
+        assert level == b'\1'

@@ -1,0 +1,105 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A node with the file of a fitted element: it simulates it, or knows that it is this one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from robot import Robot, values
+
+from mlmem_ros import element_file
+from mlmem_ros.device import preset
+from mlmem_ros.physics import Scatter, scattered
+from mlmem_ros.session.data import load
+from mlmem_ros.session.replay import replay
+from mlmem_ros.twin.plan import plan
+
+CHOSEN = preset('bits_1')
+
+
+@pytest.fixture(scope='module')
+def file(tmp_path_factory):
+    """An element with its plan; the shipped pulses do not take its wall to level 1."""
+    made = scattered(CHOSEN.design, Scatter(alpha=0.01), 3)
+    element = element_file.Element(made, np.zeros(CHOSEN.design.N))
+    path = tmp_path_factory.mktemp('elements') / 'element.yaml'
+    element_file.save(path, replace(element, plan=plan(made, CHOSEN).trims))
+    return path
+
+
+def node_of(file, **others):
+    given = {'design.preset': 'bits_1', 'device.specimen': str(file), 'time.speed': 0.0}
+    return given | others
+
+
+def test_a_twin_spares_the_learning(start, file, tmp_path):
+    """With planned pulses every step succeeds at once, and the session replays by itself."""
+    copy, bag = tmp_path / 'element.yaml', tmp_path / 'session'
+    copy.write_text(file.read_text())
+    ticks = {}
+    for twin in ('', str(copy)):
+        others = {'device.twin': twin, 'record.path': str(bag / twin[-4:].strip('.') / 'bag')}
+        node = start(node_of(copy, **others))
+        with Robot() as robot:
+            answer = robot.trigger('calibrate')
+            assert answer.success, answer
+            ticks[bool(twin)] = answer['ticks']
+            node.terminate()
+            assert node.exit_status() == 0
+    assert ticks[True] < 0.75 * ticks[False]
+    copy.unlink()
+    for path in bag.glob('*/bag'):
+        report = replay(load(path))
+        assert report.exact
+        assert report.outcomes[-1].success
+
+
+def test_a_twin_tells_which_cell_has_become_weaker(start, file):
+    start(node_of(file, **{'device.twin': str(file), 'time.speed': 1.0, 'scale.time': 1e-5}))
+    with Robot() as robot:
+        assert robot.write(1).success
+
+        def after_a_read():
+            """Return what is reported once a read has been compared."""
+            robot.next('/diagnostics')  # the element comes to rest until the next one
+            before = compared(robot.next('/diagnostics'))
+            assert robot.trigger('read').success
+            return of_the_twin(robot.next('/diagnostics', lambda a: compared(a) > before))
+
+        told = after_a_read()
+        assert told.message == 'as forecast'
+        alpha, deviation = (
+            np.array(values(told)[name].split(), float) for name in ('alpha', 'alpha_std')
+        )
+        known = element_file.load(file).specimen.alpha / CHOSEN.design.alpha
+        assert alpha == pytest.approx(known, abs=1e-5)
+        assert (deviation == 0.0).all()
+        robot.set(faults__weak_factor=0.9, faults__weak_cell=5)
+        after_a_read()
+        assert after_a_read().message.startswith('cell 5 has become')
+
+
+def of_the_twin(array):
+    """Return the status of the twin in a report."""
+    (found,) = (each for each in array.status if each.name == 'mlmem: twin')
+    return found
+
+
+def compared(array):
+    """Return how many reads the twin has compared."""
+    return int(values(of_the_twin(array))['compared'])
+
+
+@pytest.mark.parametrize(
+    ('given', 'reason'),
+    [
+        ({'device.specimen': '/nowhere.yaml'}, 'device.specimen: /nowhere.yaml: '),
+        ({'device.twin': '/nowhere.yaml'}, 'device.twin: /nowhere.yaml: '),
+        ({'design.preset': 'bits_2'}, 'must have the N, J, J_s and tail of the design'),
+        ({'device.driver': 'rig'}, 'device.specimen needs device.driver sim; got rig'),
+        ({'files.root': '/usr'}, 'must lie below files.root'),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused(refused, file, given, reason):
+    assert reason in refused(node_of(file, **given))

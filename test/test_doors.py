@@ -1,0 +1,78 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every private name of a library is listed, and missed in one clear line."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import mlmem_ros
+from mlmem_ros import doors
+
+ROOT = Path(mlmem_ros.__file__).parent
+LISTED = {door.name.rpartition('.')[2] for one in doors.LIBRARIES.values() for door in one.doors}
+
+OF_THE_LANGUAGE = {
+    '_replace', '_asdict', '_fields', '_fields_',  # of named tuples and of ctypes
+    '_exit',  # of the C library
+    '_asyncio_future_blocking', '_get_help_string',  # of the standard library, and documented
+}  # fmt: skip
+"""Names with an underscore that are no doors of a library."""
+
+
+def private_names(tree):
+    """Yield private attributes in a file, and whether they are of `self` or defined there."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and re.match(r'_[^_]', node.attr):
+            own = isinstance(node.value, ast.Name) and node.value.id in ('self', 'cls')
+            yield node.attr, own
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.AnnAssign):
+            name = node.name if not isinstance(node, ast.AnnAssign) else node.target
+            yield (name.id if isinstance(name, ast.Name) else str(name)), True
+
+
+def test_every_private_name_of_a_library_is_listed():
+    used, own = {}, set()
+    for file in ROOT.rglob('*.py'):
+        for name, ours in private_names(ast.parse(file.read_text(encoding='utf-8'))):
+            own.add(name) if ours else used.setdefault(name, file.relative_to(ROOT))
+    foreign = {name: str(file) for name, file in used.items() if name not in own}
+    assert {name for name in foreign if name not in OF_THE_LANGUAGE} <= LISTED, foreign
+
+
+@pytest.mark.parametrize('library', doors.LIBRARIES)
+def test_the_doors_are_there_in_this_version_which_is_tested(library):
+    pytest.importorskip(library)
+    doors.look(library)
+    assert doors.tested(library), doors.version(library)
+    assert all(door.is_there for door in doors.LIBRARIES[library].doors)
+
+
+@pytest.mark.parametrize(
+    ('found', 'tested'),
+    [('0.57.1', False), ('0.58', True), ('0.60.0', True), ('0.68.9', True), ('0.69', False),
+     ('1.0', False), ('', False)],
+)  # fmt: skip
+def test_a_version_is_tested_or_not(monkeypatch, found, tested):
+    monkeypatch.setattr(doors, 'version', lambda library: found)
+    assert doors.tested('numba') is tested
+
+
+def test_a_door_that_has_moved_is_missed_in_one_line(monkeypatch):
+    moved = doors.LIBRARIES['numba']._replace(
+        doors=(
+            doors.Door('numba.core.caching', 'Cache._index_of_keys', ''),
+            doors.Door('numba.attic', 'Loft._key', ''),
+            doors.Door('numba.core.caching', 'FunctionCache._index_key', ''),
+        )
+    )
+    monkeypatch.setitem(doors.LIBRARIES, 'numba', moved)
+    monkeypatch.setattr(doors, 'version', lambda library: '0.99')
+    with pytest.raises(ImportError) as missed:
+        doors.look('numba')
+    assert str(missed.value) == (
+        'numba 0.99 lacks numba.core.caching.Cache._index_of_keys, numba.attic.Loft._key; '
+        'mlmem_ros is tested with numba 0.58 to 0.68: install one of these'
+    )

@@ -1,0 +1,83 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The laboratory is a package of its own: it imports this one, and adds commands to `mlmem`."""
+
+import re
+from importlib import import_module
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros.cli import laboratory
+from mlmem_ros.cli import main as cli
+from mlmem_ros.cli.command import Command
+
+ROOT = Path(__file__).parent.parent
+
+
+def declared(group=laboratory.COMMANDS):
+    """Return the entry points of the laboratory."""
+    _, section = (ROOT / 'lab/pyproject.toml').read_text().split(f"entry-points.'{group}']")
+    return dict(re.findall(r"^(\w+) = '(\S+:\w+)'", section.split('[')[0], re.MULTILINE))
+
+
+def test_nothing_here_imports_it():
+    imports = re.compile(r'^\s*(from|import) mlmem_lab', re.MULTILINE)
+    sources = (each for name in ('mlmem_ros', 'test') for each in (ROOT / name).rglob('*.py'))
+    assert [str(each) for each in sources if imports.search(each.read_text())] == []
+
+
+def test_its_commands_are_known_by_name():
+    """So that `mlmem` can say what to install."""
+    assert set(declared()) == set(laboratory.NAMES)
+    for place in declared().values():
+        module, _, name = place.partition(':')
+        assert isinstance(getattr(import_module(module), name), Command)
+
+
+def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
+    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    for name in laboratory.NAMES:
+        assert cli.main([name, '--json']) == 1
+        told = capsys.readouterr().err
+        assert f'mlmem {name}: the laboratory is missing' in told
+        assert 'pip install' in told
+
+
+def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
+    points = [EntryPoint(name, place, laboratory.COMMANDS) for name, place in declared().items()]
+    monkeypatch.setattr(laboratory, 'entry_points', lambda group: points)
+    assert set(laboratory.NAMES) <= set(cli.parser().format_help().split())
+    with pytest.raises(SystemExit):
+        cli.main(['measured', '--help'])
+    assert 'random chains' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['design', '--levels', '2'],
+        ['design', 'prove', 'bits_1'],
+        ['inspect', str(ROOT / 'test/data/life'), '--plot', 'session.png'],
+    ],
+    ids=' '.join,
+)
+def test_without_it_a_command_that_needs_a_part_says_so(words, monkeypatch, capsys):
+    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    assert cli.main(words) == 1
+    assert 'the laboratory is missing' in capsys.readouterr().err
+
+
+def test_without_it_a_design_is_checked(monkeypatch, capsys):
+    """A node that refuses a design names this command."""
+    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    assert cli.main(['design', 'check', 'bits_1', '--brief']) == 0
+
+
+def test_its_parts_are_there():
+    parts = declared(laboratory.PARTS)
+    assert laboratory.PICTURE in parts
+    for place in parts.values():
+        module, _, name = place.partition(':')
+        assert callable(getattr(import_module(module), name))

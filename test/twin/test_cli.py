@@ -1,0 +1,103 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The commands `mlmem fit` and `mlmem plan`, from CSV files of shots."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mlmem_ros import element_file, parameter_file
+from mlmem_ros.cli.main import main
+from mlmem_ros.device import preset
+from mlmem_ros.physics import Specimen
+from mlmem_ros.twin import csv_shots
+
+from .truth import SMALL
+
+
+@pytest.fixture(scope='module')
+def bench(tmp_path_factory, fitted):
+    """A folder with a design and the shots of a hidden element, which is returned too."""
+    folder, (element, shots, _) = tmp_path_factory.mktemp('bench'), fitted
+    design = folder / 'design.yaml'
+    design.write_text(parameter_file.text_of(SMALL, preset('bits_1').settings), encoding='utf-8')
+    for number, shot in enumerate(shots):
+        csv_shots.save(folder / f'{number}.csv', shot)
+    return folder, element
+
+
+def run(capsys, *arguments):
+    """Return the exit status of a command, and what it printed, as JSON if it is."""
+    status = main([str(each) for each in arguments])
+    told = capsys.readouterr()
+    return status, json.loads(told.out) if '--json' in arguments else told.out, told.err
+
+
+def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
+    """What is fitted are the shots in the files; their fit, which takes long, is known."""
+    (folder, element), (_, measured, found) = bench, fitted
+
+    def known(design, read, **_):
+        assert design == SMALL
+        for one, other in zip(read, measured, strict=True):
+            assert (one.samples == other.samples).all()
+        return found
+
+    monkeypatch.setattr('mlmem_ros.twin.fit.fit', known)
+    file, design = folder / 'element.yaml', folder / 'design.yaml'
+    files = sorted(folder.glob('*.csv'))
+    status, told, why = run(capsys, 'fit', *files, '--design', design, '--output', file, '--json')
+    assert status == 0, why
+    assert told['chi2'] == pytest.approx(1.0, abs=0.05)
+    pulls = (np.array(told['alpha']) - element.strength) / told['alpha_std']
+    assert np.abs(pulls).max() < 5.0
+    assert told['untold']
+    assert len(told['held_out']) == len(files)
+    known = element_file.load(file)
+    assert known.specimen.alpha.tolist() == pytest.approx(told['alpha'])
+
+    status, told, _ = run(capsys, 'plan', file, '--design', design, '--json')
+    assert status == 0
+    assert [step['level'] for step in told['steps']] == [0, 1, 2]
+    assert min(step['margin'] for step in told['steps']) >= 0.03
+    assert len(element_file.load(file).plan.steps) == SMALL.levels
+
+
+def test_what_cannot_be_fitted_writes_nothing(bench, capsys, tmp_path):
+    folder, _ = bench
+    blank = [path for path in folder.glob('*.csv') if not csv_shots.load(path).wall]
+    file, design = tmp_path / 'element.yaml', folder / 'design.yaml'
+    status, _, complaint = run(capsys, 'fit', *blank, '--design', design, '--output', file)
+    assert status == 1
+    assert 'shots with a wall are needed' in complaint
+    assert not file.exists()
+
+
+def test_a_csv_that_is_no_shot_is_named(capsys, tmp_path):
+    path = tmp_path / 'other.csv'
+    path.write_text('1,2\n3,4\n', encoding='utf-8')
+    status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
+    assert status == 2
+    assert f'{path} must be a shot with end, omega_c' in complaint
+
+
+def test_an_element_survives_its_file(tmp_path):
+    alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(SMALL.N)
+    made = Specimen(SMALL, alpha, mass=1.01, offset=0.002)
+    element_file.save(tmp_path / 'e.yaml', element_file.Element(made, 1e-4 * alpha))
+    again = element_file.load(tmp_path / 'e.yaml')
+    assert again.specimen.design == SMALL
+    for name in ('alpha', 'masses', 'offsets'):
+        assert getattr(again.specimen, name) == pytest.approx(getattr(made, name), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [('', 'as `mlmem fit` writes'), ('format: 2', 'format must be 1'), ('{', 'e.yaml'),
+     ('{format: 1, design: {N: 5}}', 'this is not an element')],
+)  # fmt: skip
+def test_a_file_that_is_no_element_is_named(tmp_path, text, reason):
+    (tmp_path / 'e.yaml').write_text(text, encoding='utf-8')
+    with pytest.raises(element_file.ElementFileError, match=reason):
+        element_file.load(tmp_path / 'e.yaml')

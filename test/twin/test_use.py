@@ -1,0 +1,147 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a device does with the file of a fitted element: simulate it, and know it beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem_ros import element_file
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.device import (
+    Calibrate,
+    Calibration,
+    Faults,
+    MemoryElement,
+    SetFaults,
+    Shot,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.end import End
+from mlmem_ros.device.factory import calibration_of
+from mlmem_ros.device.instrument import Instrument
+from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import PEFRL, Chain, Design, DesignError, Scatter, Specimen, scattered
+from mlmem_ros.physics.equilibrium import blank
+from mlmem_ros.session import messages
+from mlmem_ros.session.records import read_header
+from mlmem_ros.twin.forward import Forward
+from mlmem_ros.twin.unknowns import Unknowns
+
+CHOSEN = preset('bits_1')
+DESIGN = CHOSEN.design
+MADE = scattered(replace(DESIGN, eta=1.1 * DESIGN.eta), Scatter(alpha=0.01, offset=0.001), 3)
+"""An element whose damping differs from the design's, and its cells from each other."""
+
+
+def simulated(made, dt):
+    """Return the driver of an element with a step of its own."""
+    chain = Chain(made.design, dt, PEFRL)
+    chain.set_specimen(made)
+    return Simulation(chain)
+
+
+@pytest.fixture
+def element():
+    return new_element(CHOSEN, driver=Simulation.of(MADE, CHOSEN.settings.time))
+
+
+def test_a_specimen_comes_back_to_the_bit():
+    again = Specimen.from_dict(MADE.as_dict())
+    assert again.design == MADE.design
+    for name in ('alpha', 's', 'masses', 'offsets'):
+        assert (getattr(again, name) == getattr(MADE, name)).all(), name
+    assert MADE.as_dict()['mass'] == 1.0  # equal ones as one number
+    assert not again.ideal
+    assert Specimen(DESIGN).ideal
+
+
+@pytest.mark.parametrize('wrong', [{'mass': 0.0}, {'alpha_factor': [1.0, 2.0]}, {'design': {}}])
+def test_what_is_no_specimen_is_refused(wrong):
+    with pytest.raises((DesignError, TypeError)):
+        Specimen.from_dict(MADE.as_dict() | wrong)
+
+
+def test_a_simulated_element_rests_in_its_own_ground_states(element):
+    before = element.chain.v.copy()
+    element.pass_ticks(50)
+    assert np.abs(element.chain.v - before).max() < 1e-12
+    assert (before != DESIGN.D_s1).all()
+
+
+def test_faults_are_those_of_the_element_as_made(element):
+    element.apply(SetFaults(Faults(weak_cell=7, weak_factor=0.5, damping_factor=2.0)))
+    with_faults = element.chain.specimen
+    weakened = np.where(np.arange(1, DESIGN.N + 1) == 7, 0.5, 1.0)
+    assert with_faults.alpha == pytest.approx(MADE.alpha * weakened)
+    assert with_faults.eta == pytest.approx(2.2 * DESIGN.eta)
+    assert (with_faults.offsets == MADE.offsets).all()
+    element.apply(SetFaults(Faults()))
+    assert (element.chain.specimen.alpha == MADE.alpha).all()
+
+
+def test_a_reset_puts_the_same_element_in_its_place(element):
+    element.pass_ticks(3)
+    element.renew()
+    assert (element.chain.v == blank(MADE)).all()
+
+
+def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
+    """The same waveforms as of a fit's forward model, which scales the step instead."""
+    unknowns = Unknowns(DESIGN)
+    x = unknowns.mean
+    x[unknowns.shared('time_unit')] = 1.01
+    shot = Shot(End.LEFT, 1.2, 0.01, 3.0, 0, 0.0, 0.25, np.zeros(2), np.zeros((2, 400)))
+    foretold = Forward(unknowns, x, PEFRL).predict(shot, 100.0)[:, 1:]
+
+    file = element_file.Element(unknowns.specimen(x), np.zeros(DESIGN.N), time_unit=1.01)
+    time = replace(CHOSEN.settings.time, tick=1.0, integrator='pefrl')
+    element = Instrument(DESIGN, replace(CHOSEN.settings, time=time), simulated(file.timed, 0.25))
+    tape = element.transducer.shoot(
+        End.LEFT, ProbeSettings(omega_c=shot.omega_c, A=shot.A, sigma=shot.sigma)
+    )
+    element.pass_ticks(100)
+    assert np.abs(tape.shot(0.0, 0.0, 0.25).samples - foretold).max() < 1e-12
+
+
+def header_of(element):
+    return jazzy.deserialize(messages.header(element, '/mlmem', {}), messages.STRING).data
+
+
+def test_a_header_carries_the_element_and_its_forecast(element):
+    element.forecast = element.calibration
+    header = read_header(header_of(element))
+    assert (header.made.alpha == MADE.alpha).all()
+    assert header.made.design == MADE.design
+    assert header.forecast == element.calibration
+
+
+def test_a_calibration_verifies_the_forecast(element):
+    """The delays of the forecast are those heard, to a time unit; its pulses are not sought."""
+    foretold = calibration_of(MADE, DESIGN, CHOSEN.settings)
+    element.forecast = foretold
+    outcome = element.perform(Calibrate())
+    assert outcome.success
+    assert outcome.delays['left'] == pytest.approx(foretold.left.delays, abs=5.0)
+    assert outcome.delays['right'] == pytest.approx(foretold.right.delays, abs=5.0)
+
+
+def test_a_calibration_that_fails_keeps_the_known_one(element):
+    known = element.calibration
+    delays = replace(known.right, delays=known.right.delays[::-1], blank=None)
+    element.forecast = Calibration(None, delays)
+    assert not element.perform(Calibrate()).success
+    assert element.calibration == known
+
+
+def test_an_element_of_other_cells_is_refused_by_a_header(element):
+    other = Specimen(Design(N=90, gamma=-3e-5, beta=-0.05, J=9, J_s=18, j_0=6.84, d=0.038))
+    stranger = MemoryElement(
+        DESIGN, CHOSEN.settings, element.calibration, Simulation.of(other, CHOSEN.settings.time)
+    )
+    with pytest.raises(BagError, match='the cells and defects of the design'):
+        read_header(header_of(stranger))

@@ -1,0 +1,153 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A twin beside its element: what it tells of a change, after how many reads, and how far off."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
+from mlmem_ros.rig.sensors import Sensors
+from mlmem_ros.twin.watching import SHARED_KINDS, Watch
+
+CHOSEN = preset('bits_1')
+DESIGN, SETTINGS = CHOSEN
+MADE = scattered(DESIGN, Scatter(alpha=0.01), 0)
+NOISE = 1e-5
+LEVEL = 1
+
+
+class Bench:
+    """An element with its twin, which a fit knows to 0.05 % of every cell."""
+
+    def __init__(self):
+        error = 1.0 + 5e-4 * np.random.default_rng(1).standard_normal(DESIGN.N)
+        self.sensors, self.weaker = Sensors(), [1.0, 1.0]
+        driver = Measured(MADE, self)
+        self.element = new_element(CHOSEN, driver=driver)
+        known = replace(MADE, alpha_factor=MADE.alpha_factor * error)
+        twin = Element(known, 5e-4 * MADE.alpha)
+        self.watch = Watch(twin, INTEGRATORS[SETTINGS.time.integrator])
+        self.set_faults()
+        self.do(Write(LEVEL))
+
+    def set_faults(self, **faults):
+        self.element.apply(SetFaults(Faults(sensor_noise=NOISE, **faults)))
+
+    def do(self, command):
+        """Return what a procedure heard last."""
+        run, heard = self.element.apply(command), []
+        while run.outcome is None:
+            heard += [each for each in self.element.advance(50) if isinstance(each, EchoReceived)]
+        return heard[-2:]
+
+    def told(self, reads=4):
+        """Read some times; return what the twin says after each."""
+        found = []
+        for _ in range(reads):
+            self.element.pass_ticks(math.ceil(10.0 / DESIGN.eta / self.element.tick))
+            shots = [each.echo.shot for each in self.do(Read())]
+            shots.sort(key=lambda shot: -shot.samples.shape[1])
+            assert self.watch.quiet(shots)
+            found.append(self.watch.compare(shots, DESIGN.defect(LEVEL)))
+        return found
+
+
+class Measured(Simulation):
+    """The element, as sensors show it whose gain may fall, and transducers that may weaken."""
+
+    rest = None  # of the end that is held
+
+    def __init__(self, made, bench):
+        super().__init__(Simulation.of(made, SETTINGS.time).chain)
+        self.bench = bench
+
+    def advance(self, V_N, drive=None, shake=None, looks=1):
+        if drive is not None:
+            motion = self.bench.sensors.held(drive.site, drive.motion)
+            rest = self.chain.end(drive.site) if self.rest is None else self.rest
+            self.rest = rest if len(motion.T) == len(V_N) else None
+            weaker = self.bench.weaker[drive.site > 1]
+            motion = weaker * (motion - [[rest], [0.0]]) + [[rest], [0.0]]
+            drive = replace(drive, motion=motion)
+        return self.bench.sensors.readings(super().advance(V_N, drive, shake, looks))
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_a_healthy_element_is_as_forecast(bench):
+    told = bench.told()
+    assert [each.text for each in told] == [''] * 4
+    assert max(each.chi2 for each in told) < 2.0
+    assert max(each.residual.max() for each in told) < 1e-4  # the pulse has 1e-2
+
+
+@pytest.mark.parametrize('site', [5, 24])
+def test_a_weaker_cell_is_named_after_two_reads(bench, site):
+    bench.set_faults(weak_cell=site, weak_factor=0.92)
+    change = bench.told(2)[-1].change
+    assert change.name == 'cell'
+    assert change.site == pytest.approx(site, abs=1)
+    assert change.amount == pytest.approx(-0.08, abs=0.02)
+
+
+def test_what_is_told_is_a_sentence(bench):
+    bench.set_faults(weak_cell=5, weak_factor=0.92)
+    text = bench.told(2)[-1].text
+    assert text.startswith('cell 5 has become ')
+    assert text.endswith(' % weaker since the survey')
+
+
+def test_damping_that_rises_is_told(bench):
+    bench.set_faults(damping_factor=1.2)
+    change = bench.told()[-1].change
+    assert change.name == 'eta'
+    assert change.amount == pytest.approx(0.2, abs=0.05)
+
+
+@pytest.mark.parametrize('end', [0, 1])
+def test_a_gain_that_falls_is_told(bench, end):
+    """Its own echo does not show it, for the pulse grows as the gain falls; the rest does."""
+    gain = [1.0, 1.0]
+    gain[end] = 0.95
+    bench.sensors = Sensors(gain=tuple(gain))
+    bench.element.transducer.settle()
+    change = bench.told()[-1].change
+    assert change.name == ('gain_left', 'gain_right')[end]
+    assert change.amount == pytest.approx(-0.05, abs=0.01)
+
+
+@pytest.mark.parametrize('end', [0, 1])
+def test_a_pulse_that_weakens_is_told(bench, end):
+    bench.weaker[end] = 0.9
+    change = bench.told()[-1].change
+    assert change.name == ('drive_left', 'drive_right')[end]
+    assert change.amount == pytest.approx(-0.1, abs=0.02)
+
+
+def test_a_stuck_cell_is_not_mistaken_for_a_weak_one(bench):
+    """No small change of one cell explains its echo; at times its place is told all the same."""
+    bench.set_faults(stuck_cell=12)
+    told = bench.told()[-1]
+    assert 'not as forecast' in told.text or 'cell 12 is not what it was' in told.text
+
+
+def test_a_change_is_forgotten_when_it_is_undone(bench):
+    bench.set_faults(weak_cell=5, weak_factor=0.92)
+    assert bench.told(2)[-1].text
+    bench.set_faults()
+    assert not bench.told(2)[-1].text
+
+
+def test_every_kind_has_words_for_both_ways():
+    for kind in SHARED_KINDS.values():
+        assert all('%' in words for words in kind.words)
+        assert 0.0 < kind.least < 1.0

@@ -1,0 +1,53 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the page makes of the twin in the diagnostics, in Node.js: no browser is needed."""
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from mlmem_ros import view
+from mlmem_ros.contract.values import texts
+
+NODE = shutil.which('node')
+SCRIPTS = Path(view.__file__).parent / 'static' / 'js'
+
+pytestmark = pytest.mark.skipif(NODE is None, reason='needs Node.js')
+
+
+def page(tmp_path, expression, part):
+    """Return what functions of the page make of a part of the health."""
+    shutil.copytree(SCRIPTS, tmp_path / 'js')
+    (tmp_path / 'package.json').write_text('{"type": "module"}')
+    code = (
+        "import { compared, fitted } from './js/twin.js';\n"
+        f'const part = {json.dumps(part)};\nconsole.log(JSON.stringify({expression}));\n'
+    )
+    (tmp_path / 'run.js').write_text(code)
+    done = subprocess.run([NODE, 'run.js'], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_alpha_is_shown_with_its_interval_about_the_design(tmp_path):
+    values = texts({'alpha': [1.01, 0.99], 'alpha_std': [0.001, 0.002]})
+    site, alpha, high, low = page(tmp_path, 'fitted(part)', values)
+    assert site == [1, 2]
+    assert alpha == pytest.approx([1.0, -1.0])
+    assert high == pytest.approx([1.196, -0.608])
+    assert low == pytest.approx([0.804, -1.392])
+
+
+def test_without_a_twin_nothing_is_shown(tmp_path):
+    assert page(tmp_path, 'fitted(part)', {}) is None
+
+
+def test_the_residual_is_told_in_words(tmp_path):
+    values = texts({'chi2': 1.234, 'residual_left': 1.1e-5, 'residual_right': 2e-5})
+    said = page(tmp_path, "compared('as forecast', part)", values)
+    assert said == 'as forecast; residual 1.1e-5 and 2.0e-5 cells at the ends, 1.2 per datum'
+    (tmp_path / 'js').rename(tmp_path / 'old')
+    assert page(tmp_path, "compared('as forecast', part)", {}) == 'no read compared yet'
