@@ -97,6 +97,7 @@ def test_a_signal_while_python_still_loads(start):
 def test_a_request_during_the_start_is_answered():
     """SIGTERM comes before the executor has taken it."""
     context = rclpy.Context()
+    slow = dict(FAST, **{'scale.time': 1e-3})  # a read takes a second, and none ends by itself
     with Robot() as robot:
         sent = []
 
@@ -106,7 +107,7 @@ def test_a_request_during_the_start_is_answered():
                 sent.extend(robot.send(name) for name in ('read', 'write', 'self_test'))
                 time.sleep(0.2)  # until they have arrived
 
-        nodes, executor = begin(node_arguments('/mlmem', FAST), context, Slow)
+        nodes, executor = begin(node_arguments('/mlmem', slow), context, Slow)
         turn(executor, [signal.SIGTERM])
         assert end(nodes, executor) == 0
         for answer in sent[:2]:
