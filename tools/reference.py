@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros import element_file
+from mlmem_ros import element_file, rig
 from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
 from mlmem_ros.bag.recorder import Recorder
 from mlmem_ros.bag.writer import BagWriter
+from mlmem_ros.checks import check
 from mlmem_ros.cli import laboratory
 from mlmem_ros.cli.main import SUBCOMMANDS, parser
 from mlmem_ros.contract import requests, services, topics, word_code
@@ -40,6 +41,7 @@ from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import ThrottledLog, calibration_file, design_check, state_file
 from mlmem_ros.host.watcher import Watcher
 from mlmem_ros.physics import Specimen
+from mlmem_ros.rig import driver, frames, hello
 from mlmem_ros.ros.node import command_line, components, diagnostics
 from mlmem_ros.ros.node.declarations import declarations, is_listed
 from mlmem_ros.ros.node.diagnostics import Pace
@@ -64,6 +66,8 @@ def pages() -> dict[str, str]:
         'parameters.md': _parameters(),
         'commands.md': _commands(),
         'files.md': _files(),
+        'rig.md': _rig(),
+        'checks.md': _checks(),
     }
     return {name: GENERATED + text for name, text in made.items()}
 
@@ -418,6 +422,73 @@ def _about(module: ModuleType, paragraph: int = 0) -> str:
 
 def _content(cdr: bytes) -> Any:
     return json.loads(jazzy.deserialize(cdr, messages.STRING).data)
+
+
+# --- the line to a rig ---------------------------------------------------------------------
+
+TYPES = {'2s': '2 bytes', 'B': 'u8', 'H': 'u16', 'I': 'u32', 'Q': 'u64', 'd': 'f64'}
+
+
+def _rig() -> str:
+    """Return the protocol: its layouts, and the rules in the docstring of the package."""
+    _, rules = (inspect.getdoc(rig) or '').split('\n\n', 1)
+    payload = [['', 'payload']]
+    frame = [*_fields(frames.HEADER_FIELDS), *payload, *_fields(frames.CHECK_FIELDS)]
+    kinds = [
+        [f'{kind} {kind.name}', sender, '; '.join((*map(' '.join, _fields(fields)), rest))]
+        for kind, (sender, fields, rest) in frames.PAYLOADS.items()
+    ]
+    keys = [
+        [
+            f'`{field.name}`',
+            '' if field.default is dataclasses.MISSING else f'`{json.dumps(field.default)}`',
+            hello.WANTED[field.name][0],
+        ]
+        for field in dataclasses.fields(hello.Hello)
+    ]
+    return (
+        '# The line to a rig\n\n'
+        'What a program around a [real element](../drivers.md) receives and sends, on TCP as on a '
+        'serial line. `examples/rig` has complete rigs in Python and C99.\n\n'
+        '## The address\n\n'
+        '`tcp://HOST:PORT` or `serial:///dev/PORT?baud=BAUD`. Options follow a `?`: `lead`, the '
+        f'seconds that set-points are sent ahead (default {driver.LEAD:g}; more than the round '
+        'trip, and twice that where frames get lost), and `patience`, the seconds after which a '
+        f'silent rig counts as failed (default {driver.PATIENCE:g}). Each look at the ends costs '
+        'one lead.\n\n'
+        '## A frame\n\n'
+        f'Little-endian, without padding:\n\n{_table(["type", "content"], frame)}\n\n'
+        f"The CRC-32 is zlib's. A payload has at most {frames.MOST_PAYLOAD} bytes. Bytes that are "
+        'no frame are skipped, one by one.\n\n'
+        f'## Payloads\n\n{_table(["kind", "from", "payload"], kinds)}\n\n'
+        'Numbers have the type `numbers` of the HELLO.\n\n'
+        "## The rig's HELLO\n\n"
+        'A JSON object. A driver refuses an unknown key and a wrong value, and names it.\n\n'
+        f'{_table(["key", "default", "must be"], keys)}\n\n'
+        f'## Rules\n\n{rules}\n'
+    )
+
+
+def _fields(fields: frames.Fields) -> list[list[str]]:
+    return [[TYPES[code], meaning] for code, meaning in fields]
+
+
+# --- design checks -------------------------------------------------------------------------
+
+
+def _checks() -> str:
+    """Return what is checked of the paper's Case II, which passes."""
+    rows = [
+        [f'`{found.name}`', found.unit, found.text, found.source]
+        for found in check(*preset('case_2')).findings
+    ]
+    return (
+        '# Design checks\n\n'
+        'What [`mlmem design check`](commands.md) and *configure* judge. Texts are those of '
+        '`case_2`, which passes; of a design that does not they say what goes wrong and what to '
+        'change.\n\n'
+        f'{_table(["quantity", "unit", "what it means", "the paper"], rows)}\n'
+    )
 
 
 if __name__ == '__main__':

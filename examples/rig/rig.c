@@ -1,7 +1,7 @@
 /* Copyright 2026 The mlmem_ros authors
  * SPDX-License-Identifier: Apache-2.0
  *
- * A rig in C99: the protocol of docs/drivers.md for a serial line, as a microcontroller needs it.
+ * A rig in C99: the protocol of docs/reference/rig.md for a serial line, as a microcontroller needs it.
  * Nothing is allocated. On a board, replace the element (first part) by actuator and sensors, and
  * the board (last part) by its serial port and its clock; what is between them stays.
  *

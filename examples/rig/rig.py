@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A rig in plain Python: the protocol of docs/drivers.md, around an element of its own.
+"""A rig in plain Python: the protocol of docs/reference/rig.md, around an element of its own.
 
 `python3 rig.py PORT SECONDS` serves 127.0.0.1:PORT, with SECONDS per time unit of the element. It
 needs numpy, and nothing of mlmem_ros. For a real element replace `Element`.

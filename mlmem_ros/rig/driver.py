@@ -48,7 +48,7 @@ class Rig(Driver):
         Args:
             design: The element.
             settings: The instrument's settings.
-            address: Address of the rig, with options (see `docs/drivers.md`).
+            address: Address of the rig, with options (see `docs/reference/rig.md`).
             transport: The line, if it is already open.
 
         Raises:

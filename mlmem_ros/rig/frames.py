@@ -1,6 +1,9 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The frames between a driver and its rig as bytes; `docs/drivers.md` has the format."""
+"""The frames between a driver and its rig as bytes.
+
+`docs/reference/rig.md` prints fields and kinds, with the rules in the docstring of the package.
+"""
 
 from __future__ import annotations
 
@@ -19,30 +22,64 @@ VERSION = 1
 
 MAGIC = b'mR'
 
-HEADER = struct.Struct('<2sBQIH')
-"""Magic, kind, number, length of the payload, and the low 16 bits of the CRC-32 of these."""
+Fields = tuple[tuple[str, str], ...]
+"""Fields of a layout in order: code of `struct`, meaning."""
 
-CHECK = struct.Struct('<I')
-"""CRC-32 of header and payload, which follows them."""
+
+def _layout(fields: Fields) -> struct.Struct:
+    return struct.Struct('<' + ''.join(code for code, _ in fields))
+
+
+HEADER_FIELDS: Fields = (
+    ('2s', f'`{MAGIC.decode()}`'),
+    ('B', 'kind'),
+    ('Q', 'number: each side counts the frames it sends, and its HELLO is 0'),
+    ('I', 'bytes of the payload'),
+    ('H', 'low half of the CRC-32 of the bytes above'),
+)
+HEADER = _layout(HEADER_FIELDS)
+
+CHECK_FIELDS: Fields = (('I', 'CRC-32 of header and payload'),)
+CHECK = _layout(CHECK_FIELDS)
 
 MOST_PAYLOAD = 1 << 22
 """Bytes: a longer payload is invalid."""
 
-PLAY = struct.Struct('<QIII')
-"""First sample, number of samples, site of the held end (0: none), set-points it is held for."""
+PLAY_FIELDS: Fields = (
+    ('Q', 'number of its first sample'),
+    ('I', 'samples, n'),
+    ('I', 'site of the held end (1 left, N right, 0 none)'),
+    ('I', 'set-points for which it is held, h'),
+)
+PLAY = _layout(PLAY_FIELDS)
 
-SAMPLES = struct.Struct('<QIId')
-"""First sample, number of samples, samples missed before them, force or NaN."""
+SAMPLES_FIELDS: Fields = (
+    ('Q', 'number of its first sample'),
+    ('I', 'samples, n'),
+    ('I', 'samples without set-points just before it'),
+    ('d', "force on the substrate's end (NaN if it is not measured)"),
+)
+SAMPLES = _layout(SAMPLES_FIELDS)
 
 
 class Kind(IntEnum):
     """Kind of a frame."""
 
-    HELLO = 1  # JSON, from either side; restarts the conversation
+    HELLO = 1
     PLAY = 2
     SAMPLES = 3
-    AGAIN = 4  # no payload: send all frames from this number on again
-    FAULT = 5  # text: the rig has stopped, and why
+    AGAIN = 4
+    FAULT = 5
+
+
+PAYLOADS: dict[Kind, tuple[str, Fields, str]] = {
+    Kind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
+    Kind.PLAY: ('driver', PLAY_FIELDS, 'numbers V[n m], position[h], velocity[h]'),
+    Kind.SAMPLES: ('rig', SAMPLES_FIELDS, 'numbers left[n], right[n]'),
+    Kind.AGAIN: ('both', (), 'none; its number is not counted: send all frames from it on again'),
+    Kind.FAULT: ('rig', (), 'a text: the rig has stopped, and why'),
+}
+"""Of each kind: who sends it, the fields its payload begins with, and what follows them."""
 
 
 class Frame(NamedTuple):

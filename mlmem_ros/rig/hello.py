@@ -46,19 +46,28 @@ def _shares(value: Any) -> bool:
 WANTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
     'protocol': (str(VERSION), lambda value: value == VERSION),
     'name': ('a text', lambda value: isinstance(value, str)),
-    'dt': ('a number above 0, the time units of a sample', _positive),
-    'samples': ('a whole number above 0, the samples of a tick', _count),
-    'seconds': ('a number above 0, the seconds of a sample', _positive),
+    'dt': ('a number above 0, the time units from sample to sample', _positive),
+    'samples': ('a whole number above 0, the samples of a tick: time.tick / dt', _count),
+    'seconds': (
+        'a number above 0, the seconds of a sample by its clock: scale.time dt',
+        _positive,
+    ),
     'length': ('a number above 0, the m of a unit of displacement', _positive),
-    'buffer': ('a whole number above 0, the samples it can hold', _count),
+    'buffer': ('a whole number above 0, the samples of set-points it can hold', _count),
     'force': ('a number above 0, the N of a unit of force', _positive),
     'zero': (
         'a list of two numbers, the readings of the left and the right end at displacement 0',
         lambda value: _list_of(_number)(value) and len(value) == 2,
     ),
-    'nodes': ('a list of rising numbers above 0, the last one 1', _shares),
+    'nodes': (
+        'a list of rising numbers above 0, the last one 1: when in a sample it takes set-points',
+        _shares,
+    ),
     'numbers': (' or '.join(FORMATS), lambda value: value in FORMATS),
-    'can': ('a list of texts', _list_of(lambda value: isinstance(value, str))),
+    'can': (
+        f'a list of texts with {", ".join(NEEDED)}',
+        _list_of(lambda value: isinstance(value, str)),
+    ),
 }
 """What each key of a hello must be: in words, and as a check."""
 

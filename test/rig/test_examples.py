@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The rigs in examples/rig speak the protocol of docs/drivers.md, and share no code with us."""
+"""The rigs in examples/rig speak docs/reference/rig.md, and share no code with us."""
 
 import ast
 import contextlib
