@@ -15,7 +15,6 @@ EXTRAS = {
     ],
     'bag': ['mcap>=1.6', 'rosbags>=0.11', 'pyyaml>=6.0'],
     'cli': ['rich>=13.0'],
-    'twin': ['pyyaml>=6.0', 'rich>=13.0', 'scipy>=1.11'],
     'view': ['aiohttp>=3.9'],
     # Check digits over the elements of a bank.
     'code': ['reedsolo>=1.7'],

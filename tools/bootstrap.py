@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / '.venv'
 STAGES = {
     'demo': ('[ros,bag,cli,view]', '', '800 MB in all'),
-    'test': ('[ros,bag,cli,view,twin,test,lint,docs]', '[search,cluster]', '1 GB in all'),
+    'test': ('[ros,bag,cli,view,test,lint,docs]', '[search,cluster]', '1 GB in all'),
 }
 """Extras that a command needs, of the package and of its laboratory, and the size of `.venv`; each
 includes those before it."""

@@ -29,7 +29,6 @@ LIBRARIES = {
     'mcap': 'recording and replay',
     'rosbags': 'recording and replay',
     'rich': 'most commands',
-    'scipy': 'fits of an element',
 }
 """Python packages, and what needs them; without those that are empty here no node starts."""
 

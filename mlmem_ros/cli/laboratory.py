@@ -19,8 +19,10 @@ PICTURE = 'session_figure'
 NAMES = (
     'bench',
     'figures',
+    'fit',
     'margins',
     'measured',
+    'plan',
     'reads',
     'standard_problems',
     'tolerance',

@@ -18,7 +18,7 @@ from .output import complain
 
 REQUESTS = (*PROCEDURES, 'record')
 SUBCOMMANDS = (
-    'demo', *REQUESTS, 'fit', 'plan', 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
+    'demo', *REQUESTS, 'watch', 'view', 'rig', 'design', 'replay', 'inspect',
     'doctor',
 )  # fmt: skip
 """Each is a `Command` in a module of its name, requests among `COMMANDS` of `request`."""

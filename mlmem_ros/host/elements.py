@@ -5,18 +5,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from ..device import Calibration, MemoryElement, Settings, SettingsError
+from ..device import Calibration, Settings, SettingsError
 from ..device.factory import calibration_of, factory_calibration
 from ..element_file import Element, ElementFileError, of_design
-from ..packages import missing
 from ..physics import Design
 from .files import FileSettings
 from .throttled_log import ThrottledLog
-
-if TYPE_CHECKING:
-    from .watcher import Watcher
 
 
 def opened(name: str, path: str, files: FileSettings, design: Design) -> Element:
@@ -35,19 +30,6 @@ def opened(name: str, path: str, files: FileSettings, design: Design) -> Element
         return of_design(files.confined(path), design)
     except (ElementFileError, SettingsError) as error:
         raise SettingsError(f'device.{name}: {error}') from error
-
-
-def watching(twin: Element, element: MemoryElement, log: ThrottledLog) -> Watcher:
-    """Return what compares an element with its twin.
-
-    Raises:
-        SettingsError: SciPy, which a forecast needs, is missing.
-    """
-    try:
-        from .watcher import Watcher
-    except ModuleNotFoundError as error:
-        raise SettingsError(f'device.twin: {missing(error)}') from error
-    return Watcher(twin, element, log)
 
 
 def forecast(twin: Element, design: Design, settings: Settings, log: ThrottledLog) -> Calibration:

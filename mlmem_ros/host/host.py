@@ -146,10 +146,11 @@ class Host:
             element = store.new_element(given.design, given.settings, driver)
             watcher = None
             if twin is not None:
-                from .elements import forecast, watching
+                from .elements import forecast
+                from .watcher import Watcher  # most nodes have none
 
                 element.forecast = forecast(twin, given.design, given.settings, self.log)
-                watcher = watching(twin, element, self.log)
+                watcher = Watcher(twin, element, self.log)
             _check_faults(element, given.faults)
             store.restore(element)
             undo.pop_all()

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The noise of a waveform, measured in the waveform itself."""
+"""The noise of a waveform, measured in the waveform itself, and the drift of its zero."""
 
 from __future__ import annotations
 
@@ -37,3 +37,14 @@ def noise_of(samples: Array) -> float:
     gain = math.sqrt(math.comb(2 * ORDER, ORDER))
     middle = float(np.nanmedian(differences)) if np.isfinite(differences).any() else 0.0
     return max(FLOOR, middle / (0.674489750196 * gain))
+
+
+def about_zero(waveforms: Array, weights: Array) -> Array:
+    """Return waveforms less their weighted mean, but for the rest before them, (2, m, ...).
+
+    So a waveform does not tell where a drifting transducer has its zero; the rest alone does.
+    """
+    total = np.sum(weights[:, 1:], axis=1, keepdims=True)
+    mean = np.sum(weights[:, 1:] * waveforms[:, 1:], axis=1, keepdims=True)
+    waveforms[:, 1:] -= np.divide(mean, total, out=np.zeros_like(mean), where=total > 0.0)
+    return waveforms

@@ -24,9 +24,8 @@ from ..element_file import Element
 from ..physics import Integrator
 from ..physics.potential import Array
 from .forward import Clock, Forward
-from .locating import NEAR, equilibria
-from .misfit import about_zero
-from .noise import noise
+from .noise import about_zero, noise
+from .resting import NEAR, equilibria
 from .unknowns import Unknowns
 
 MOST_CELLS = 1000

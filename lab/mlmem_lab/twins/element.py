@@ -14,8 +14,8 @@ from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Scatter, Specimen, scattered
 from mlmem_ros.procedures import Procedures
-from mlmem_ros.twin.plan import plan
 
+from ..plans.plan import plan
 from .sensed import SensedSimulation
 
 KNOWN = 5e-4

@@ -21,8 +21,8 @@ from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
 from mlmem_ros.rig.sensors import Sensors
-from mlmem_ros.twin.fit import Misfitting, fit
 
+from ..fit.fit import Misfitting, fit
 from .element import performed
 from .sensed import SensedElement
 

@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..device.shot import Shot
-from ..physics import StateError, walls
-from ..physics.potential import Array
-from .forward import Forward
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.twin.forward import Forward
+from mlmem_ros.twin.resting import NEAR, equilibria
+
 from .misfit import Misfit, Stage, minimise
 
 WINDOW = 300.0
@@ -33,9 +34,6 @@ TRIED = 3
 
 APART = 2.0
 """Least distance between two of them in cells: a fit moves between nearer ones."""
-
-NEAR = 6.0
-"""How far from where it was found first a wall may be in the end, in cells."""
 
 
 def located(misfit: Misfit, x: Array, shots: Sequence[Shot]) -> tuple[list[Shot], Array]:
@@ -122,19 +120,3 @@ def _refined(misfit: Misfit, x: Array) -> tuple[Array, float]:
 def _score(misfit: Misfit, forward: Forward, shot: Shot) -> float:
     predicted = forward.predict(shot, shot.pulse.duration + WINDOW)
     return float(np.sum(misfit.residuals(shot, predicted, BLUR)[0] ** 2))
-
-
-def equilibria(forward: Forward, shot: Shot, sites: Array) -> list[float]:
-    """Return the positions at which a wall rests that is let go at any of some sites."""
-    made = forward.specimen
-    V = made.design.end_displacement(shot.strain) * made.strain_shape
-    places: set[float] = set()
-    for site in sites:
-        try:
-            v = forward.rest(replace(shot, wall=float(site)))
-        except StateError:
-            continue
-        inside = walls(made.design, v - V)
-        if len(inside) == 1:
-            places.add(round(inside[0].position, 1))
-    return sorted(places)

@@ -5,7 +5,7 @@
 import pytest
 from computed import once
 
-from mlmem_ros.twin.fit import fit
+from mlmem_lab.fit.fit import fit
 
 from .truth import SMALL, hidden, measured
 

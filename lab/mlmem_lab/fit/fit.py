@@ -9,14 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..device.shot import Shot
-from ..physics import Design, Integrator, Specimen
-from ..physics.potential import Array
-from .forward import Clock
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.physics import Design, Integrator, Specimen
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.twin.forward import Clock
+from mlmem_ros.twin.unknowns import SHARED, Prior, Unknowns
+
 from .locating import SHARED as SHARED_AGAIN
 from .locating import located, ranked, relocated
 from .misfit import Misfit, Normal, Stage, minimise
-from .unknowns import SHARED, Prior, Unknowns
 
 WHOLE = 1e9
 """A window as long as the record."""

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mlmem_lab.fit.fit import Misfitting, _foretold, fit
 from mlmem_ros.device.end import End
-from mlmem_ros.twin.fit import Misfitting, _foretold, fit
 
 from .truth import SHOTS, SMALL, hidden, measured
 

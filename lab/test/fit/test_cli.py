@@ -7,11 +7,10 @@ import json
 import numpy as np
 import pytest
 
+from mlmem_lab.fit import command, csv_shots
 from mlmem_ros import element_file, parameter_file
 from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
-from mlmem_ros.physics import Specimen
-from mlmem_ros.twin import csv_shots
 
 from .truth import SMALL
 
@@ -44,7 +43,7 @@ def test_from_shots_to_pulses(bench, capsys, fitted, monkeypatch):
             assert (one.samples == other.samples).all()
         return found
 
-    monkeypatch.setattr('mlmem_ros.twin.fit.fit', known)
+    monkeypatch.setattr(command, 'fitted', known)
     file, design = folder / 'element.yaml', folder / 'design.yaml'
     files = sorted(folder.glob('*.csv'))
     status, told, why = run(capsys, 'fit', *files, '--design', design, '--output', file, '--json')
@@ -80,24 +79,3 @@ def test_a_csv_that_is_no_shot_is_named(capsys, tmp_path):
     status, _, complaint = run(capsys, 'fit', path, '--design', 'case_2')
     assert status == 2
     assert f'{path} must be a shot with end, omega_c' in complaint
-
-
-def test_an_element_survives_its_file(tmp_path):
-    alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(SMALL.N)
-    made = Specimen(SMALL, alpha, mass=1.01, offset=0.002)
-    element_file.save(tmp_path / 'e.yaml', element_file.Element(made, 1e-4 * alpha))
-    again = element_file.load(tmp_path / 'e.yaml')
-    assert again.specimen.design == SMALL
-    for name in ('alpha', 'masses', 'offsets'):
-        assert getattr(again.specimen, name) == pytest.approx(getattr(made, name), rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ('text', 'reason'),
-    [('', 'as `mlmem fit` writes'), ('format: 2', 'format must be 1'), ('{', 'e.yaml'),
-     ('{format: 1, design: {N: 5}}', 'this is not an element')],
-)  # fmt: skip
-def test_a_file_that_is_no_element_is_named(tmp_path, text, reason):
-    (tmp_path / 'e.yaml').write_text(text, encoding='utf-8')
-    with pytest.raises(element_file.ElementFileError, match=reason):
-        element_file.load(tmp_path / 'e.yaml')

@@ -11,19 +11,26 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .command import JSON, command, option
-from .output import complain, plain_console, print_json
+import numpy as np
 
-if TYPE_CHECKING:
-    from ..device import Shot
-    from ..element_file import Element
-    from ..physics import Design, Integrator
-    from ..physics.potential import Array
-    from ..twin.fit import Fit
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, print_json
+from mlmem_ros.device import Shot
+from mlmem_ros.element_file import Element, save
+from mlmem_ros.parameter_file import ParameterFileError
+from mlmem_ros.parameter_file import load as design_of
+from mlmem_ros.physics import INTEGRATORS, Design, DesignError, Integrator
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.session.data import load
+from mlmem_ros.twin.unknowns import SHARED, Prior
 
-Found = tuple['Design', list['Shot'], 'Integrator | None']
+from ..bar import Bar
+from . import csv_shots
+from .fit import Fit, Misfitting
+from .fit import fit as fitted
 
 
 @command(
@@ -38,14 +45,6 @@ Found = tuple['Design', list['Shot'], 'Integrator | None']
 )  # fmt: skip
 def fit(arguments: argparse.Namespace) -> int:
     """Fit; return 0, 1 if the data cannot be fitted, 2 if they cannot be read."""
-    from ..bag.errors import BagError
-    from ..element_file import save
-    from ..parameter_file import ParameterFileError
-    from ..physics import DesignError
-    from ..twin.fit import Misfitting
-    from ..twin.fit import fit as fitted
-    from ..twin.unknowns import Prior
-
     try:
         design, shots, integrator = _read(arguments)
     except (BagError, ParameterFileError, DesignError, Misfitting) as error:
@@ -73,8 +72,6 @@ def fit(arguments: argparse.Namespace) -> int:
 
 def element_of(found: Fit) -> Element:
     """Return a fit as the element of a file."""
-    from ..element_file import Element
-
     unknowns, x = found.unknowns, found.x
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
@@ -87,14 +84,8 @@ def _pair(ends: Array) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def _read(arguments: argparse.Namespace) -> Found:
+def _read(arguments: argparse.Namespace) -> tuple[Design, list[Shot], Integrator | None]:
     """Return design, shots, and the integrator of a simulated element."""
-    from ..parameter_file import load as design_of
-    from ..physics import INTEGRATORS
-    from ..session.data import load
-    from ..twin import csv_shots
-    from ..twin.fit import Misfitting
-
     design = design_of(arguments.design).design if arguments.design else None
     shots: list[Shot] = []
     integrators: set[Integrator | None] = set()
@@ -119,8 +110,6 @@ def _read(arguments: argparse.Namespace) -> Found:
 
 
 def _as_dict(found: Fit) -> dict[str, Any]:
-    from ..twin.unknowns import SHARED
-
     unknowns, deviations = found.unknowns, found.deviations
     told: dict[str, Any] = {
         'alpha': found.x[unknowns.alpha],
@@ -148,8 +137,6 @@ def _as_dict(found: Fit) -> dict[str, Any]:
 
 def _describe(found: Fit, output: str | None) -> None:
     """Print what was found in some lines."""
-    import numpy as np
-
     unknowns = found.unknowns
     nominal = unknowns.design.alpha
     alpha, deviation = (each[unknowns.alpha] for each in (found.x, found.deviations))
@@ -170,25 +157,3 @@ def _describe(found: Fit, output: str | None) -> None:
         print(f'not told: {words}')
     if output:
         print(f'written to {output}')
-
-
-class Bar:
-    """A progress bar that says what is being fitted."""
-
-    def __init__(self, console: Any) -> None:
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-        columns = TextColumn('{task.description}'), BarColumn(), TimeElapsedColumn()
-        self._bar = Progress(*columns, console=console, transient=True)
-        self._task = self._bar.add_task('', total=1.0)
-
-    def __enter__(self) -> Bar:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._bar.stop()
-
-    def __call__(self, what: str, share: float) -> None:
-        """Show what is being done, and the fraction done."""
-        self._bar.update(self._task, description=what, completed=share)

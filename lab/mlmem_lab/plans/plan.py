@@ -10,17 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..device.calibration import Calibration, DelayTable
-from ..device.memory import Memory
-from ..device.presets import Preset
-from ..device.procedures.blocks import run
-from ..device.procedures.going_to_level import go_to_level
-from ..device.reading import BLANK
-from ..device.simulation import Simulation
-from ..device.trims import Trim, Trims, menu, schedule_of
-from ..physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
-from ..physics.equilibrium import blank, relax, resting_wall
-from ..physics.potential import Array
+from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.memory import Memory
+from mlmem_ros.device.presets import Preset
+from mlmem_ros.device.procedures.blocks import run
+from mlmem_ros.device.procedures.going_to_level import go_to_level
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.trims import Trim, Trims, menu, schedule_of
+from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, default_step, walls
+from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
+from mlmem_ros.physics.potential import Array
 
 NEAR = 1.0
 """Cells from its defect within which a wall has arrived."""

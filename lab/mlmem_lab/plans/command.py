@@ -11,16 +11,21 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .command import JSON, command, option
-from .fit import Bar
-from .output import complain, plain_console, print_json
+from mlmem_ros.cli.command import JSON, command, option
+from mlmem_ros.cli.output import complain, plain_console, print_json
+from mlmem_ros.device import PRESETS, Preset
+from mlmem_ros.device.settings import peak
+from mlmem_ros.device.trims import trimmed
+from mlmem_ros.element_file import ElementFileError, load, save
+from mlmem_ros.parameter_file import ParameterFileError
+from mlmem_ros.parameter_file import load as preset_of
+from mlmem_ros.physics import Design, DesignError
 
-if TYPE_CHECKING:
-    from ..device import Preset
-    from ..physics import Design
-    from ..twin.plan import Plan
+from ..bar import Bar
+from .plan import Plan
+from .plan import plan as planned
 
 
 @command(
@@ -35,12 +40,6 @@ if TYPE_CHECKING:
 )  # fmt: skip
 def plan(arguments: argparse.Namespace) -> int:
     """Plan; return 0, 1 if some level has no pulse, 2 if the element cannot be read."""
-    from ..element_file import ElementFileError, load, save
-    from ..parameter_file import ParameterFileError
-    from ..parameter_file import load as preset_of
-    from ..physics import DesignError
-    from ..twin.plan import plan as planned
-
     try:
         element = load(Path(arguments.element))
         design = element.specimen.design
@@ -67,9 +66,6 @@ def like(design: Design) -> Preset:
     Raises:
         ParameterFileError: There is none.
     """
-    from ..device import PRESETS
-    from ..parameter_file import ParameterFileError
-
     for preset in PRESETS.values():
         if preset.design.cells == design.cells:
             return preset
@@ -84,9 +80,6 @@ def _distance(margin: float | None) -> str:
 
 def _row(preset: Preset, found: Plan, level: int) -> dict[str, Any]:
     """Return a step of a plan as plain values."""
-    from ..device.settings import peak
-    from ..device.trims import trimmed
-
     step = found.steps[level]
     write = trimmed(preset.settings, step.trim).write
     launched = level == 0

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..device.end import End
-from ..device.shot import Shot
+from mlmem_ros.device.end import End
+from mlmem_ros.device.shot import Shot
+
 from .fit import Misfitting
 
 HEAD = ('end', 'omega_c', 'A', 'sigma', 'wall', 'strain', 'dt', 'rest_left', 'rest_right')

@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from ..device.shot import Shot
-from ..physics import DesignError, Integrator, StateError
-from ..physics.potential import Array
-from .forward import Clock, Forward
-from .noise import noise
-from .unknowns import AT_REST, Unknowns
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.physics import DesignError, Integrator, StateError
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.twin.forward import Clock, Forward
+from mlmem_ros.twin.noise import about_zero, noise
+from mlmem_ros.twin.unknowns import AT_REST, Unknowns
 
 DRIFT = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
@@ -24,17 +24,6 @@ known."""
 
 LEAST_DRIFT = 1e-5
 """Least one that is believed."""
-
-
-def about_zero(waveforms: Array, weights: Array) -> Array:
-    """Return waveforms less their weighted mean, but for the rest before them, (2, m, ...).
-
-    So a waveform does not tell where a drifting transducer has its zero; the rest alone does.
-    """
-    total = np.sum(weights[:, 1:], axis=1, keepdims=True)
-    mean = np.sum(weights[:, 1:] * waveforms[:, 1:], axis=1, keepdims=True)
-    waveforms[:, 1:] -= np.divide(mean, total, out=np.zeros_like(mean), where=total > 0.0)
-    return waveforms
 
 
 @dataclass(frozen=True, eq=False)
