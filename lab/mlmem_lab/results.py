@@ -3,8 +3,9 @@
 """Result files: numbers with the command, version, processor, seed and date they belong to.
 
 A file also has a fingerprint of everything it measured: a hash of what that does, to a millionth
-of a cell. A file whose fingerprints are no longer those of the code is older than the code. New
-comments, names and a last bit change no fingerprint.
+of a cell, and of what the rules of reading say, if it counted reads. A file whose fingerprints are
+no longer those of the code is older than the code. New comments, names and a last bit change no
+fingerprint.
 """
 
 from __future__ import annotations
@@ -25,12 +26,16 @@ from mlmem_ros.device import Erase, MemoryElement, Read, Write, new_element, pre
 from mlmem_ros.durable import write_atomically
 
 from .bench.host import describe_host
+from .decisions import decisions
 
 FOLDER = Path(__file__).parent.parent / 'results'
 """The committed results, in a checkout."""
 
 LATTICE = 'lattice'
 """What has a fingerprint beside the presets: the real lattice of `mlmem measured`."""
+
+READ = ', read'
+"""Behind the name of a preset: its fingerprint is of what the rules of reading make of echoes."""
 
 APART = ('bits_3', 'bits_8')
 """Presets that are measured only if named: the first is `case_2`, the other takes hours."""
@@ -54,7 +59,7 @@ def save(
         result: Of mappings, sequences, dataclasses, arrays and plain values.
         command: That makes it again.
         seed: Of its random numbers.
-        of: The presets that it measured, or `LATTICE`.
+        of: The presets that it measured, `with_reads` if it counted these, or `LATTICE`.
         kept: The file whose other entries the result has too: they keep their fingerprints.
 
     Raises:
@@ -74,6 +79,11 @@ def save(
     return path
 
 
+def with_reads(presets: Iterable[str]) -> list[str]:
+    """Return what a count of their reads measured: the presets, and how they are read."""
+    return [each for name in presets for each in (name, name + READ)]
+
+
 def load(path: Path) -> dict[str, Any]:
     """Return a result file."""
     result = json.loads(path.read_text(encoding='utf-8'))
@@ -89,7 +99,9 @@ def outdated(result: Mapping[str, Any]) -> list[str]:
 
 @cache
 def fingerprint(name: str) -> str | None:
-    """Return a hash of what a preset, or `LATTICE`, does; None for too large an element."""
+    """Return a hash of what a preset, or `LATTICE`, does, or with `READ` behind it what it reads;
+    None for too large an element.
+    """
     hashed = hashlib.blake2b(digest_size=8)
     if name == LATTICE:
         from .measured.runs import Case
@@ -99,8 +111,12 @@ def fingerprint(name: str) -> str | None:
         wave = launch(Case(22.5, 7.0), shell(3.971), Losses(0.02, 0.01))
         hashed.update(np.round(wave.u, 6).tobytes())
         return hashed.hexdigest()
+    name, reads, _ = name.partition(READ)
     if preset(name).design.levels > MOST_LEVELS:
         return None
+    if reads:
+        hashed.update(repr(decisions(name)).encode())
+        return hashed.hexdigest()
     element = new_element(preset(name))
     few = min(2, element.design.levels - 1)
     for level in (*range(few + 1), 0):

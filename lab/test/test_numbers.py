@@ -9,6 +9,7 @@ import pytest
 
 from mlmem_lab import numbers, results
 from mlmem_lab.numbers import placed
+from mlmem_ros.device import reading
 
 RESULT = {'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5, 'cases': [{'rail': 22.5, 'speed': 1.9}]}
 
@@ -82,3 +83,18 @@ def test_a_fingerprint_tells_elements_apart_and_repeats():
     one = results.fingerprint('bits_1')
     results.fingerprint.cache_clear()
     assert results.fingerprint('bits_1') == one != results.fingerprint('bits_2')
+
+
+@pytest.mark.parametrize(
+    ('rule', 'value'), [('LOUDEST', 1.2), ('MOST_RAISED', 1.3), ('median_low', min)]
+)
+def test_a_change_of_the_rules_of_reading_makes_counts_of_reads_old(rule, value, monkeypatch):
+    before = results.fingerprint('case_2'), results.fingerprint('case_2, read')
+    results.fingerprint.cache_clear()
+    assert results.fingerprint('case_2, read') == before[1]
+    monkeypatch.setattr(reading, rule, value)
+    results.fingerprint.cache_clear()
+    after = results.fingerprint('case_2'), results.fingerprint('case_2, read')
+    results.fingerprint.cache_clear()
+    assert after[0] == before[0]  # moves and ticks are the same
+    assert after[1] != before[1]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_lab.results import save
+from mlmem_lab.results import save, with_reads
 from mlmem_lab.studies.shaken import SPECTRA, Counts, Shaking, count
 from mlmem_ros.device import Settings
 from mlmem_ros.parameter_file import load
@@ -116,7 +116,8 @@ def main() -> None:
         print(f'| {confidence:.1f} | {right:.5f} |')
     if arguments.output is not None:
         made = f'lab/tools/shaken_reads.py --preset {arguments.preset} --reads {arguments.reads}'
-        save(arguments.output, {'cases': lines}, made, arguments.seed, [arguments.preset])
+        of = with_reads([arguments.preset])
+        save(arguments.output, {'cases': lines}, made, arguments.seed, of)
 
 
 if __name__ == '__main__':

@@ -15,7 +15,7 @@ from mlmem_ros.cli.output import complain, markdown, plain_console, plain_table,
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.parameter_file import load, text_of
 
-from ..results import save
+from ..results import save, with_reads
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
@@ -125,5 +125,6 @@ def _show(
     if result_file is not None:
         made = ' '.join(['mlmem design prove', *names])
         proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
-        save(result_file, {'presets': proven}, made, of=[n for n in names if n in PRESETS])
+        of = with_reads(name for name in names if name in PRESETS)
+        save(result_file, {'presets': proven}, made, of=of)
     return 0 if passed else 1

@@ -58,7 +58,7 @@ Task = tuple[str, Callable[[], Counts]]
 )
 def reads(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if anything was wrong or a file not written, 2 for a wrong argument."""
-    from ..results import load, save
+    from ..results import load, save, with_reads
 
     if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
         return complain('reads', '--rows, --every and --workers must be at least 1', 2)
@@ -80,7 +80,7 @@ def reads(arguments: argparse.Namespace) -> int:
     result = {'elements': found | {'all': total(found)}}
     _print(console, result['elements'])
     if arguments.output is not None:
-        presets = [name for name in asked if not name.startswith(DESIGNED)]
+        presets = with_reads(name for name in asked if not name.startswith(DESIGNED))
         try:
             kept = load(arguments.output) if arguments.output.exists() else {'elements': {}}
             both = {
