@@ -47,6 +47,7 @@ TABLES: Mapping[str, Callable[[Mapping[str, Any]], Sequence[Sequence[str]]]] = {
     'cells': tables.reads,
     'shaken': tables.shaken,
     'measured speeds': tables.speeds,
+    'twin learning': tables.learning,
     'paper energy': tables.energy,
     'paper claims': tables.claims,
     'paper check': tables.check,

@@ -206,6 +206,20 @@ def speeds(result: Mapping[str, Any]) -> Rows:
     return rows
 
 
+def learning(result: Mapping[str, Any]) -> Rows:
+    """Return what writes after a calibration came to, with learnt and with planned pulses."""
+    head = ('preset', 'scatter', 'pulses', 'calibrated', 'time of that', 'writes', 'failed')
+    rows: Rows = [head]
+    for found in result['learning']:
+        for pulses in ('learnt', 'planned'):
+            some = found[pulses]
+            counts = map(_grouped, (round(some['time']), found['writes'], some['failed']))
+            calibrated = f'{some["calibrated"]} of {found["elements"]}'
+            scatter = f'{100.0 * found["scatter"]:g} %'
+            rows.append([f'`{found["preset"]}`', scatter, pulses, calibrated, *counts])
+    return rows
+
+
 COUNTED = (
     'reads', 'right', 'undecodable', 'no level', 'wrong', 'written', 'written wrong',
     'not written',
