@@ -181,14 +181,18 @@ def steps(result: Mapping[str, Any]) -> Rows:
 
 
 def errors(result: Mapping[str, Any]) -> Rows:
-    """Return the errors of both integrators by step, a column for each quantity."""
+    """Return the errors of both integrators by step, a column for each quantity.
+
+    Where the echo does not reach the threshold, there is no delay.
+    """
     quantities = dict.fromkeys(row['contender'] for row in result['tables']['step_pefrl'])
     rows: Rows = [['integrator', 'step', *quantities]]
     for told, name in (('Noh-Bathe', 'step_noh_bathe'), ('PEFRL', 'step_pefrl')):
         found = result['tables'][name]
         for step in dict.fromkeys(row['step'] for row in found):
             some = {row['contender']: row['error'] for row in found if row['step'] == step}
-            rows.append([told, step, *(some.get(name, '') for name in quantities)])
+            each = (some.get(name, '').replace('nan', 'no echo') for name in quantities)
+            rows.append([told, f'{float(step):.3g}', *each])
     return rows
 
 
