@@ -34,6 +34,7 @@ from mlmem_ros.device import (
     calibration,
     new_element,
     preset,
+    presets,
     snapshot,
     trims,
 )
@@ -68,6 +69,7 @@ def pages() -> dict[str, str]:
         'files.md': _files(),
         'rig.md': _rig(),
         'checks.md': _checks(),
+        'presets.md': _presets(),
     }
     return {name: GENERATED + text for name, text in made.items()}
 
@@ -489,6 +491,50 @@ def _checks() -> str:
         'change.\n\n'
         f'{_table(["quantity", "unit", "what it means", "the paper"], rows)}\n'
     )
+
+
+# --- presets -------------------------------------------------------------------------------
+
+MOVES = ('throw', 'down_odd', 'down_even', 'up_even', 'up_odd')
+
+
+def _presets() -> str:
+    """Return the size of every preset, and the schedule of each of its moves."""
+    names: dict[int, list[str]] = {}
+    for name, one in presets.PRESETS.items():
+        names.setdefault(id(one), []).append(name)
+    sizes, schedules = [], []
+    for some in names.values():
+        design, settings = preset(some[0])
+        named = ', '.join(f'`{name}`' for name in some)
+        size = (design.levels, design.N, design.J, 1.0 / design.eta)
+        sizes.append([named, *(f'{number:.6g}' for number in size)])
+        write = settings.write
+        schedules.append([named, 'step up', *_schedule(write), _peaks(write)])
+        for name in MOVES:
+            move = getattr(settings, name)
+            if move.peak:
+                schedules.append(['', f'`{name}`', *_schedule(move), f'{move.peak:g}'])
+    head = ['preset', 'move', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
+    return (
+        '# Presets\n\n'
+        'Of all [presets](../presets.md). What a name means is in the [parameters](parameters.md).\n\n'
+        f'{_table(["preset", "levels", "N", "J", "1/eta"], sizes)}\n\n'
+        '## Schedules\n\n'
+        'Times are in time units, 0.1 ms at the default scale; *to* is the share of the peak that '
+        '*ease* leads to. A step up takes the sum of its times.\n\n'
+        f'{_table(head, schedules)}\n'
+    )
+
+
+def _schedule(move: Any) -> list[str]:
+    to = f'{move.ease_to:g}' if move.ease else ''
+    first, last = (move.ramp, move.hold, move.ease), (move.release, move.settle)
+    return [*(f'{time:g}' for time in first), to, *(f'{time:g}' for time in last)]
+
+
+def _peaks(write: Any) -> str:
+    return f'{write.compression:g}, {write.tension:+g}'
 
 
 if __name__ == '__main__':
