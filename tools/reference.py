@@ -518,7 +518,7 @@ def _presets() -> str:
     head = ['preset', 'move', 'ramp', 'hold', 'ease', 'to', 'release', 'settle', 'peak strains']
     return (
         '# Presets\n\n'
-        'Of all [presets](../presets.md). What a name means is in the [parameters](parameters.md).\n\n'
+        'Times are [parameters](parameters.md) of each move of a [preset](../presets.md).\n\n'
         f'{_table(["preset", "levels", "N", "J", "1/eta"], sizes)}\n\n'
         '## Schedules\n\n'
         'Times are in time units, 0.1 ms at the default scale; *to* is the share of the peak that '
