@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from mlmem_lab import standard_problems
+from mlmem_lab.standard_problems import verdict
 from mlmem_ros import element_file, rig
 from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
 from mlmem_ros.bag.recorder import Recorder
@@ -70,6 +72,7 @@ def pages() -> dict[str, str]:
         'rig.md': _rig(),
         'checks.md': _checks(),
         'presets.md': _presets(),
+        'standard_problems.md': _standard_problems(),
     }
     return {name: GENERATED + text for name, text in made.items()}
 
@@ -535,6 +538,41 @@ def _schedule(move: Any) -> list[str]:
 
 def _peaks(write: Any) -> str:
     return f'{write.compression:g}, {write.tension:+g}'
+
+
+# --- standard problems ---------------------------------------------------------------------
+
+
+def _standard_problems() -> str:
+    """Return the statements in the docstrings of the problems, and our answers."""
+    title, rules = _paragraphs(standard_problems)
+    told = []
+    for number, problem in enumerate(standard_problems.PROBLEMS, 1):
+        name, statement = _paragraphs(inspect.getmodule(problem.solve))
+        head = f'## {number}. `{problem.name}`: {name[0].lower()}{name[1:-1]}'
+        told.append(f'{head}\n\n{statement} Step {problem.step:g}.')
+    answers = [
+        [f'`{one.problem}`', one.quantity, f'{one.value:.7g}', f'{one.error:.1g}']
+        for one in verdict.read(verdict.OURS)
+    ]
+    parts = [
+        '# Standard problems',
+        title,
+        'Solve any of them with your code, write a CSV file with the columns `problem, quantity, '
+        'value`, and `mlmem standard_problems FILE` judges it: right is within '
+        f'{100.0 * verdict.CLOSE:g} % of our answer, or within ten times its error.',
+        rules,
+        *told,
+        '## Our answers',
+        _table(['problem', 'quantity', 'value', 'error'], answers),
+    ]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _paragraphs(module: ModuleType | None) -> tuple[str, str]:
+    """Return the first line of a docstring, and what follows it."""
+    first, _, rest = (inspect.getdoc(module) or '').partition('\n\n')
+    return first, rest
 
 
 if __name__ == '__main__':

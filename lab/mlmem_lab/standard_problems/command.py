@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem standard_problems`: standard problems of mechanical domain walls, for any code.
 
-docs/standard_problems.md states six problems. Solve some of them with your own code, write a CSV
-file with the columns problem, quantity, value, and get a verdict on each quantity. An answer is
-right within 0.1 % of ours, or within ten times our own error.
+docs/reference/standard_problems.md states six problems. Solve some of them with your own code,
+write a CSV file with the columns problem, quantity, value, and get a verdict on each quantity. An
+answer is right within 0.1 % of ours, or within ten times our own error.
 """
 
 from __future__ import annotations

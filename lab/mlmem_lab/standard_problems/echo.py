@@ -1,6 +1,12 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""5: the echo of a wall at rest (the paper's Case II, level 3)."""
+"""An echo of a wall.
+
+The paper's Case II. X = 100, w = 4, 6000 of rest. Then v_1 is held at its place plus 0.01 exp(-((t
+- 48)/8)^2/2) sin(1.5 t), with the velocity of that, for t up to 96; free afterwards. |v_1 - place|
+over 600 is averaged in a centred box of 16 pi / 1.5. *delay*: when it is largest after t = 144,
+minus 48. *loudness*: that maximum.
+"""
 
 import math
 

@@ -1,6 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""1: a phi-4 kink under damping and a tilt."""
+"""A phi-4 kink under damping and a tilt.
+
+300 cells, springs of stiffness 1, on-site energy 0.02 (1 - u^2)^2 - 0.004 u, damping force 0.05
+u'. X = 50, 1/w = sqrt(0.04), wells -1 and 1. *speed*: 100 over the time that the front at u = 0
+takes from 150 to 250.
+"""
 
 import numpy as np
 

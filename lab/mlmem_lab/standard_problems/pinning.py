@@ -1,6 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""4: a wall is pinned by a soft defect (the paper's Case I)."""
+"""A soft defect stops a wall.
+
+The paper's Case I (Table I), no strain. X = 50, w = 8. *farthest* place of the wall in 12 000,
+looked at once per unit of time, and where it comes to *rest*.
+"""
 
 import numpy as np
 

@@ -20,7 +20,7 @@ Answers = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """One problem; docs/standard_problems.md states it.
+    """One problem, stated in the docstring of its module.
 
     Attributes:
         name: Short.

@@ -1,6 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""3: the measured lattice, nine cases, with losses as stated on the page."""
+"""Nine measured lattices.
+
+The chain and shells of `lab/mlmem_lab/measured/data/README.md`, 26th element held. The first is
+moved along 3 x^2 - 2 x^3 to its second well in 25 ms and held. Damping 0.0186 per ms, dry friction
+0.0146 (10 N) times v / sqrt(v^2 + 0.002^2). Magnets closer than 0.3 cm push as at 0.3 cm. *21.5/6*
+etc.: three spacings over the time between half-way points of elements 8 and 11, in m/s;
+displacements every 2 ms, linear in between. Steps are in ms. Where no wave was measured, equal
+elements still propagate one.
+"""
 
 from mlmem_ros.physics import Integrator
 

@@ -1,6 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""2: the speed law E = gain v / (2 gamma) for three couplings."""
+"""The speed law E = gain v / (2 gamma) for three couplings (Nadkarni et al. 2016).
+
+300 cells, on-site energy 0.05 (1 - u^2)^2 - 0.02 u, damping force 0.1 u'. X = 40, 1/w = sqrt(0.1),
+wells those of the tilted energy; gain is their difference. Couplings: *linear*, stiffness 1;
+*toda*, energy (exp(-e/2) + e/2 - 1) / 0.25; *power law*, neighbours at distance 4 repel with
+(256/3) r^-3 (stiffness 1 at rest). *speed* as in 1; *kinetic energy*, its mean meanwhile, sampled
+every 0.1; *over the law*, that over gain v / (2 gamma). The exact value is 1.
+"""
 
 import numpy as np
 

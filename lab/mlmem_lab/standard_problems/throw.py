@@ -1,6 +1,11 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""6: a wall is thrown out of the element by letting go of a strain (design of `bits_4`)."""
+"""A wall leaves the element, because a strain is let go.
+
+The design `bits_4`, rigid substrate. X = 81, w = 4, 4000 of rest. Strain to 0.135 in 400, held 20,
+to -0.0135 in 70, to 0 in 240, each along 3 x^2 - 2 x^3. *place when let go*; *time to cell 9* from
+then; *active cells at the end*, 1000 later.
+"""
 
 import numpy as np
 
