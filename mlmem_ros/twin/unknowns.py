@@ -1,10 +1,10 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The unknowns of an element and its instrument, and what is known of them beforehand.
+"""The unknowns of an element and its instrument.
 
 They form one vector. First the amplifications alpha_j in units of the design's d: only alpha_j d
-acts, so d keeps its value, and gamma, beta and the overall stiffness are patterns of alpha_j that
-the prior knows. Then what all cells share; then, if asked for, masses and offsets of the cells.
+acts, so d keeps its value. Then what all cells share; then, if asked for, masses and offsets of
+the cells.
 """
 
 from __future__ import annotations
@@ -19,46 +19,6 @@ from ..device.end import End
 from ..physics import Design, Specimen
 from ..physics.potential import Array
 
-
-@dataclass(frozen=True)
-class Prior:
-    """Standard deviations of the unknowns about the design, before anything was heard.
-
-    Attributes:
-        scatter: Of alpha from cell to cell, relative.
-        stiffness: Of the overall stiffness of the cells, relative.
-        gamma: Of the gradient, relative to the design's.
-        beta: Of the anomaly of the defects, relative to the design's.
-        ground_state: Of either ground state, in lattice constants.
-        c: Of the offset of the potential, which decides k_s2 / k_s1, in lattice constants.
-        eta: Of the damping, relative.
-        time_unit: Of the time unit, relative.
-        substrate_ratio: Of s_max / s_min, relative.
-        j_0: Of the site of least substrate stiffness, in cells.
-        zero: Of a transducer's zero, in lattice constants.
-        gain: Of a transducer's gain, relative, as sensor and as driver.
-        mass: Of a cell's mass, relative.
-        offset: Of a cell's ground states, in lattice constants.
-        friction: Of a dry friction on every cell, in k_r cells.
-    """
-
-    scatter: float = 0.02
-    stiffness: float = 0.05
-    gamma: float = 0.05
-    beta: float = 0.05
-    ground_state: float = 0.05
-    c: float = 0.7
-    eta: float = 0.2
-    time_unit: float = 0.05
-    substrate_ratio: float = 0.05
-    j_0: float = 0.5
-    zero: float = 0.02
-    gain: float = 0.02
-    mass: float = 0.005
-    offset: float = 0.01
-    friction: float = 1e-5
-
-
 SHARED = (
     'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',
     'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
@@ -68,24 +28,18 @@ instrument in true ones, s_max / s_min, j_0; and the transducers: zero, gain as 
 driver."""
 
 
-AT_REST = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
-"""Those that the displacements at rest show."""
-
-
 @dataclass(frozen=True, eq=False)
 class Unknowns:
     """The vector of unknowns of a design.
 
     Attributes:
         design: The element as designed.
-        prior: What is known beforehand.
         masses: Whether the masses of the cells are unknown.
         offsets: Whether the offsets of the cells are unknown.
         friction: Whether to take the derivative by dry friction, which the model does not have.
     """
 
     design: Design
-    prior: Prior = Prior()
     masses: bool = False
     offsets: bool = False
     friction: bool = False
@@ -136,57 +90,6 @@ class Unknowns:
         ones = np.ones(self.mass.stop - self.mass.start)
         none = np.zeros(self.offset.stop - self.offset.start)
         return np.concatenate((design.alpha, shared, ones, none, np.zeros(int(self.friction))))
-
-    def patterns(self) -> Array:
-        """Return how alpha changes with the relative changes of stiffness, gamma and beta.
-
-        Shape (3, N). Data cannot distinguish these three from cells that happen to follow them.
-        """
-        design, alpha, j = self.design, self.design.alpha, self.design.sites
-        defect = (j % design.J == 0) & (j <= design.N - design.tail)
-        gradient = design.gamma * j / (1.0 + design.gamma * j)
-        anomaly = design.beta / (1.0 + design.beta) * defect
-        return np.asarray(alpha * np.array([np.ones(design.N), gradient, anomaly]))
-
-    def basis(self, free: str) -> Array:
-        """Return a basis of the changes that are free, shape (size, m); see `Stage.free`."""
-        if free == 'cells':
-            return np.eye(self.size)
-        if free == 'rest':
-            return np.eye(self.size)[:, [self.shared(name) for name in AT_REST]]
-        basis = np.zeros((self.size, 3 + len(SHARED)))
-        basis[self.alpha, :3] = self.patterns().T
-        for k in range(len(SHARED)):
-            basis[self.design.N + k, 3 + k] = 1.0
-        return basis
-
-    def precision(self) -> Array:
-        """Return the inverse of the prior's covariance, shape (size, size).
-
-        Cells scatter independently about the patterns of stiffness, gamma and beta.
-        """
-        design, prior, alpha = self.design, self.prior, self.design.alpha
-        relative = np.array((prior.stiffness, prior.gamma, prior.beta))
-        patterns = relative[:, None] * self.patterns()
-        spread = np.diag((prior.scatter * alpha) ** 2) + patterns.T @ patterns
-        full = np.zeros((self.size, self.size))
-        full[self.alpha, self.alpha] = np.linalg.inv(spread)
-        deviations = np.array((
-            prior.ground_state, prior.ground_state, prior.c,
-            prior.eta * max(design.eta, 1e-4), prior.time_unit,
-            prior.substrate_ratio * design.s_max / design.s_min, prior.j_0,
-            *(prior.zero,) * 2, *(prior.gain,) * 4,
-        ))  # fmt: skip
-        places = np.arange(design.N, design.N + len(SHARED))
-        full[places, places] = deviations**-2
-        for cells, deviation in ((self.mass, prior.mass), (self.offset, prior.offset)):
-            places = np.arange(cells.start, cells.stop)
-            full[places, places] = deviation**-2
-        if self.friction:
-            full[-1, -1] = prior.friction**-2
-        return full
-
-    # --- what they make -------------------------------------------------------------------
 
     def specimen(self, x: Array) -> Specimen:
         """Return the element that a vector describes.

@@ -25,12 +25,14 @@ from mlmem_ros.parameter_file import load as design_of
 from mlmem_ros.physics import INTEGRATORS, Design, DesignError, Integrator
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import load
-from mlmem_ros.twin.unknowns import SHARED, Prior
+from mlmem_ros.twin.unknowns import SHARED
 
 from ..bar import Bar
 from . import csv_shots
-from .fit import Fit, Misfitting
+from .fit import Misfitting
 from .fit import fit as fitted
+from .fitted import Fit
+from .prior import Prior
 
 
 @command(

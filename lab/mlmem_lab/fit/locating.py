@@ -17,7 +17,8 @@ from mlmem_ros.physics.potential import Array
 from mlmem_ros.twin.forward import Forward
 from mlmem_ros.twin.resting import NEAR, equilibria
 
-from .misfit import Misfit, Stage, minimise
+from .descent import AGAIN, minimise
+from .misfit import Misfit
 
 WINDOW = 300.0
 """Time after a pulse in which its waveforms are compared."""
@@ -25,9 +26,6 @@ WINDOW = 300.0
 BLUR = 3e-4
 """Least standard deviation of a sample: the element is not yet known well."""
 
-
-SHARED = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
-"""How what all cells share is fitted to a guess."""
 
 TRIED = 3
 """Places that are tried for the first wall."""
@@ -111,9 +109,9 @@ def _apart(places: Sequence[float]) -> list[float]:
 
 def _refined(misfit: Misfit, x: Array) -> tuple[Array, float]:
     """Return values with what all cells share fitted, and the misfit."""
-    precision, cost = misfit.unknowns.precision(), np.inf
-    for stage in SHARED:
-        x, cost = minimise(misfit, x, stage, precision)
+    cost = np.inf
+    for stage in AGAIN:
+        x, cost = minimise(misfit, x, stage)
     return x, cost
 
 

@@ -4,19 +4,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics import DesignError, Integrator, StateError
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.twin.forward import Clock, Forward
 from mlmem_ros.twin.noise import about_zero, noise
-from mlmem_ros.twin.unknowns import AT_REST, Unknowns
+from mlmem_ros.twin.unknowns import Unknowns
+
+from .prior import AT_REST, Prior
 
 DRIFT = 1e-4
 """Standard deviation of a transducer's zero from shot to shot in cells, as long as it is not
@@ -50,18 +51,25 @@ class Misfit:
     Attributes:
         unknowns: What is unknown.
         shots: The shots.
+        prior: What is known beforehand.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
         drift: Standard deviation of a transducer's zero from shot to shot.
     """
 
     unknowns: Unknowns
     shots: Sequence[Shot]
+    prior: Prior = field(default_factory=Prior)
     integrator: Integrator | None = None
     drift: float = DRIFT
 
     @cached_property
     def _noise(self) -> dict[int, tuple[Array, Array]]:
         return {}
+
+    @cached_property
+    def precision(self) -> Array:
+        """The inverse of the prior's covariance, shape (size, size)."""
+        return self.prior.precision(self.unknowns)
 
     def noise(self, shot: Shot) -> Array:
         """Return the standard deviation of a sample of either end, shape (2,), measured once."""
@@ -130,84 +138,3 @@ class Misfit:
             cost += float(np.sum(residual**2))
             data += int(np.count_nonzero(weights))
         return Normal(H, g, cost, data)
-
-
-FEW = 1e-2
-"""Damping up to which a small decrease means that the minimum is near."""
-
-
-@dataclass(frozen=True)
-class Stage:
-    """A step on the way to the minimum.
-
-    Attributes:
-        window: How long after its pulse each shot is compared.
-        blur: Least standard deviation of a sample.
-        free: What is sought: 'rest', what the displacements at rest show; 'shared', what all cells
-            share; 'cells', everything.
-        iterations: Most iterations.
-        enough: Decrease of the misfit at which it ends, relative.
-        least: The same in absolute terms.
-    """
-
-    window: float
-    blur: float
-    free: str = 'cells'
-    iterations: int = 6
-    enough: float = 0.02
-    least: float = 0.0
-
-
-def minimise(
-    misfit: Misfit,
-    x: Array,
-    stage: Stage,
-    precision: Array,
-    report: Callable[[Stage, float], object] | None = None,
-) -> tuple[Array, float]:
-    """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
-
-    Args:
-        misfit: What to minimise.
-        x: Where to start.
-        stage: How.
-        precision: Of the prior about the design, shape (m, m).
-        report: Called after every iteration with the misfit per datum.
-
-    Raises:
-        StateError, DesignError: The start makes no element.
-    """
-    mean = misfit.unknowns.mean
-    basis = misfit.unknowns.basis(stage.free)
-    prior = basis.T @ precision @ basis
-
-    def total(x: Array, cost: float) -> float:
-        return cost + float((x - mean) @ precision @ (x - mean))
-
-    damping = 0.0
-    for _ in range(stage.iterations):
-        normal = misfit.normal(x, stage.window, stage.blur)
-        now = total(x, normal.cost)
-        H = basis.T @ normal.H @ basis + prior
-        g = basis.T @ (normal.g + precision @ (x - mean))
-        scale = 1.0 / np.sqrt(np.diag(H))
-        H = scale[:, None] * H * scale
-        while True:
-            try:
-                factor = cho_factor(H + damping * np.eye(len(H)))
-            except LinAlgError:
-                damping = max(1e-6, 10.0 * damping)
-                continue
-            moved = x - basis @ (scale * cho_solve(factor, scale * g))
-            then = total(moved, misfit.cost(moved, stage.window, stage.blur))
-            if then < now or damping > 1e6:
-                break
-            damping = max(1e-4, 10.0 * damping)
-        if not then < now:
-            return x, now / max(1, normal.data)
-        x, damping = moved, damping / 10.0 if damping > 1e-4 else 0.0
-        if report is not None:
-            report(stage, then / max(1, normal.data))
-        if damping < FEW and now - then < max(stage.least, stage.enough * now):
-            break
-    return x, then / max(1, normal.data)

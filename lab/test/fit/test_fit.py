@@ -44,7 +44,7 @@ def test_pulses_that_are_held_out_are_predicted(fitted):
 
 @pytest.mark.parametrize('worst', [2.01, math.inf, math.nan])
 def test_a_fit_in_which_a_shot_is_not_foretold_is_refused(fitted, worst):
-    """As where two walls were found at one place: all shots agreed, on cells 1 % too strong."""
+    """As where the fit stopped on its way: all shots agreed, on cells 1 % too strong."""
     *_, found = fitted
     with pytest.raises(Misfitting, match='the others foretell shot 2 with a misfit of'):
         _foretold(replace(found, held_out=(1.0, worst, 1.1)))

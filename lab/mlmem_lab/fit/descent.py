@@ -1,0 +1,124 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The way to the least misfit: Levenberg and Marquardt's method, and what is sought when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
+
+from mlmem_ros.physics.potential import Array
+
+from .misfit import Misfit
+from .prior import basis
+
+FEW = 1e-2
+"""Damping up to which a small decrease means that the minimum is near."""
+
+WHOLE = 1e9
+"""A window as long as the record."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A step on the way to the minimum.
+
+    Attributes:
+        window: How long after its pulse each shot is compared.
+        blur: Least standard deviation of a sample.
+        free: What is sought: 'rest', what the displacements at rest show; 'shared', what all cells
+            share; 'cells', everything.
+        iterations: Most iterations.
+        enough: Decrease of the misfit at which it ends, relative.
+        least: The same in absolute terms.
+    """
+
+    window: float
+    blur: float
+    free: str = 'cells'
+    iterations: int = 6
+    enough: float = 0.02
+    least: float = 0.0
+
+
+def minimise(misfit: Misfit, x: Array, stage: Stage) -> tuple[Array, float]:
+    """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
+
+    Args:
+        misfit: What to minimise.
+        x: Where to start.
+        stage: How.
+
+    Raises:
+        StateError, DesignError: The start makes no element.
+    """
+    mean, precision = misfit.unknowns.mean, misfit.precision
+    free = basis(misfit.unknowns, stage.free)
+    prior = free.T @ precision @ free
+
+    def total(x: Array, cost: float) -> float:
+        return cost + float((x - mean) @ precision @ (x - mean))
+
+    damping = 0.0
+    for _ in range(stage.iterations):
+        normal = misfit.normal(x, stage.window, stage.blur)
+        now = total(x, normal.cost)
+        H = free.T @ normal.H @ free + prior
+        g = free.T @ (normal.g + precision @ (x - mean))
+        scale = 1.0 / np.sqrt(np.diag(H))
+        H = scale[:, None] * H * scale
+        while True:
+            try:
+                factor = cho_factor(H + damping * np.eye(len(H)))
+            except LinAlgError:
+                damping = max(1e-6, 10.0 * damping)
+                continue
+            moved = x - free @ (scale * cho_solve(factor, scale * g))
+            then = total(moved, misfit.cost(moved, stage.window, stage.blur))
+            if then < now or damping > 1e6:
+                break
+            damping = max(1e-4, 10.0 * damping)
+        if not then < now:
+            return x, now / max(1, normal.data)
+        x, damping = moved, damping / 10.0 if damping > 1e-4 else 0.0
+        if damping < FEW and now - then < max(stage.least, stage.enough * now):
+            break
+    return x, then / max(1, normal.data)
+
+
+AGAIN = tuple(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 200.0))
+"""How what all cells share is fitted once more."""
+
+LAST = (
+    Stage(WHOLE, 3e-4, iterations=2),
+    Stage(WHOLE, 1e-4, iterations=1),
+    Stage(WHOLE, 3e-5, iterations=1),
+    Stage(WHOLE, 0.0, iterations=60, enough=1e-5, least=0.5),
+)
+"""How the minimum is reached at last. Few iterations do for most elements; where the wall was at
+one place only, the minimum lies at the end of a long valley."""
+
+CELLS = (*(Stage(window, 3e-4, iterations=3) for window in (150.0, 300.0)), *LAST)
+"""How every cell is fitted once the wall is found."""
+
+SCHEDULE = (
+    Stage(-WHOLE, 0.0, 'rest'),
+    *(Stage(window, 2e-4, 'shared') for window in (20.0, 60.0, 120.0, 200.0)),
+    Stage(60.0, 3e-4, iterations=3),
+    *CELLS,
+)
+"""What all cells share first, on growing windows, so that a clock that is some per cent off skips
+no cycle; then every cell; then all that the noise allows."""
+
+SLOWER = (
+    SCHEDULE[0],
+    *(
+        Stage(window, 2e-4, 'shared', 12, 0.01)
+        for window in (10.0, 20.0, 40.0, 80.0, 140.0, 200.0)
+    ),
+    *(Stage(window, 5e-4, 'cells', 6, 0.01) for window in (20.0, 40.0, 80.0, 160.0, 320.0)),
+    *LAST,
+)
+"""For an element on which the first one ends in a local minimum."""
