@@ -117,9 +117,11 @@ def _four(value: float) -> str:
 
 
 def claims(result: Mapping[str, Any]) -> Rows:
-    """Return every claim of the paper with our verdict and finding."""
+    """Return the claims that no print contradicts, with our verdict and finding."""
     rows: Rows = [['verdict', 'the paper says', 'we find']]
     for claim in result['claims'].values():
+        if claim['printed']:
+            continue
         word = claim['verdict']
         strong = word if word == 'holds' else f'**{word}**'
         replaced = f' With {claim["replaced"]}.' if claim['replaced'] else ''
@@ -129,8 +131,9 @@ def claims(result: Mapping[str, Any]) -> Rows:
 
 def disagreements(result: Mapping[str, Any]) -> Rows:
     """Return what is printed where our simulation shows something else."""
+    rows: Rows = [['verdict', 'the paper says', 'we find']]
     some = [claim for claim in result['claims'].values() if claim['printed']]
-    return [['print', 'simulation'], *([_cell(c['printed']), _cell(c['finding'])] for c in some)]
+    return [*rows, *([c['verdict'], _cell(c['paper']), _cell(c['finding'])] for c in some)]
 
 
 def _cell(text: str) -> str:
