@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -14,6 +16,11 @@ from ..physics.potential import Array
 from .commands import is_number
 from .errors import Refused
 from .settings import DisturbanceSettings
+
+Shakes = Mapping[int, float]
+"""Accelerations that take effect within a run, by number of the tick, from 0."""
+
+NO_SHAKES: Shakes = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -72,11 +79,10 @@ class Base:
         """Whether it is at rest, and stays so without a message."""
         return self.state.acceleration == self.state.target == 0.0
 
-    @property
-    def harmful(self) -> bool:
-        """Whether it shakes enough to move a wall."""
-        strongest = max(abs(self.state.acceleration), abs(self.state.target))
-        return strongest > self._settings.harmless
+    def harmful(self, shakes: Shakes = NO_SHAKES) -> bool:
+        """Whether it shakes enough to move a wall, now or in a run with these accelerations."""
+        most = (self.state.acceleration, self.state.target, *shakes.values())
+        return max(map(abs, most)) > self._settings.harmless
 
     def disturb(self, acceleration: float) -> None:
         """Take an acceleration message.
@@ -87,14 +93,22 @@ class Base:
         self.check(acceleration)
         self.state = BaseState(self.state.acceleration, float(acceleration))
 
-    def advance(self, progress: Array, ticks: int = 1) -> Array | None:
+    def advance(self, progress: Array, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> Array | None:
         """Return the acceleration during ticks, shape (ticks m,), or None for a base at rest.
 
-        `progress` is the end of each of the m sub-steps as a fraction of the tick.
+        Args:
+            progress: End of each of the m sub-steps as a fraction of the tick.
+            ticks: How many.
+            shakes: Accelerations as in `disturb`, each from its tick on.
         """
-        if self.still:
+        if self.still and not shakes:
             return None
-        return np.concatenate([self._pass(progress) for _ in range(ticks)])
+        courses = []
+        for tick in range(ticks):
+            if tick in shakes:
+                self.disturb(shakes[tick])
+            courses.append(self._pass(progress))
+        return np.concatenate(courses)
 
     def _pass(self, progress: Array) -> Array:
         begin, target, silence = self.state.acceleration, self.state.target, self.state.silence

@@ -12,6 +12,7 @@ from ..clipped import clipped
 from ..described import descriptions, problems
 from ..procedures import PROCEDURES, Abort, Procedures
 from . import commands, procedures
+from .base import NO_SHAKES, Shakes
 from .commands import Command
 from .end import End
 from .errors import ProcedureFailed, Refused
@@ -136,13 +137,15 @@ class MemoryElement(Memory):
 
     # --- time ----------------------------------------------------------------------------
 
-    def advance(self, most: int = 1) -> list[Event]:
+    def advance(self, most: int = 1, shakes: Shakes = NO_SHAKES) -> list[Event]:
         """Advance by a tick, or by a run of ticks without decisions.
 
         Results and events do not depend on how time is divided into runs, to the bit.
 
         Args:
             most: Most ticks of the run.
+            shakes: Accelerations of the base that take effect within the run. While a procedure
+                runs, which may listen, only in its first tick.
 
         Returns:
             The events of the first tick; the others have none.
@@ -151,13 +154,18 @@ class MemoryElement(Memory):
             StateError: The material cannot continue (see `Chain.advance`). It is as before the
                 failing tick, the procedure has failed, and strain and base stand still.
             DriverError: As in `pass_ticks`; the procedure has failed.
+            Refused: An acceleration is beyond the limit (see `Base.check`).
         """
+        for acceleration in shakes.values():
+            self.base.check(acceleration)
+        if 0 in shakes:
+            self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
         ticks = self._step(self._running) if self._running else most
-        if self.base.harmful:
+        if self.base.harmful(shakes):
             self.forget()
         if self._events:  # reported after the first
             ticks = 1
-        self.pass_ticks(min(ticks, most))
+        self.pass_ticks(min(ticks, most), shakes)
         events, self._events = self._events, []
         return events
 

@@ -16,7 +16,7 @@ from ..physics.equilibrium import blank
 from ..physics.jit import kernel
 from ..physics.potential import Array
 from .actuator import Actuator
-from .base import Base, BaseState
+from .base import NO_SHAKES, Base, BaseState, Shakes
 from .driver import Driver
 from .echo import listening_time
 from .end import End
@@ -190,17 +190,21 @@ class Instrument:
         self.transducer.settle()
         self.stirred = -LONG_AGO
 
-    def pass_ticks(self, ticks: int = 1) -> None:
+    def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
         """Let ticks pass; while the instrument is `steady`, in one call of the driver.
 
         The results have the same bits as tick by tick.
+
+        Args:
+            ticks: How many.
+            shakes: Accelerations of the base, see `Base.advance`.
 
         Raises:
             StateError: The material cannot continue (see `Chain.advance`). It is as before the
                 failing tick, and strain and base stand still.
             DriverError: The element cannot be reached, or its driver returns impossible values.
         """
-        if self.at_rest:
+        if not shakes and self.at_rest:
             self.driver.pass_by(ticks * self.steps_per_tick)
             self.transducer.pass_by(self.steps_per_tick, ticks)
             self.ticks += ticks
@@ -209,23 +213,23 @@ class Instrument:
         try:
             if ticks > 1 and self.steady:
                 try:
-                    self._pass(ticks)
+                    self._pass(ticks, shakes)
                 except StateError:
                     pass  # tick by tick shows which one fails
                 else:
                     return
-            for _ in range(ticks):
-                self._pass(1)
+            for tick in range(ticks):
+                self._pass(1, {0: shakes[tick]} if tick in shakes else NO_SHAKES)
         except (StateError, DriverError) as error:
             self.actuator.hold(self.actuator.strain)
             self.stand_still(str(error))
             raise
 
-    def _pass(self, ticks: int) -> None:
+    def _pass(self, ticks: int, shakes: Shakes) -> None:
         """Let ticks pass in one run; on `StateError` nothing is changed."""
         actuator, linkage, transducer = self.actuator, self.linkage, self.transducer
         before = actuator.state, linkage.state, transducer.held, self.base.state
-        shake = self.base.advance(self._progress, ticks)
+        shake = self.base.advance(self._progress, ticks, shakes)
         commanded = actuator.advance(self._times, ticks)
         strain = linkage.advance(commanded, self._substeps, self.faults, self.ticks)
         held_cell = transducer.held_cell(ticks * self.steps_per_tick)

@@ -6,10 +6,10 @@ The clock decides only when the next tick runs, never what it computes. A late t
 the lost time is skipped, not caught up.
 
 Waking up costs more than a tick. So while there is nothing to decide, idle or within a
-procedure, ticks are deferred and run several at a time, one period before the tick that ends the
-rest. That tick, which publishes a stream or resumes the procedure, comes on time. A command ends
-the rest and takes effect in the tick into which it falls. Messages of a shaking base do not end
-the rest; they are deferred with the ticks and still take effect in their own. Without a pace all
+procedure, ticks are deferred and run several at a time, just before the tick that ends the rest.
+That tick, which publishes a stream or resumes the procedure, comes on time. A command ends the
+rest and takes effect in the tick into which it falls. Messages of a shaking base do not end the
+rest; they are deferred with the ticks and still take effect in their own. Without a pace all
 ticks run in batches, each up to the next that the listener waits for.
 
 An element at rest computes nothing, so its ticks cost as little together as one. The loop sleeps
@@ -19,7 +19,7 @@ until a command, an acceleration or a stream is due.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, NamedTuple, TypeVar
 
@@ -258,16 +258,20 @@ class Loop:
     def _make_up(self, due: float, ticks: int) -> float:
         """Run deferred ticks, the first due at a given time; return when the next is due.
 
-        Each run ends at a tick that the listener waits for, or into which an acceleration falls.
+        Each run ends at a tick that the listener waits for. Accelerations take effect within it;
+        while a procedure runs, which may listen, only in its first tick.
         """
         latest, self._slept = due + ticks * self._period, False
         while ticks:
-            shaken = self._shaken(due + self._period)
             resting = self.element.at_rest
             begun, first = self._pacer.now(), self.element.ticks
-            until_shaken = (self._box.next_shake() - due) / self._period
             most = ticks if resting and not self._watched() else min(ticks, self._until_published)
-            self._advance(int(min(most, max(1.0, until_shaken))), shaken)
+            within = 1 if self.element.procedure else most
+            shakes = self._box.take_shakes(due, self._period, within)
+            if within < most:
+                until_shaken = (self._box.next_shake() - due) / self._period
+                most = int(min(most, max(1.0, until_shaken)))
+            self._advance(most, [], shakes)
             run = self.element.ticks - first
             busy = (self._pacer.now() - begun) / run
             if resting:
@@ -285,16 +289,21 @@ class Loop:
         """
         begun, first = self._pacer.now(), self.element.ticks
         paced = self._period > 0.0 or asked_for
-        self._advance(1 if paced else self._longest_run, commands)
+        shakes = self._box.take_shakes()
+        self._advance(1 if paced else self._longest_run, commands, shakes)
         if asked_for and (request := self._box.take(self._box.single_ticks)) is not None:
             request.settle(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
         self.statistics.count(max(0.0, begun - due), (now - begun) / ticks, ticks)
         return now
 
-    def _advance(self, most: int, commands: list[Stamped]) -> None:
+    def _advance(self, most: int, commands: list[Stamped], shakes: Mapping[int, Disturb]) -> None:
         """Run a tick, or several without decisions; publish the events, then settle."""
-        events = self.element.advance(most)
+        first = self.element.ticks
+        commands += [(first + tick, command) for tick, command in shakes.items()]
+        events = self.element.advance(
+            most, {tick: command.acceleration for tick, command in shakes.items()}
+        )
         self._listener(commands, events)
         for request in [each for each in self._open if each.outcome is not None]:
             self._open.remove(request)
@@ -356,7 +365,7 @@ class Loop:
                     return _Turn(min(due, now), asked_for=True)
                 due = min(due, now + self._period)  # do not wait for a clock that jumped back
                 batch = 0 if made_up and box.commands else self._due(now - due)
-                wake = due + max(0, batch - 1) * self._period
+                wake = due + batch * self._period - self._lead(batch)
                 if now >= wake:
                     return _Turn(due, batch)
                 if not box.calls:
@@ -391,12 +400,26 @@ class Loop:
             ticks = self._most_asleep
         else:
             ticks = self._most_deferred
+            beyond = (self.element.ticks + ticks) % self._publish_every
+            ticks -= beyond if beyond < ticks else 0
         if self._slept:
             ticks = max(ticks, min(self._most_asleep, int(max(0.0, late) / self._period)))
         ticks = min(ticks, self.element.idle_ticks)
         if not ticks or not (self._box.commands or self._box.calls):
             return ticks
         return min(ticks, int(max(0.0, late) / self._period))
+
+    def _lead(self, batch: int) -> float:
+        """Return how long before the next tick to begin with the deferred ones.
+
+        As long as they take, so that one wake-up serves both; at most a period. Of an element at
+        rest the last one may be a tick that somebody waits for.
+        """
+        if not batch:
+            return 0.0
+        busy = batch * self.statistics.busy
+        known = 0.0 < busy < self._period and not self.element.at_rest
+        return busy if known else self._period
 
     def _overdue(self, due: float) -> int:
         """Return how many deferred ticks come before a pending call, which needs them done."""
@@ -411,12 +434,7 @@ class Loop:
         taken = []
         while (request := self._box.take(self._box.commands)) is not None:
             taken += self._apply(request)
-        return taken + self._shaken(math.inf)
-
-    def _shaken(self, before: float) -> list[Stamped]:
-        """Apply the accelerations of the base from before a time."""
-        request = self._box.take_shake(before)
-        return self._apply(request) if request is not None else []
+        return taken
 
     def _apply(self, request: Asked) -> list[Stamped]:
         """Apply a command; return it with its tick if it is accepted."""

@@ -40,7 +40,7 @@ class Mailbox:
     Attributes:
         changed: Notified when anything here changes; its lock guards all attributes.
         commands: Pending commands, oldest first.
-        shakes: Pending accelerations of the base, with their times.
+        shakes: Pending accelerations of the base, which are accepted, with their times.
         calls: Pending functions.
         single_ticks: Pending requests for a single tick.
         paused: Whether time is paused.
@@ -57,7 +57,7 @@ class Mailbox:
         self.asleep = False
         self._closed: Refused | None = None
         self.commands: deque[Asked] = deque()
-        self.shakes: deque[tuple[float, Asked]] = deque()
+        self.shakes: deque[tuple[float, Disturb]] = deque()
         self.calls: deque[Request[Any]] = deque()
         self.single_ticks: deque[Request[int]] = deque()
 
@@ -69,23 +69,21 @@ class Mailbox:
             return self._posted(self.commands, Request(command), _full(self.commands))
 
     def shake(self, when: float, command: Disturb) -> Asked:
-        """Leave an acceleration of the base for the tick that a time falls into.
+        """Leave an acceleration of the base for the tick that a time falls into: it is accepted.
 
         It does not wake the loop, unless `asleep`, because such messages are frequent. While time
         is paused, a newer one replaces the last.
         """
         request: Asked = Request(command)
-        superseded = None
         with self.changed:
             if self._closed is not None:
                 return request.refuse(self._closed)
             if self.shakes and (self.held or len(self.shakes) == MOST):
-                _, superseded = self.shakes.pop()
-            self.shakes.append((when, request))
+                self.shakes.pop()
+            self.shakes.append((when, command))
             if self.asleep:
                 self.changed.notify_all()
-        if superseded is not None and superseded.taken_up():
-            superseded.settle(None)
+        request.settle(None)
         return request
 
     def call(self, function: Callable[[], T], paused: bool | None = None) -> Future[T]:
@@ -122,8 +120,8 @@ class Mailbox:
         """Refuse all pending and future requests; the first reason stays."""
         with self.changed:
             self._closed = refusal = self._closed or refusal
-            waiting: list[Request[Any]] = [request for _, request in self.shakes]
             self.shakes.clear()
+            waiting: list[Request[Any]] = []
             for queue in (self.commands, self.calls, self.single_ticks):
                 waiting += queue
                 queue.clear()
@@ -158,16 +156,25 @@ class Mailbox:
             if request.taken_up():
                 return request
 
-    def take_shake(self, before: float) -> Asked | None:
-        """Take out the newest acceleration from before a time; it supersedes older ones."""
-        taken: list[Asked] = []
+    def take_shakes(
+        self, due: float = math.inf, period: float = 1.0, ticks: int = 1
+    ) -> dict[int, Disturb]:
+        """Take out the accelerations that fall into some ticks, or come before them.
+
+        Args:
+            due: When the first of these ticks is due; by default, all are taken.
+            period: Between two of them.
+            ticks: How many they are.
+
+        Returns:
+            By number of the tick, from 0, its newest; it supersedes older ones.
+        """
+        taken: dict[int, Disturb] = {}
         with self.changed:
-            while self.shakes and self.shakes[0][0] < before:
-                taken.append(self.shakes.popleft()[1])
-        live = [request for request in taken if request.taken_up()]
-        for superseded in live[:-1]:
-            superseded.settle(None)
-        return live[-1] if live else None
+            while self.shakes and self.shakes[0][0] < due + ticks * period:
+                when, command = self.shakes.popleft()
+                taken[int(min(max((when - due) / period, 0.0), ticks - 1.0))] = command
+        return taken
 
     def next_shake(self) -> float:
         """Return the time of the oldest pending acceleration; infinity if there is none."""

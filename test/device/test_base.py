@@ -34,7 +34,7 @@ PROGRESS = np.array([0.25, 0.5, 0.75, 1.0])
 def test_a_base_without_messages_is_at_rest():
     base = Base(DisturbanceSettings(), TICK)
     assert base.advance(PROGRESS) is None
-    assert not base.harmful
+    assert not base.harmful()
 
 
 def test_the_acceleration_ramps_linearly_to_a_message_and_holds():

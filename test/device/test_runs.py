@@ -125,6 +125,51 @@ def test_any_life_is_the_same_in_runs(seed):
     assert element.transducer.recent.tobytes() == alone.transducer.recent.tobytes()
 
 
+@pytest.mark.parametrize('rested', [0, 1000], ids=['swinging', 'at rest'])
+def test_accelerations_within_a_run_are_those_of_its_ticks(rested):
+    """They come and go, and one is strong enough to move the wall: the content is unknown then."""
+    alone, together = rig.device(1), rig.device(1)
+    for element in (alone, together):
+        rig.succeed(element, Read())
+        rig.ticks(element, rested)
+        assert element.at_rest == bool(rested)
+    shakes = {3: 1e-6, 4: -2e-6, 5: 0.0, 17: 3e-6, 40: -1e-6, 44: 2e-4}
+    for tick in range(50):
+        if tick in shakes:
+            alone.apply(Disturb(shakes[tick]))
+        alone.advance()
+        assert (alone.reading is None) == (tick >= 44)
+    for first, length in ((0, 1), (1, 29), (30, 20)):
+        within = {tick - first: a for tick, a in shakes.items() if 0 <= tick - first < length}
+        together.advance(length, within)
+    assert together.reading is None
+    assert end(together) == end(alone)
+
+
+@pytest.mark.parametrize('begin', range(12, 40, 3))
+def test_an_acceleration_is_felt_before_a_procedure_looks(begin):
+    """A single jerk while a read drives its pulses, or listens, may last only for its own tick."""
+    alone, together, told = rig.device(1), rig.device(1), ([], [])
+    for element in (alone, together):
+        element.apply(Read())
+    for tick in range(300):
+        shakes = {0: {begin: 1e-5, begin + 1: 0.0}[tick]} if tick in (begin, begin + 1) else {}
+        if shakes:
+            alone.apply(Disturb(shakes[0]))
+        told[0].extend(plain(event) for event in alone.advance())
+        told[1].extend(plain(event) for event in together.advance(1, shakes))
+    assert len(told[0]) >= 2
+    assert told[0] == told[1]
+
+
+def test_an_impossible_acceleration_within_a_run_changes_nothing():
+    element = rig.device(1)
+    before = snapshot.take(element)
+    with pytest.raises(Refused, match='acceleration must be'):
+        element.advance(5, {0: 1e-6, 3: 1.0})
+    assert snapshot.take(element) == before
+
+
 @pytest.mark.parametrize('lost', [3, 4, 40])
 def test_a_failing_tick_is_found_within_its_run(lost):
     """A write runs, and the material cannot advance beyond some step."""
