@@ -107,7 +107,7 @@ def test_the_command_keeps_what_the_file_has_of_others(tmp_path, capsys, quick):
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
-        (['twins'], 'parts are fits, healthy, changes, learning; got twins'),
+        (['twins'], 'a part must be one of fits, healthy, changes, learning; got twins'),
         (['--presets', 'bits_7'], 'got bits_7'),
         (['--elements', '0'], '--elements and --workers must be at least 1'),
         (['--scatter', '0'], '--scatter must be above 0'),

@@ -90,7 +90,7 @@ def test_the_command_measures_prints_and_keeps_what_the_file_has(tmp_path, capsy
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
-        ({'presets': ['bits_7']}, 'presets are case_1, .*; got bits_7'),
+        ({'presets': ['bits_7']}, 'a preset must be one of case_1, .*; got bits_7'),
         ({'workers': 0}, '--workers must be at least 1'),
         ({'radii': [1.0]}, '--radii must be above 0 and below 1'),
     ],

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem demo`: write every level through real ROS 2, read each back, show and record it.
+"""`mlmem demo`: write every level through ROS 2, read each back, show and record it.
 
 Starts a memory node as its own process and talks to it as a ROS client over DDS.
 """

@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem doctor`: check whether this machine has what a memory needs, and say what to do.
 
-It prints a plain table, because rich may be missing too. Exit status 0: nothing failed (warnings
-do not count); 1: something did.
+Exit status 0: nothing failed (warnings do not count); 1: something did.
 """
 
 from __future__ import annotations

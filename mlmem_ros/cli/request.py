@@ -131,10 +131,10 @@ DESCRIBED: dict[str, Callable[[Any], str]] = {
 
 MORE = {
     'abort': 'The answer comes once the element is at rest. The request that is stopped fails.',
-    'calibrate': 'It writes every level, which takes about twenty times as long as a write.',
+    'calibrate': 'It writes every level: as long as some ten writes, longer with many levels.',
     'self_test': """\
-It writes and reads every level and tests actuator and transducers, about twenty times as long as a
-write. Exit status 0 means that every check passed.""",
+It writes and reads every level and tests actuator and transducers: as long as some ten writes,
+longer with many levels. Exit status 0 means that every check passed.""",
 }
 """The rest of their help, by procedure."""
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem measured`: transition waves in a real lattice of bistable shells, measured and predicted.
+"""`mlmem measured`: predict transition waves measured in a real lattice of bistable shells.
 
 Nine lattices (three distances of the rails, three spacings of the elements). What slows the
 elements is fitted to the speeds at 8 cm; all other speeds are predictions. Random chains give

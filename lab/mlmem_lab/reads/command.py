@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem reads`: how often a read is wrong, over all that ships or can be designed.
+"""`mlmem reads`: count wrong reads over everything that ships or can be designed.
 
 Every element is moved at random (written, erased, strained by hand, aborted) and read ten times in
 a row after each move, from either end and both; also at half and a quarter of its step, and on
@@ -48,8 +48,14 @@ Task = tuple[str, Callable[[], Counts]]
     option('--specimens', type=int, default=20, help='scattered specimens, four rows each'),
     option('--cells', action='store_true', help='count with one bad cell instead'),
     option('--every', type=int, default=1, help='distance of the sites of the bad cell'),
-    option('--reach', type=float, help='only walls so near it, in cells; default: all'),
-    option('--designs', type=int, nargs=2, default=(2, 64), help='designs of so many levels'),
+    option('--reach', type=float, help='only walls within so many cells of it; default: all'),
+    option(
+        '--designs',
+        type=int,
+        nargs=2,
+        default=(2, 64),
+        help='fewest and most levels of the designs',
+    ),
     option('--workers', type=int, default=2, help='processes'),
     option('--seed', type=int, default=1, help='of levels and ends'),
     option('--output', type=Path, help='result file; what it has of other elements is kept'),

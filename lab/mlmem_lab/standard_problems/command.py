@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem standard_problems`: standard problems of mechanical domain walls, for any code.
+"""`mlmem standard_problems`: judge the answers of any code to standard problems of domain walls.
 
 docs/reference/standard_problems.md states six problems. Solve some of them with your own code,
 write a CSV file with the columns problem, quantity, value, and get a verdict on each quantity. An

@@ -1,14 +1,14 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem twins`: what the fit of an element is worth, counted over hidden elements.
+"""`mlmem twins`: count what the fit of an element is worth, over elements that nobody has seen.
 
-fits: elements are surveyed and fitted; are their cells inside the intervals, and how far off are
-they? healthy: a twin watches reads and writes of an element in which nothing changes; how often
-does it tell a change? changes: a cell, the damping, the strain, a gain changes; is it told, after
-how many reads, how far off? learning: pulses planned on the twin beside pulses learnt by
-calibration: which writes fail, and how long does it take?
+fits: elements are surveyed and fitted. Are their cells inside the intervals, and how far off are
+they? healthy: a twin watches reads and writes of an element in which nothing changes. How often
+does it report a change? changes: a cell, the damping, the strain or a gain changes. Is that
+reported, after how many reads, and how far off? learning: pulses planned on the twin are compared
+with pulses learnt by calibration. Which writes fail, and how long does it take?
 
-Outside of fits a twin knows every alpha to 0.1 %. Nothing is discarded.
+Except in fits a twin knows every alpha to 0.05 %. Nothing is discarded.
 """
 
 from __future__ import annotations
@@ -92,9 +92,11 @@ PARTS = {
 def twins(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if a file was not written, 2 for a wrong argument."""
     if unknown := sorted(set(arguments.parts) - set(PARTS)):
-        return complain('twins', f'parts are {", ".join(PARTS)}; got {unknown[0]}', 2)
+        return complain('twins', f'a part must be one of {", ".join(PARTS)}; got {unknown[0]}', 2)
     if unknown := sorted(set(arguments.presets or ()) - set(PRESETS)):
-        return complain('twins', f'presets are {", ".join(PRESETS)}; got {unknown[0]}', 2)
+        return complain(
+            'twins', f'a preset must be one of {", ".join(PRESETS)}; got {unknown[0]}', 2
+        )
     if min(arguments.elements, arguments.workers) < 1 or arguments.seed < 0:
         return complain('twins', '--elements and --workers must be at least 1, --seed 0', 2)
     if not all(0.0 < scatter < 0.5 for scatter in arguments.scatter):

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""`mlmem windows`: how far peak and times of every move may be off.
+"""`mlmem windows`: measure how far peak and times of every move may be off.
 
 Every step up, stroke and throw of a preset, from every level, is run on a bare chain as shipped,
 and with peak, all times, or one ramp 0.05, 0.1, 0.15 and 0.2 off, in 14 directions. It fails if
@@ -45,7 +45,9 @@ from .window import RADII, Window, described, kind, measured, moves
 def windows(arguments: argparse.Namespace) -> int:
     """Measure; return 0, 1 if a move fails as shipped or a file was not written, 2 if misused."""
     if unknown := sorted(set(arguments.presets) - set(PRESETS)):
-        return complain('windows', f'presets are {", ".join(PRESETS)}; got {unknown[0]}', 2)
+        return complain(
+            'windows', f'a preset must be one of {", ".join(PRESETS)}; got {unknown[0]}', 2
+        )
     if arguments.workers < 1:
         return complain('windows', '--workers must be at least 1', 2)
     radii = tuple(sorted(arguments.radii))
