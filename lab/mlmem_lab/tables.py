@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
@@ -184,7 +185,7 @@ def steps(result: Mapping[str, Any]) -> Rows:
 
 
 def errors(result: Mapping[str, Any]) -> Rows:
-    """Return the errors of both integrators by step, a column for each quantity.
+    """Return the errors of both integrators, the step halved from row to row.
 
     Where the echo does not reach the threshold, there is no delay.
     """
@@ -192,7 +193,8 @@ def errors(result: Mapping[str, Any]) -> Rows:
     rows: Rows = [['integrator', 'step', *quantities]]
     for told, name in (('Noh-Bathe', 'step_noh_bathe'), ('PEFRL', 'step_pefrl')):
         found = result['tables'][name]
-        for step in dict.fromkeys(row['step'] for row in found):
+        steps = dict.fromkeys(row['step'] for row in found)
+        for step in (step for step in steps if math.log2(float(step)).is_integer()):
             some = {row['contender']: row['error'] for row in found if row['step'] == step}
             each = (some.get(name, '').replace('nan', 'no echo') for name in quantities)
             rows.append([told, f'{float(step):.3g}', *each])
