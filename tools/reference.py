@@ -37,6 +37,7 @@ from mlmem_ros.device import (
     new_element,
     preset,
     presets,
+    quick_moves,
     snapshot,
     trims,
 )
@@ -339,7 +340,8 @@ def _help(command: argparse.ArgumentParser, action: argparse.Action) -> str:
 def _files() -> str:
     """Return the formats, whose keys are compared with those of an element's files."""
     element = new_element(preset('bits_1'))
-    taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '')
+    quick = quick_moves.QuickMoves({}, '')
+    taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '', quick)
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
     made = Specimen(element.design, offset=0.01)
     known = element_file.Element(dataclasses.replace(made, mass=2.0), made.alpha, plan=learnt)
@@ -394,6 +396,8 @@ def _files() -> str:
         _keys(calibration.TABLE_KEYS, calibrated['right']),
         'Trims:',
         _keys(trims.KEYS, calibrated['trims']),
+        'Strokes and throws that were planned for one element:',
+        _keys(quick_moves.KEYS, quick.as_dict()),
         '## Fitted element',
         f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
         _keys(element_file.KEYS, known.as_dict()),

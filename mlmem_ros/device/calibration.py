@@ -17,6 +17,7 @@ from ..physics import Design
 from .echo import Shape
 from .end import End
 from .errors import SettingsError
+from .quick_moves import QuickMoves
 from .settings import Settings
 from .trims import AS_SET, Trim, Trims, schedule_of
 
@@ -209,6 +210,15 @@ class Calibration:
         if trims is None or trims.schedule != schedule_of(settings):
             return [AS_SET] * len(self.right.delays)
         return list(trims.steps)
+
+    @property
+    def quick(self) -> QuickMoves | None:
+        """Strokes and throws that were planned for this element."""
+        return self.trims.quick if self.trims else None
+
+    def adapt(self, settings: Settings, start: int | None = None) -> Settings:
+        """Return settings with this element's strokes and throws; see `QuickMoves.adapt`."""
+        return self.quick.adapt(settings, start) if self.quick else settings
 
     def longest(self, end: End) -> float:
         """Return the delay of the farthest echo at an end, or the other if it is not read from."""

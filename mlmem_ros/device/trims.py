@@ -20,11 +20,13 @@ from typing import Any
 from ..clipped import clipped
 from ..described import described
 from .errors import SettingsError
+from .quick_moves import QuickMoves
 from .settings import Checked, Settings, WriteSettings
 
 KEYS = {
     'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
     'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
+    'quick': 'strokes and throws that were planned for this element; absent if all are as set',
 }
 """Keys of trims in a file, and their meanings."""
 
@@ -108,15 +110,18 @@ class Trims:
     Attributes:
         steps: By the level to which a pulse takes the wall; the first is the launch.
         schedule: `schedule_of` the settings; with others the trims are meaningless.
+        quick: Strokes and throws of this element; None: all as in the settings.
     """
 
     steps: tuple[Trim, ...]
     schedule: str
+    quick: QuickMoves | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the values for a file."""
         steps = [list(dataclasses.astuple(step)) for step in self.steps]
-        return {'steps': steps, 'schedule': self.schedule}
+        quick = {'quick': self.quick.as_dict()} if self.quick else {}
+        return {'steps': steps, 'schedule': self.schedule, **quick}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Trims:
@@ -128,11 +133,12 @@ class Trims:
         try:
             steps = tuple(Trim(peak, times, speed) for peak, times, speed in data['steps'])
             schedule = data['schedule']
+            quick = QuickMoves.from_dict(data['quick']) if 'quick' in data else None
         except (KeyError, TypeError, ValueError) as error:
             raise SettingsError(f'trims need steps and a schedule; {error!r}') from error
         if not isinstance(schedule, str):
             raise SettingsError(f'the schedule of trims must be a hash; got {clipped(schedule)}')
-        return cls(steps, schedule)
+        return cls(steps, schedule, quick)
 
 
 def schedule_of(settings: Settings) -> str:
@@ -144,7 +150,10 @@ def schedule_of(settings: Settings) -> str:
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
-def learnt(steps: Iterable[Trim], settings: Settings) -> Trims | None:
+def learnt(
+    steps: Iterable[Trim], settings: Settings, quick: QuickMoves | None = None
+) -> Trims | None:
     """Return the trims learnt with these settings, or None if all pulses are as set."""
     steps = tuple(steps)
-    return Trims(steps, schedule_of(settings)) if set(steps) != {AS_SET} else None
+    as_set = quick is None and set(steps) == {AS_SET}
+    return None if as_set else Trims(steps, schedule_of(settings), quick)

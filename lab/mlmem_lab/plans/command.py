@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem plan`: find pulses for one element, level by level, with their distance to failure.
 
+Steps up get a peak and times, strokes a peak; a stroke or throw that is too near to failure is not
+used from that level.
+
 The element is the file that `mlmem fit` writes. The pulses are kept in it, as the trims of a
 calibration are.
 """
@@ -10,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -52,11 +56,14 @@ def plan(arguments: argparse.Namespace) -> int:
         return complain('plan', error, 2)
     rows = [_row(preset, found, level) for level in range(len(found.steps))]
     if arguments.json:
-        print_json({'steps': rows, 'complete': found.complete})
+        strokes = [dataclasses.asdict(each) | {'used': each.used} for each in found.strokes]
+        print_json({'steps': rows, 'strokes': strokes, 'complete': found.complete})
     else:
         for row in rows:
             told = f'level {row["level"]:3}: peak {row["peak"]:+.4f}, ramp {row["ramp"]:5.0f}'
             print(f'{told}, {_distance(row["margin"])}')
+        for line in _of_strokes(found):
+            print(line)
     return 0 if found.complete else 1
 
 
@@ -70,6 +77,19 @@ def like(design: Design) -> Preset:
         if preset.design.cells == design.cells:
             return preset
     raise ParameterFileError('no preset has the levels of this element: give --design')
+
+
+def _of_strokes(found: Plan) -> Iterator[str]:
+    """Yield what is to be said of strokes and throws."""
+    used = [each for each in found.strokes if each.used]
+    if found.strokes:
+        yield f'strokes and throws: {len(used)} of {len(found.strokes)} used'
+    for each in used:
+        if each.peak != 1.0:
+            yield f'{each.kind} from level {each.start}: peak times {each.peak:g}'
+    for each in found.strokes:
+        if not each.used:
+            yield f'{each.kind} from level {each.start}: not used'
 
 
 def _distance(margin: float | None) -> str:

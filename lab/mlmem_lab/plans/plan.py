@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pulses for one element: what takes its wall up, level by level, with the distance to failure."""
+"""Pulses for one element: what takes its wall from level to level, and how far from failure."""
 
 from __future__ import annotations
 
@@ -22,14 +22,10 @@ from mlmem_ros.physics import PEFRL, Chain, DesignError, Specimen, StateError, d
 from mlmem_ros.physics.equilibrium import blank, relax, resting_wall
 from mlmem_ros.physics.potential import Array
 
+from .strokes import ENOUGH, RADII, Stroke, quick_moves, strokes
+
 NEAR = 1.0
 """Cells from its defect within which a wall has arrived."""
-
-WINDOW = (0.97, 1.03, 0.94, 1.06, 0.9, 1.1)
-"""Factors on the peak at which a pulse is tried, too; the distance to failure follows."""
-
-ENOUGH = 0.06
-"""Distance to failure at which no better pulse is sought."""
 
 PEAKS = (1.0, 0.9, 1.15, 0.8, 1.3, 1.5, 0.7, 1.8)
 TIMES = (1.0, 0.5, 1.3, 0.36, 0.7, 1.6)
@@ -58,10 +54,12 @@ class Plan:
 
     Attributes:
         steps: By level.
+        strokes: Strokes and throws, from every level.
         trims: The same for a calibration.
     """
 
     steps: tuple[Step, ...]
+    strokes: tuple[Stroke, ...]
     trims: Trims
 
     @property
@@ -90,8 +88,11 @@ def plan(
             report(f'level {level}', level / preset.design.levels)
         step, state = _best(tried, state, level)
         steps.append(step)
-    schedule = schedule_of(preset.settings)
-    return Plan(tuple(steps), Trims(tuple(step.trim for step in steps), schedule))
+    found, settings = strokes(specimen, preset, report), preset.settings
+    trims = Trims(
+        tuple(step.trim for step in steps), schedule_of(settings), quick_moves(found, settings)
+    )
+    return Plan(tuple(steps), tuple(found), trims)
 
 
 def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
@@ -104,11 +105,11 @@ def _best(tried: _Trial, state: Array, level: int) -> tuple[Step, Array]:
         if reached is None:
             continue
         margin = 0.0
-        for low, high in zip(WINDOW[::2], WINDOW[1::2], strict=True):
-            around = (replace(trim, peak=trim.peak * factor) for factor in (low, high))
+        for radius in RADII:
+            around = (replace(trim, peak=trim.peak * (1.0 + by)) for by in (-radius, radius))
             if any(tried.arrives(state, level, each) is None for each in around):
                 break
-            margin = round(high - 1.0, 3)
+            margin = radius
         if margin > best.margin:
             best, after = Step(level, trim, margin), reached
         if margin >= ENOUGH:

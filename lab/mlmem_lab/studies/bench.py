@@ -61,7 +61,9 @@ class Bench:
             heard = replace(heard, write=WriteSettings())
         if self.element is None:
             return factory_calibration(self.design, heard)
-        trims = self.element.plan and learnt(self.element.plan.steps, self.settings)
+        trims = self.element.plan and learnt(
+            self.element.plan.steps, self.settings, self.element.plan.quick
+        )
         return replace(_delays(self.element, self.design, heard), trims=trims)
 
     def device(self, calibration: Calibration | None = None) -> MemoryElement:

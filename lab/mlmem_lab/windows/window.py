@@ -19,6 +19,7 @@ import numpy as np
 from mlmem_ros.device.actuator import Actuator
 from mlmem_ros.device.moves import How, Move, cycle_of, half_period, moves_from
 from mlmem_ros.device.presets import preset
+from mlmem_ros.device.quick_moves import QUICK
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.device.settings import ActuatorSettings, Settings
 from mlmem_ros.device.simulation import Simulation
@@ -35,9 +36,6 @@ RADII = (0.05, 0.1, 0.15, 0.2)
 
 PEAKS = ('peak', 'compression', 'tension')
 TIMES = ('ramp', 'hold', 'ease', 'release', 'settle')
-
-QUICK = ('down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
-"""The settings of strokes and throws."""
 
 DAMPING_TIMES = 10.0
 """Of rest after a move."""

@@ -73,7 +73,8 @@ def climb(element: Memory, place: int, level: int) -> Procedure[dict[int, Readin
             place = here if here <= place else UNDECODABLE  # beyond, a level would be skipped
         else:
             raise ProcedureFailed(why or f'no pulse takes the wall to level {place + 1} again')
-    found = learnt((lesson.trim for lesson in lessons), settings)
+    quick = element.calibration.quick
+    found = learnt((lesson.trim for lesson in lessons), settings, quick)
     element.calibration = replace(element.calibration, trims=found)
     return heard
 

@@ -41,7 +41,8 @@ def reading(element: Memory) -> float:
 def driving(element: Memory, present: int, target: int) -> float:
     """Return the time from a level, `BLANK` or `UNDECODABLE` to another, until it is at rest."""
     start = element.design.levels - 1 if present == UNDECODABLE else present
-    moves = route(element.design, element.settings, start, target)
+    settings = element.calibration.adapt(element.settings)
+    moves = route(element.design, settings, start, target)
     if present == UNDECODABLE and target != BLANK:
         return driving(element, start, BLANK) + driving(element, BLANK, target)
     rings = ringing(element.design) if moves and moves[-1].how in HASTY else 0.0

@@ -36,8 +36,7 @@ def go_to_level(
     """
     design, settings = element.design, element.settings
     trims = element.calibration.pulses(settings) if trims is None else trims
-    if plainly:
-        settings = paper_way(settings)
+    settings = paper_way(settings) if plainly else element.calibration.adapt(settings)
     if present == UNDECODABLE:
         yield from erase(element, plainly=plainly)
         present = BLANK
@@ -54,6 +53,8 @@ def go_to_level(
         given = gentle(settings) if move is moves[-1] else settings
         if move.how is How.STEP:
             given = trimmed(given, trims[move.target])
+        elif move.how is How.STROKE:
+            given = element.calibration.adapt(given, move.start)
         delay = half_period(design) if move.how is How.STEP and settings.write.shaped else 0.0
         yield from play(element, cycle_of(design, given, move, force), delay)
     yield from settle(element, settings.write.final_settle)

@@ -1,0 +1,54 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Plans of strokes and throws, on an element whose cells scatter by 1 %."""
+
+import pytest
+
+from mlmem_lab.plans.strokes import ENOUGH, PEAKS, quick_moves, strokes
+from mlmem_lab.twins.element import made
+from mlmem_lab.windows.window import end
+from mlmem_ros.device.moves import How, Move
+from mlmem_ros.device.presets import preset
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.simulation import Simulation
+
+CHOSEN = preset('case_2')
+ELEMENT = made('case_2', 0.01, 0)
+
+
+@pytest.fixture(scope='module')
+def found():
+    return {(each.kind, each.start): each for each in strokes(ELEMENT, CHOSEN)}
+
+
+def test_an_ideal_element_uses_all_as_set():
+    ideal = strokes(made('bits_2', 1e-9, 0), preset('bits_2'))
+    assert [each.kind for each in ideal] == ['throw', 'throw', 'throw', 'down_odd', 'throw']
+    assert quick_moves(ideal, preset('bits_2').settings) is None
+
+
+def test_a_stroke_that_fails_as_set_gets_another_peak(found):
+    stroke = found['down_odd', 7]
+    chain = Simulation.of(ELEMENT, CHOSEN.settings.time).chain
+    move = Move(How.STROKE, stroke.start, stroke.target, 0.0)
+    ended = {
+        peak: end(chain, CHOSEN.settings, move, {'peak': peak - 1.0})
+        for peak in (1.0, 0.95 * stroke.peak, stroke.peak, 1.05 * stroke.peak)
+    }
+    assert ended.pop(1.0) != stroke.target
+    assert set(ended.values()) == {stroke.target}
+    assert stroke.peak in PEAKS[1:]
+    assert stroke.margin >= ENOUGH
+
+
+def test_one_that_no_peak_saves_is_not_used(found):
+    assert not found['down_even', 4].used
+    quick = quick_moves(list(found.values()), CHOSEN.settings)
+    assert 4 in quick.adapt(CHOSEN.settings).down_even.barred
+    assert 4 not in CHOSEN.settings.down_even.barred
+
+
+def test_a_throw_is_judged_with_its_own_peak(found):
+    throws = [each for each in found.values() if each.kind == 'throw']
+    assert len(throws) == 6  # the settings bar two levels
+    assert all(each.target == BLANK and each.peak == 1.0 for each in throws)
