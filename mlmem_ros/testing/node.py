@@ -30,7 +30,7 @@ def memory_node(
             assert node.memory.write(5).wait().level == 5
 
     It joins the ROS graph like any node, in the environment's ROS_DOMAIN_ID: set one that no robot
-    uses. In the test's own process it starts in a tenth of a second.
+    uses. In the test's own process it starts in less than a second.
 
     Args:
         parameters: Parameters by name.
