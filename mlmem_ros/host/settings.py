@@ -72,8 +72,12 @@ class PublishSettings(Checked):
 
     @property
     def common_ticks(self) -> int:
-        """Most ticks that can be run at once with all streams on time; views may be late."""
-        return math.gcd(self.field_every, self.wall_every, self.joint_states_every) or 1
+        """Most ticks that can be run at once with all streams on time; views may be late.
+
+        Without any stream: those of a column of the image.
+        """
+        streams = math.gcd(self.field_every, self.wall_every, self.joint_states_every)
+        return streams or self.column_every
 
     @property
     def every(self) -> int:
