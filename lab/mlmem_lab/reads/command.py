@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,6 +26,7 @@ from mlmem_ros.device.presets import PRESETS
 
 from ..designer.proposal import FEWEST, MOST
 from ..results import APART
+from ..studies.campaign import in_order, workers
 from .count import Counts, bad_cells, names, rows, total
 from .elements import DESIGNED, known
 
@@ -75,11 +75,10 @@ def reads(arguments: argparse.Namespace) -> int:
     tasks = list(_broken(asked, arguments) if arguments.cells else _whole(asked, arguments))
     counts: dict[str, Counts] = {}
     console = plain_console(aside=arguments.json)
-    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+    with workers(arguments.workers) as pool, Progress(console=console) as progress:
         shown = progress.add_task('reads', total=len(tasks))
-        for name, each in zip(
-            [name for name, _ in tasks], pool.map(_call, [do for _, do in tasks]), strict=True
-        ):
+        done = in_order(pool, _call, [do for _, do in tasks])
+        for (name, _), each in zip(tasks, done, strict=True):
             counts.setdefault(name, Counts()).add(each)
             progress.advance(shown)
     found = {name: each.as_dict() for name, each in counts.items()}

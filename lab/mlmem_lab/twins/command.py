@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,6 +26,7 @@ from mlmem_ros.cli.output import complain, plain_console, plain_table, print_jso
 from mlmem_ros.device.presets import PRESETS
 
 from ..results import load, save
+from ..studies.campaign import in_order, workers
 from .learning import WAYS, compared
 from .learning import summary as summary_of_learning
 from .surveyed import summary as summary_of_fits
@@ -111,12 +111,12 @@ def twins(arguments: argparse.Namespace) -> int:
         for other in PARTS[part].of
     ]
     found: dict[str, list[dict[str, Any]]] = {}
-    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+    with workers(arguments.workers) as pool, Progress(console=console) as progress:
         shown = progress.add_task('elements', total=len(kinds) * len(seeds))
         for part, kind in kinds:
             progress.update(shown, description=' '.join(map(str, (part, *kind.values()))))
             rows: list[Row] = []
-            for row in pool.map(partial(_row, part, kind), seeds):
+            for row in in_order(pool, partial(_row, part, kind), seeds):
                 rows.append(row)
                 progress.advance(shown)
                 entry = kind | {'seed': arguments.seed} | PARTS[part].summary(rows)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from mlmem_ros.element_file import ElementFileError
 from mlmem_ros.physics import INTEGRATORS
 
 from ..results import APART, load, save
+from ..studies.campaign import in_order, workers
 from .window import RADII, Window, described, kind, measured, moves
 
 
@@ -68,9 +68,9 @@ def windows(arguments: argparse.Namespace) -> int:
         return complain('windows', error, 2)
     integrator = arguments.integrator or ''
     measure = partial(measured, integrator=integrator, radii=radii, element=element)
-    with ProcessPoolExecutor(arguments.workers) as pool, Progress(console=console) as progress:
+    with workers(arguments.workers) as pool, Progress(console=console) as progress:
         shown = progress.add_task('moves', total=len(tasks))
-        for (name, _), window in zip(tasks, pool.map(measure, *asked), strict=True):
+        for (name, _), window in zip(tasks, in_order(pool, measure, *asked), strict=True):
             found[name].append(window)
             progress.advance(shown)
     console.print(_table(found, radii))
