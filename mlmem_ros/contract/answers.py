@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A memory node's answers as typed values."""
+"""A memory node's answers as typed values: the client's side of `outcomes`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from ..words import BLANK
 from . import received
 from .errors import RequestFailed, RequestRefused
-
-if TYPE_CHECKING:
-    from ..device import Outcome
 
 SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
 
@@ -142,27 +139,6 @@ ANSWERS: dict[str, type[Answer]] = {
     'abort': Done,
 }
 """Types of successful answers by procedure; those of all others are `Decoded`."""
-
-
-def ended(outcome: Outcome) -> dict[str, Any]:
-    """Return the published values of a finished procedure, by name.
-
-    It adds the contract's single `margin`: how far the delay is from the next level.
-    """
-    values = outcome.as_dict()
-    if 'level_margin' in values:
-        values['margin'] = values['level_margin']
-    return values
-
-
-def answer(outcome: Outcome, **asked: Any) -> str:
-    """Return the JSON object that answers a service, along with what was asked for."""
-    return json.dumps(ended(outcome) | asked)
-
-
-def refusal(reason: object, **asked: Any) -> str:
-    """Return the JSON object that answers a refused request, with what was asked for."""
-    return json.dumps({'error': str(reason)} | asked)
 
 
 def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:

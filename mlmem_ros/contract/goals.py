@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The actions: goals to requests, outcomes to results, and results to answers.
+"""The actions: their types, and outcomes as their results.
 
 Their types come from the package `mlmem_interfaces`, which is optional.
 """
@@ -8,13 +8,12 @@ Their types come from the package `mlmem_interfaces`, which is optional.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ..procedures import PROCEDURES
 from ..words import UNDECODABLE
-from .answers import SelfTested, SomeAnswer, ended, parse_self_test, understood
+from .outcomes import ended
 
 if TYPE_CHECKING:
     from ..device import Outcome
@@ -51,7 +50,7 @@ def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
         values[name] = list(outcome.delays.get(end, ()))
     values['error'] = outcome.error if error_code else ''
     result = failed(kind, error_code, values['error'])
-    for name in _fields(result):
+    for name in fields(result):
         if values.get(name) is not None:
             setattr(result, name, values[name])
     return result
@@ -66,57 +65,6 @@ def failed(kind: Any, error_code: int, error: str) -> Any:
     return result
 
 
-def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> SomeAnswer:
-    """Return the result of an action as an answer.
-
-    Args:
-        name: The request.
-        kind: The type of a successful answer.
-        result: Result of the action.
-        goal: Its goal.
-
-    Raises:
-        RequestRefused: The node refused the goal.
-        RequestFailed: It failed or was canceled.
-    """
-    if kind is SelfTested and not result.error_code:
-        return parse_self_test(result)  # type: ignore[return-value]
-    asked = {'asked': goal.level} if hasattr(goal, 'level') else {}
-    return understood(kind, not result.error_code, {**said(name, result), **asked})
-
-
-def said(name: str, result: Any) -> Mapping[str, Any]:
-    """Return a result's values by the names of an answer's JSON object.
-
-    Args:
-        name: The request.
-        result: Result of its action.
-    """
-    if result.error_code == result.REFUSED:
-        return {'error': result.error}
-    values = {
-        field: None if isinstance(value, float) and math.isnan(value) else value
-        for field in _fields(result)
-        if not _is_absent(field, value := getattr(result, field))
-    }
-    values['procedure'] = name
-    if 'margin' in values:
-        values['level_margin'] = values['margin']
-    measured = {end: list(getattr(result, field, ())) for end, field in DELAYS.items()}
-    if any(measured.values()):
-        values['delays'] = {end: delays for end, delays in measured.items() if delays}
-    return values
-
-
-def _is_absent(field: str, value: Any) -> bool:
-    """Return whether an answer leaves out this field."""
-    return (
-        field in ('error_code', *DELAYS.values())
-        or (field in ('error', 'reason') and value == '')
-        or (field == 'walls' and value == UNKNOWN)
-        or (field == 'right_delay' and math.isnan(value))
-    )
-
-
-def _fields(message: Any) -> list[str]:
+def fields(message: Any) -> list[str]:
+    """Return the names of the fields of a message."""
     return list(message.get_fields_and_field_types())

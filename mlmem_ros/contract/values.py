@@ -18,7 +18,7 @@ from ..device import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outco
 from ..physics import walls
 from ..physics.potential import Array
 from . import topics
-from .answers import ended
+from .outcomes import ended
 from .topics import Topic
 
 SHOT_HEAD = 9

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from .. import durable, threads
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
-from ..packages import missing
 from .errors import Overdue
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog
@@ -225,6 +224,8 @@ def _made(module: str) -> Any:
     try:
         return importlib.import_module(f'{__package__}.{module}')
     except ModuleNotFoundError as error:
+        from ..packages import missing
+
         raise BagError(f'Cannot record: {missing(error)}') from error
 
 

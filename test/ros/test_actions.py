@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from mlmem_ros.contract import goals
+from mlmem_ros.contract import goals, results
 
 if not goals.action_types():
     pytest.skip('mlmem_interfaces is not built: make interfaces', allow_module_level=True)
@@ -120,7 +120,7 @@ def test_its_feedback_reports_the_progress(tool, robot):
 
 
 def test_a_goal_and_its_service_give_the_same_answer(tool, robot):
-    by_action = goals.said('read', tool('read').do().result)
+    by_action = results.said('read', tool('read').do().result)
     by_service = robot.trigger('read')
     assert by_service.items() - dict(by_action).items() <= {
         (name, by_service[name]) for name in ('delay', 'right_delay', 'ticks')

@@ -14,7 +14,7 @@ from action_msgs.srv import CancelGoal
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
-from ...contract import goals
+from ...contract import results
 from ...contract.errors import RequestRefused
 from ..qos import RELIABLE
 from .awaiting import suspended
@@ -175,7 +175,7 @@ class Goal(Reply[T]):
             self._action.cancel(number)
         response = yield self._action.result(number)
         goal = self._request.goal
-        answer: T = goals.answer_of(self._action.name, kind, response.result, goal)
+        answer: T = results.answer_of(self._action.name, kind, response.result, goal)
         return answer
 
     def _hear(self, feedback: Any) -> None:

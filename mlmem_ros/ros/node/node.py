@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 
 from ...contract.services import SERVICES
 from ...device import DriverError, Event
-from ...device.pacing import SteadyPacer
+from ...device.pacing import Pacer, SteadyPacer
 from ...host import REFUSALS, Host
 from .actions import Actions
 from .callback_guard import CallbackGuard
@@ -24,7 +24,6 @@ from .publishers import Publishers
 from .recorded import session_plan
 from .retries import Retries
 from .services import Services
-from .sim_time import SimTimePacer
 from .subscriptions import Subscriptions
 from .unlisted import UnlistedParameters
 
@@ -101,7 +100,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self._published: Publishers | None = None
         self._starting = False
         self._awaits_clock = True
-        self._sim_time = SimTimePacer(self.get_clock())
+        self._sim_time: Pacer | None = None
         self._refusal: Exception | None = None
         self._retries = Retries(
             self, self.host, lambda: float(self.get_parameter('device.retry').value)
@@ -250,18 +249,27 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
 
     def _activate(self) -> None:
         given = self._given.values()
-        sim_time = self.get_parameter('use_sim_time').value
         self.host.activate(
             given,
             session_plan(self, given.record),
             self._after_tick,
-            self._sim_time if sim_time else SteadyPacer(),
+            self._pacer(),
             self.get_parameter('time.speed').value,
             lambda: self._published is not None and self._published.has_subscribers,
             lambda: self._published is not None and self._published.watched,
         )
         self._awaits_clock = True
         self.host.log.info('active: time runs')
+
+    def _pacer(self) -> Pacer:
+        """Return the clock that time follows: the machine's, or with `use_sim_time` /clock."""
+        if not self.get_parameter('use_sim_time').value:
+            return SteadyPacer()
+        if self._sim_time is None:
+            from .sim_time import SimTimePacer
+
+            self._sim_time = SimTimePacer(self.get_clock())
+        return self._sim_time
 
     def _deactivate(self) -> None:
         self.host.deactivate()

@@ -19,7 +19,6 @@ from rclpy.signals import SignalHandlerOptions
 
 from ...host import REFUSALS
 from ..deadline import exit_within
-from ..node_process import child
 from .executor import GuardedExecutor
 from .node import MemoryNode
 
@@ -80,6 +79,8 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     with ExitStack() as pages:
         for node in nodes:
             if node.get_parameter('view').value:
+                from ..node_process import child  # most nodes have no page
+
                 view = ['view', '--node', node.get_fully_qualified_name()]
                 pages.enter_context(child('mlmem_ros.cli.main', view))
         with executor.woken_by_signals():

@@ -13,7 +13,7 @@ from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from ...contract import answers, messages
+from ...contract import messages, outcomes
 from ...contract.commands import Record, name_of, requested
 from ...device import Command, Refused, SelfTest, Write
 from ...host import REFUSALS, Host
@@ -85,7 +85,7 @@ class Services:
             return self._refused(name_of(command), failure, **asked)
         if outcome is None:  # accepted, with nothing to wait for
             return True, '{}'
-        return outcome.success, answers.answer(outcome, **asked)
+        return outcome.success, outcomes.answer(outcome, **asked)
 
     async def _recorded(self, asked: Record) -> tuple[bool, str]:
         try:
@@ -127,4 +127,4 @@ class Services:
     def _refused(self, what: str, reason: object, **asked: Any) -> tuple[bool, str]:
         """Log a refusal; return the answer, along with what was asked for."""
         self._host.log.refused(what, reason)
-        return False, answers.refusal(reason, **asked)
+        return False, outcomes.refusal(reason, **asked)
