@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reference pages match the declarations in the code, and those a live node."""
 
-import importlib.util
 from pathlib import Path
 
-import pytest
+import reference
 
 from mlmem_ros.contract.services import SERVICES
 from mlmem_ros.testing import memory_node
@@ -13,25 +12,15 @@ from mlmem_ros.testing import memory_node
 ROOT = Path(__file__).parent.parent
 
 
-@pytest.fixture(scope='module')
-def tool():
-    spec = importlib.util.spec_from_file_location('reference', ROOT / 'tools' / 'reference.py')
-    assert spec is not None
-    assert spec.loader is not None
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    return tool
-
-
-def test_the_reference_pages_are_up_to_date(tool):
-    folder, pages = ROOT / 'docs' / 'reference', tool.pages()
+def test_the_reference_pages_are_up_to_date():
+    folder, pages = ROOT / 'docs' / 'reference', reference.pages()
     found = {name: (folder / name).read_text(encoding='utf-8') for name in pages}
     assert found == pages, 'run .venv/bin/python tools/reference.py'
 
 
-def test_the_policy_allows_the_services_and_actions_that_there_are(tool):
+def test_the_policy_allows_the_services_and_actions_that_there_are():
     path = ROOT / 'config' / 'sros2_policy.xml'
-    assert path.read_text(encoding='utf-8') == tool.policy(), 'run tools/reference.py'
+    assert path.read_text(encoding='utf-8') == reference.policy(), 'run tools/reference.py'
 
 
 def test_every_service_of_a_live_node_is_declared():

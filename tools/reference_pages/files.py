@@ -1,0 +1,117 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Formats of files, whose keys are compared with those that are written."""
+
+import dataclasses
+import inspect
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from mlmem_ros import element_file
+from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
+from mlmem_ros.contract import word_code
+from mlmem_ros.device import Read, calibration, new_element, preset, quick_moves, snapshot, trims
+from mlmem_ros.host import calibration_file, design_check, state_file
+from mlmem_ros.physics import Specimen
+from mlmem_ros.session import messages
+
+from .table import table
+
+
+def files_page() -> str:
+    """Return the formats, whose keys are compared with those of an element's files."""
+    element = new_element(preset('bits_1'))
+    quick = quick_moves.QuickMoves({}, '')
+    taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '', quick)
+    calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
+    made = Specimen(element.design, offset=0.01)
+    known = element_file.Element(dataclasses.replace(made, mass=2.0), made.alpha, plan=learnt)
+    element.made, element.forecast = made, element.calibration
+    header = _content(messages.header(element, '/mlmem', {}))
+    hashed = _content(messages.state_hash(element))
+    command = _content(messages.command(0, Read()))
+    arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
+    channel = [[f'`{key}`', meaning] for key, meaning in writer.CHANNEL_METADATA.items()]
+    custom = [[f'`{key}`', meaning] for key, meaning in metadata.CUSTOM_DATA.items()]
+    own = [[f'`~/{name}`', meaning] for name, meaning in messages.TOPICS.items()]
+    fields = [[str(base), f'`{number:#x}`'] for base, number in word_code.POLYNOMIALS.items()]
+    parts = [
+        '# Files',
+        'The parameters of the node name its files, which are below `files.root` if that is set. '
+        'JSON files are replaced atomically: after a power cut a file has its old content or the '
+        'new one. Numbers are stored exactly.',
+        '## Session',
+        'The directory of `record.path` or `mlmem record`: a rosbag2 bag of `metadata.yaml` '
+        '(version 9) and `NAME_0.mcap`, `NAME_1.mcap` ... of the profile `ros2`, with schemas in '
+        f'`ros2msg`, CDR messages and zstd chunks of {mcap_file.CHUNK_SIZE // 1024} KiB with a '
+        'CRC. It holds every [topic](topics.md) of the node (images and markers with '
+        '`record.views`), and besides them:',
+        table(['topic', 'messages'], own),
+        'All but the last are std_msgs/String with a JSON object.',
+        f'### `~/{messages.HEADER}`',
+        _keys(messages.KEYS[messages.HEADER], header),
+        f'### `~/{messages.COMMAND}`',
+        _keys(messages.KEYS[messages.COMMAND], ['tick', 'kind', *arguments]),
+        f'### `~/{messages.STATE_HASH}`',
+        _keys(messages.KEYS[messages.STATE_HASH], hashed),
+        '### Metadata',
+        table(["key of a channel's metadata", 'meaning'], channel),
+        table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
+        '### The last seconds',
+        '`record.last_seconds` keeps them in memory, in no file. A session that begins with them, '
+        'or that a failed device leaves, has the same format.',
+        '## State',
+        f'The file of `state.path`. {_about(state_file)}',
+        _keys(state_file.KEYS, state_file.KEYS),
+        'The snapshot:',
+        _keys(snapshot.KEYS, taken),
+        'Beside the state file `NAME.json`, `.NAME.json.lock` names the node that uses it. It '
+        'means nothing once that node has ended.',
+        '## Calibration',
+        f'`{calibration_file.beside(Path("NAME.json"))}` beside the state file `NAME.json`. '
+        f'{_about(calibration_file)}',
+        _keys(calibration_file.KEYS, calibration_file.KEYS),
+        'A calibration:',
+        _keys(calibration.KEYS, calibrated),
+        'A delay table:',
+        _keys(calibration.TABLE_KEYS, calibrated['right']),
+        'Trims:',
+        _keys(trims.KEYS, calibrated['trims']),
+        'Strokes and throws that were planned for one element:',
+        _keys(quick_moves.KEYS, quick.as_dict()),
+        '## Fitted element',
+        f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
+        _keys(element_file.KEYS, known.as_dict()),
+        '## Design checks',
+        f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
+        f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
+        'list of findings (name, verdict, text).',
+        '## Parameter files',
+        'YAML as for any ROS node: `/**`, `ros__parameters`, and below it the '
+        '[parameters](parameters.md) that differ from the preset in `design.preset`. A launch '
+        'file takes one as `config:=FILE`; `mlmem design --output FILE` writes one.',
+        '## Words of a bank',
+        'They are not in a file: the elements hold the digits. A digit of base 2^m is an element '
+        'of the field GF(2^m) with this primitive polynomial:',
+        table(['base', 'polynomial'], fields),
+    ]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _keys(meanings: Mapping[str, str], found: Iterable[str]) -> str:
+    """Return a table of keys; raise `ValueError` unless they are those in a file."""
+    if wrong := set(meanings) ^ set(found):
+        raise ValueError(f'keys and their descriptions must agree; got {sorted(wrong)}')
+    return table(['key', 'meaning'], ([f'`{key}`', text] for key, text in meanings.items()))
+
+
+def _about(module: ModuleType, paragraph: int = 0) -> str:
+    """Return a paragraph of a module's docstring."""
+    return (inspect.getdoc(module) or '').split('\n\n')[paragraph].replace('\n', ' ')
+
+
+def _content(cdr: bytes) -> Any:
+    return json.loads(jazzy.deserialize(cdr, messages.STRING).data)

@@ -1,0 +1,134 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a node is seen by: topics, services, actions, diagnostics."""
+
+import inspect
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros import element_file
+from mlmem_ros.bag.recorder import Recorder
+from mlmem_ros.bag.writer import BagWriter
+from mlmem_ros.contract import requests, services, topics
+from mlmem_ros.contract.goals import ACTIONS
+from mlmem_ros.contract.topics import Topic
+from mlmem_ros.device import Read, new_element, preset
+from mlmem_ros.device.loop import Loop
+from mlmem_ros.host import ThrottledLog
+from mlmem_ros.host.watcher import Watcher
+from mlmem_ros.ros.node import components, diagnostics
+from mlmem_ros.ros.node.diagnostics import Pace
+from mlmem_ros.twin.watching import Change, Comparison
+
+from .table import table
+
+INTERFACES = Path(__file__).resolve().parents[2] / 'mlmem_interfaces' / 'action'
+
+
+def topics_page() -> str:
+    """Return every topic, heard and published."""
+    head = ['name', 'type', 'QoS', 'meaning']
+
+    def rows(chosen: Iterable[Topic]) -> Iterator[list[str]]:
+        for topic in chosen:
+            name = topic.name if topic.name.startswith('/') else f'~/{topic.name}'
+            yield [f'`{name}`', _type(topic.type), _qos(topic), topic.meaning]
+
+    return (
+        '# Topics\n\n'
+        'All topics but `/diagnostics` are below the name of the node: `~/level` is '
+        '`/mlmem/level` by default.\n\n'
+        f'## The node listens to\n\n{table(head, rows(topics.COMMANDS))}\n\n'
+        '## The node publishes\n\n'
+        f'{table(head, rows((*topics.STREAMS, *topics.VIEWS, topics.DIAGNOSTICS)))}\n\n'
+        'Images and markers are made only while somebody subscribes to them.\n'
+    )
+
+
+def _type(name: str) -> str:
+    package, _, kind = name.split('/')
+    return f'{package}/{kind}'
+
+
+def _qos(topic: Topic) -> str:
+    qos = topic.qos
+    depth = f'keep last {qos.depth}' if qos.depth else 'keep all'
+    return f'{qos.reliability}, {qos.durability}, {depth}'.replace('_', ' ')
+
+
+def services_page() -> str:
+    """Return every service, and what `~/request` takes."""
+    rows = [[f'`~/{name}`', _type(kind), told] for name, kind, told in services.SERVICES]
+    asked = [
+        [f'`{name}`', ', '.join(f'`{key}` ({kind.name})' for key, kind in takes.items()) or '-']
+        for name, takes in requests.REQUESTS.items()
+    ]
+    return (
+        '# Services\n\n'
+        f'{table(["name", "type", "meaning"], rows)}\n\n'
+        '## What `~/request` takes\n\n'
+        f'The parameter `{requests.NAME}` (string) names the procedure; the others are its '
+        'arguments.\n\n'
+        f'{table(["procedure", "arguments"], asked)}\n\n'
+        '`end` is `left`, `right` or `both`, by default `read.end`. `follow` moves the strain '
+        'through points: `times` in s from its first tick, `strains` (tension positive), and '
+        '`rates` in 1/s, or none for straight lines. `on` starts or ends a recording; `path` is '
+        'by default `record.path`.\n'
+    )
+
+
+def actions_page() -> str:
+    """Return the definitions of the actions, without their licence."""
+    told = [
+        '# Actions',
+        'The package `mlmem_interfaces` defines them: [how to build and use it](../actions.md). '
+        'Units are in brackets; `[1]` marks a number without unit.',
+    ]
+    for name, kind in ACTIONS.items():
+        lines = (INTERFACES / f'{kind}.action').read_text(encoding='utf-8').splitlines()
+        about, definition = lines[3].removeprefix('# '), '\n'.join(lines[4:])
+        told += [f'## `~/{name}`: {kind}', about, f'```\n{definition}\n```']
+    return '\n\n'.join(told) + '\n'
+
+
+def diagnostics_page() -> str:
+    """Return the values of every status, taken from an element that has just been read."""
+    element = new_element(preset('bits_1'))
+    element.perform(Read())
+    host = SimpleNamespace(refused=0, log=SimpleNamespace(caught=0))
+    known = element_file.Element(element.made, np.zeros(element.design.N))
+    host.watcher = Watcher(known, element, ThrottledLog(SimpleNamespace()))
+    change = Change('cell', 1, 0.0, 0.0)
+    host.watcher.last = Comparison(1.0, np.zeros(2), change)
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(BagWriter(Path(folder, 'bag')), dropped_topic='/dropped')
+        recorder.close()
+        recording = SimpleNamespace(status=recorder.status, full=False)
+        host.sessions = SimpleNamespace(current=recording)
+        asked = {
+            'loop': (Pace.health, Pace(host).health(Loop(element, lambda *_: None))),
+            **{name: (tell, tell(element)) for name, tell in components.ELEMENT.items()},
+            'twin': (diagnostics.twin, diagnostics.twin(host)),
+            'recorder': (diagnostics.recorder, diagnostics.recorder(host)),
+        }
+    rows = [
+        [name, ', '.join(f'`{key}`' for key in health.values) or '-', _first_line(tell)]
+        for name, (tell, health) in asked.items()
+    ]
+    return (
+        '# Diagnostics\n\n'
+        'The node publishes one status for each component on `/diagnostics`, once a second. '
+        f'`hardware_id` is its full name. A warning stays for {components.HOLD} reports after '
+        'its cause has gone.\n\n'
+        f'{table(["status", "values", "meaning"], rows)}\n\n'
+        '`faults` has a value for each fault that is set.\n'
+    )
+
+
+def _first_line(function: Any) -> str:
+    return (inspect.getdoc(function) or '').partition('\n')[0]

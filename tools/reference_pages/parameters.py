@@ -1,0 +1,65 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of the node."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from mlmem_ros.described import Description
+from mlmem_ros.ros.node.declarations import declarations, is_listed
+
+from .table import table
+
+
+def parameters_page() -> str:
+    """Return every parameter: listed ones, and those that a preset brings."""
+    listed: dict[str, list[list[str]]] = {}
+    others: dict[str, list[list[str]]] = {}
+    for name, default, description in declarations():
+        legal = '0 to p - 1' if name == 'target_level' else _range(description)
+        row = [f'`{name}`', _default(default), description.unit, legal, description.text]
+        groups = listed if is_listed(name) else others
+        groups.setdefault(name.partition('.')[0] if '.' in name else '', []).append(row)
+    head = ['parameter', 'default', 'unit', 'range', 'meaning']
+
+    def tables(groups: Mapping[str, list[list[str]]]) -> str:
+        return '\n'.join(
+            f'### {f"`{group}.*`" if group else "The node"}\n\n{table(head, rows)}\n'
+            for group, rows in groups.items()
+        )
+
+    return (
+        '# Parameters\n\n'
+        'Defaults are those of the preset `case_2`. `target_level`, `time.speed`, `faults.*` and '
+        '`record.*`, except `record.hash_every`, may be set at any time, all others only while '
+        'the node is unconfigured. '
+        'Times are in time units sqrt(m / k_r), `scale.time` seconds each; lengths in cells, '
+        '`scale.length` metres each.\n\n'
+        f'## Listed by every node\n\n{tables(listed)}\n'
+        '## Brought by a preset or a file\n\n'
+        'A [parameter file](files.md#parameter-files) or `-p NAME:=VALUE` sets these at the '
+        'start, and `ros2 param get` and `set` know them by name. A node lists those that it was '
+        'given. '
+        '`ros2 param dump` saves what is listed: with `design.preset`, `design.file` and '
+        '`design.digest` that is the whole element.\n\n'
+        f'{tables(others)}'
+    )
+
+
+def _default(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return value or "''"
+    return f'{value:.6g}' if isinstance(value, float) else str(value)
+
+
+def _range(description: Description) -> str:
+    if description.choices:
+        return ', '.join(description.choices)
+    low, high = description.low, description.high
+    if low is not None and high is not None:
+        return f'{low:g} to {high:g}'
+    if low is not None:
+        return f'from {low:g}'
+    return f'up to {high:g}' if high is not None else ''

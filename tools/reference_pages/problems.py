@@ -1,0 +1,43 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Standard problems, stated in the docstrings of their modules."""
+
+import inspect
+from types import ModuleType
+
+from mlmem_lab import standard_problems
+from mlmem_lab.standard_problems import verdict
+
+from .table import table
+
+
+def standard_problems_page() -> str:
+    """Return the statements in the docstrings of the problems, and our answers."""
+    title, rules = _paragraphs(standard_problems)
+    told = []
+    for number, problem in enumerate(standard_problems.PROBLEMS, 1):
+        name, statement = _paragraphs(inspect.getmodule(problem.solve))
+        head = f'## {number}. `{problem.name}`: {name[0].lower()}{name[1:-1]}'
+        told.append(f'{head}\n\n{statement} Step {problem.step:g}.')
+    answers = [
+        [f'`{one.problem}`', one.quantity, f'{one.value:.7g}', f'{one.error:.1g}']
+        for one in verdict.read(verdict.OURS)
+    ]
+    parts = [
+        '# Standard problems',
+        title,
+        'Solve any of them with your code, write a CSV file with the columns `problem, quantity, '
+        'value`, and `mlmem standard_problems FILE` judges it: right is within '
+        f'{100.0 * verdict.CLOSE:g} % of our answer, or within ten times its error.',
+        rules,
+        *told,
+        '## Our answers',
+        table(['problem', 'quantity', 'value', 'error'], answers),
+    ]
+    return '\n\n'.join(parts) + '\n'
+
+
+def _paragraphs(module: ModuleType | None) -> tuple[str, str]:
+    """Return the first line of a docstring, and what follows it."""
+    first, _, rest = (inspect.getdoc(module) or '').partition('\n\n')
+    return first, rest

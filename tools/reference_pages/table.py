@@ -1,0 +1,13 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables in Markdown."""
+
+from collections.abc import Iterable
+
+
+def table(head: list[str], rows: Iterable[list[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [head, ['---'] * len(head), *rows]
+    return '\n'.join(
+        '| ' + ' | '.join(cell.replace('|', '&#124;') for cell in line) + ' |' for line in lines
+    )
