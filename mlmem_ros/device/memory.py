@@ -30,7 +30,7 @@ class Memory(Instrument):
 
     Attributes:
         calibration: Echo delay of every level.
-        forecast: What a twin foretells of a calibration, which `calibrate` verifies, or None.
+        forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         reading: The last reading; None while the content is unknown.
         statistics: The history of the element.
     """

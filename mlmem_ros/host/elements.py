@@ -33,7 +33,7 @@ def opened(name: str, path: str, files: FileSettings, design: Design) -> Element
 
 
 def forecast(twin: Element, design: Design, settings: Settings, log: ThrottledLog) -> Calibration:
-    """Return the calibration that a twin foretells: delays of its echoes, and planned pulses."""
+    """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
     try:
         delays = calibration_of(twin.timed, design, settings)
     except SettingsError as error:

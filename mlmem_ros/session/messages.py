@@ -51,7 +51,7 @@ KEYS = {
         'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
         's_factor, mass, offset and eta_factor over a design, and damped_by_substrate if it is; '
         'one number stands for equal ones',
-        'forecast': 'the calibration that a twin foretells; absent without a twin',
+        'forecast': 'the calibration that a twin forecasts; absent without a twin',
     },
     COMMAND: {
         'tick': 'tick at which it took effect',

@@ -47,7 +47,7 @@ class Header:
         hash_every: Ticks between two hashes.
         publish_every: Ticks between two messages of a periodic stream, by topic; 0: never.
         made: The simulated element.
-        forecast: The calibration that a twin foretold, or None.
+        forecast: The calibration that a twin forecast, or None.
     """
 
     design: Design

@@ -24,8 +24,8 @@ from .prior import Prior
 LARGEST = 1.1
 """Largest misfit per datum of a model that describes the element."""
 
-FORETOLD = 2.0
-"""Largest misfit per datum of a shot as the others foretell it."""
+PREDICTED = 2.0
+"""Largest misfit per datum of a shot as the others predict it."""
 
 
 class Misfitting(Exception):
@@ -71,24 +71,24 @@ def fit(
         found = _without_worst(found, shared.x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
-    return _foretold(replace(found, held_out=_held_out(found)))
+    return _predicted(replace(found, held_out=_held_out(found)))
 
 
-def _foretold(found: Fit) -> Fit:
-    """Return a fit in which the other shots foretell every one.
+def _predicted(found: Fit) -> Fit:
+    """Return a fit in which the other shots predict every one.
 
     Far from the minimum, what all cells share can be bent until all shots agree; leave one out,
     and they do not.
 
     Raises:
-        Misfitting: A shot is not foretold.
+        Misfitting: A shot is not predicted.
     """
     worst = int(np.argmax(found.held_out))
-    if not found.held_out[worst] <= FORETOLD:  # also NaN
+    if not found.held_out[worst] <= PREDICTED:  # also NaN
         raise Misfitting(
-            f'the fit is not to be trusted: the others foretell shot {worst + 1} with a misfit '
-            f'of {found.held_out[worst]:.3g} per datum, where {FORETOLD:g} is allowed; it '
-            'is far from the minimum: survey again'
+            f'the fit cannot be trusted: the other shots predict shot {worst + 1} with a misfit '
+            f'of {found.held_out[worst]:.3g} per datum, where {PREDICTED:g} is allowed; the fit '
+            'is far from its minimum: survey again'
         )
     return found
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mlmem_lab.fit.fit import Misfitting, _foretold, fit
+from mlmem_lab.fit.fit import Misfitting, _predicted, fit
 from mlmem_ros.device.end import End
 
 from .truth import SHOTS, SMALL, hidden, measured
@@ -43,11 +43,11 @@ def test_pulses_that_are_held_out_are_predicted(fitted):
 
 
 @pytest.mark.parametrize('worst', [2.01, math.inf, math.nan])
-def test_a_fit_in_which_a_shot_is_not_foretold_is_refused(fitted, worst):
+def test_a_fit_in_which_a_shot_is_not_predicted_is_refused(fitted, worst):
     """As where the fit stopped on its way: all shots agreed, on cells 1 % too strong."""
     *_, found = fitted
-    with pytest.raises(Misfitting, match='the others foretell shot 2 with a misfit of'):
-        _foretold(replace(found, held_out=(1.0, worst, 1.1)))
+    with pytest.raises(Misfitting, match='the other shots predict shot 2 with a misfit of'):
+        _predicted(replace(found, held_out=(1.0, worst, 1.1)))
 
 
 def test_what_only_alpha_d_tells_is_named(fitted):
