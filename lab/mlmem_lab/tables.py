@@ -15,9 +15,9 @@ MOVES = {
     'write': 'step up',
     'throw': 'throw',
     'down_odd': 'down from odd',
-    'down_even': 'from even',
+    'down_even': 'down from even',
     'up_even': 'up from even',
-    'up_odd': 'from odd',
+    'up_odd': 'up from odd',
 }
 """Kinds of moves as the pages call them."""
 
