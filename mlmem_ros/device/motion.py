@@ -225,13 +225,16 @@ class Profile:
 def _cubic(
     t: Array, starts: Array, widths: Array, cubics: Array, duration: float, target: float
 ) -> None:
-    """Replace times by the strains of a profile."""
+    """Replace times, mostly in order, by the strains of a profile."""
+    c, j = cubics, 0
     for k in range(len(t)):
         if t[k] < duration:
-            segment = np.searchsorted(starts, t[k], side='right') - 1
-            x = (t[k] - starts[segment]) / widths[segment]
-            c = cubics[:, segment]
-            t[k] = c[0] + x * (c[1] + x * (c[2] + x * c[3]))
+            if t[k] < starts[j]:
+                j = 0
+            while j + 1 < len(starts) and starts[j + 1] <= t[k]:
+                j += 1
+            x = (t[k] - starts[j]) / widths[j]
+            t[k] = c[0, j] + x * (c[1, j] + x * (c[2, j] + x * c[3, j]))
         else:
             t[k] = target
 

@@ -568,7 +568,7 @@ def abort(element):
     assert element.procedure == ''
 
 
-@settings(rig.unhurried, max_examples=12)
+@settings(rig.unhurried, max_examples=8)
 @given(COMMANDS, st.none() | st.integers(0, 7), st.floats(0.0, 1.0), st.integers(0, 7))
 def test_after_an_abort_at_any_tick_the_next_write_succeeds(command, content, moment, level):
     """400 random aborts were tried once; none failed."""

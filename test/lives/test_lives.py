@@ -8,7 +8,7 @@ from .campaign import live, story
 from .script import script
 from .world import Life
 
-LIVES = 100
+LIVES = 50
 AT_ONCE = 10
 
 

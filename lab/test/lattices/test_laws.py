@@ -115,11 +115,16 @@ def test_pieces_that_do_not_fit():
         Pieces(np.zeros((3, 5)), np.array([1.0, 0.0]))
 
 
-@BOTH
+STIFF = PowerLaw(500.0, -3.27, 6.0)
+
+
 @pytest.mark.parametrize(
-    ('on_site', 'coupling'),
-    [(Phi4(0.3), Toda(0.8, 0.7)), (Wells(TABLE), PowerLaw(500.0, -3.27, 6.0))],
-    ids=['phi4-toda', 'wells-power'],
+    ('integrator', 'on_site', 'coupling'),
+    [
+        (NOH_BATHE, Phi4(0.3), Toda(0.8, 0.7)),
+        (PEFRL, Phi4(0.3), Toda(0.8, 0.7)),
+        (PEFRL, Wells(TABLE), STIFF),
+    ],
 )
 def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling):
     """Over 100 time units. PEFRL at 0.02: 1e-7; Noh-Bathe damps short waves, of order dt^2."""
@@ -133,10 +138,10 @@ def test_a_lattice_without_losses_keeps_its_energy(integrator, on_site, coupling
 
 @BOTH
 def test_friction_takes_its_work(integrator):
-    """A free mass that slides to a stop: m v^2 / 2 = F way, 2 % for the creep at the end."""
+    """Free masses that slide to a stop: m v^2 / 2 = F way, 2 % for the creep at the end."""
     flat = Wells(Pieces(np.zeros((1, 5)), np.zeros(0)))
     lattice = Lattice(
-        flat, Linear(), np.ones(2), 0.01, friction=Friction(0.05, 1e-3), integrator=integrator
+        flat, STIFF, np.ones(2), 0.01, friction=Friction(0.05, 1e-3), integrator=integrator
     )
     lattice.place(np.zeros(2), 1.0)
     lattice.advance(3_000)
@@ -146,6 +151,6 @@ def test_friction_takes_its_work(integrator):
 def test_friction_holds_what_pulls_less():
     """It creeps, at less than the creep velocity."""
     slope = Wells(Pieces(np.array([[0.0, -0.03, 0.0, 0.0, 0.0]]), np.zeros(0)))
-    lattice = Lattice(slope, Linear(), np.ones(2), 0.01, friction=Friction(0.05, 1e-3))
+    lattice = Lattice(slope, STIFF, np.ones(2), 0.01, friction=Friction(0.05, 1e-3))
     lattice.advance(10_000)
     assert lattice.displacement[0] < 100.0 * 1e-3
