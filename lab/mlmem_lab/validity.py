@@ -3,8 +3,7 @@
 """Where the model of the memory ends: what it leaves out, tried on the presets.
 
 python3 -m mlmem_lab.validity PRESET... makes lab/results/validity.json, and keeps what it has of
-other presets. The element is the rig's
-Runge-Kutta one, changed in one way each; the device does not know.
+other presets. The element is `Rk4Element`, changed in one way each; the device does not know.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ import numpy as np
 from mlmem_ros.device import MemoryElement, Write, factory_calibration
 from mlmem_ros.device.presets import preset
 from mlmem_ros.physics import Design, Specimen, level_of
-from mlmem_ros.rig.rk4 import Rk4Element
 
 from .results import FOLDER, load, save
+from .rk4 import Rk4Element
 
 WAYS: Mapping[str, tuple[float, ...]] = {
     'relative damping': (1.0,),

@@ -6,8 +6,9 @@ It has its own clock, and its line may delay, jitter and lose frames, all at ran
 The element keeps its state when a client disconnects and another connects. The first line printed
 is the value for `device.address`.
 
-The element is the design's, or scattered about it. With `--integrator rk4` it is simulated by
-other means than any element of this package, and may have friction: what a fit is tried on.
+The element is the design's, or scattered about it. With `--integrator rk4`, which the laboratory
+adds, it is simulated by other means than any element of this package, and may have friction: what
+a fit is tried on.
 """
 
 from __future__ import annotations
@@ -19,11 +20,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from . import laboratory
 from .command import JSON, Option, command, option
 from .output import complain, print_json
 
 if TYPE_CHECKING:
-    from ..device import Preset
+    from ..device import Driver, Preset
     from ..physics import Specimen
     from ..rig.emulated import EmulatedRig
 
@@ -135,7 +137,6 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
     from ..device.simulation import Simulation, steps_per_tick
     from ..physics import Scatter, scattered
     from ..rig.emulated import EmulatedRig
-    from ..rig.rk4 import Rk4Element
     from ..rig.sensors import Sensors
 
     settings, own = chosen.settings, given.integrator == RK4
@@ -148,10 +149,12 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
     scatter = Scatter(given.scatter, given.scatter_s, given.scatter_mass, given.scatter_offset)
     made = scattered(chosen.design, scatter, given.seed)
     made = replace(made, damped_by_substrate=given.relative_damping)
-    element: Simulation | Rk4Element
+    element: Driver
     if own:
         dt = settings.time.tick / steps_per_tick(chosen.design, settings.time)
-        element = Rk4Element(made, dt, step=given.step, friction=given.friction)
+        element = laboratory.part('rk4_element')(
+            made, dt, step=given.step, friction=given.friction
+        )
     else:
         element = Simulation.of(made, settings.time)
     left, right = 1.0 + given.gain * generator(given.seed, Stream.GAIN).standard_normal(2)

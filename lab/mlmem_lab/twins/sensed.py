@@ -10,8 +10,9 @@ from mlmem_ros.device import Driver
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import HeldCell
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.rig.rk4 import Rk4Element
 from mlmem_ros.rig.sensors import Sensors
+
+from ..rk4 import Rk4Element
 
 
 class Sensed(Driver):

@@ -11,15 +11,21 @@ import numpy as np
 from mlmem_ros.device import Command, Erase, Write, new_element
 from mlmem_ros.physics import CASE_II
 
+from ...studies import style
 from ...studies.trace import Trace, watch
 from ..figure import Data, Figure, Quality
-from ..film import save_walls
 
 FIGURE = Figure(
     's1',
     'Mov. S1: the walls moving under strain',
     seconds=13,
 )
+
+COLOURS = 24
+"""Palette of the film: enough for a colour ramp, and small."""
+
+MILLISECONDS = 60
+"""Time per frame."""
 
 
 @FIGURE.data
@@ -47,5 +53,55 @@ def compute(quality: Quality) -> Data:
 
 @FIGURE.film
 def save(data: Data, stem: Path) -> list[Path]:
-    """Write the film; return the file."""
-    return save_walls(data, CASE_II, stem)
+    """Write the cells, which change their phases, over the strain; return the file.
+
+    What does not move is drawn once.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    t, strain, field = 1e-3 * data['t'], 1e3 * data['strain'], data['field']
+    figure = style.new_figure(3.6)
+    upper, lower = style.axes_grid(figure, 2, 1, height_ratios=(2.4, 1.0))[:, 0]
+    places = [CASE_II.defect(level) for level in range(CASE_II.levels)]
+    for place in places:
+        upper.axvline(place, color=style.FAINT, lw=0.8, zorder=0)
+    upper.set_xticks(places, [f'{place}\n{CASE_II.code(m)}' for m, place in enumerate(places)])
+    upper.set_yticks([CASE_II.D_s1, CASE_II.D_s2], ['inactive', 'active'])
+    upper.set(ylim=(-1.5, 1.5), xlabel='cell $j$, level')
+    lower.plot(t, strain, color=style.FAINT, lw=1.0)
+    lower.set(xlabel=style.TIME, ylabel=style.STRAIN)
+
+    title = upper.set_title(' ')
+    cells = upper.scatter(
+        CASE_II.sites, field[0], c=field[0], cmap=style.PHASES, vmin=-1.3, vmax=1.3, s=12,
+        linewidths=0,
+    )  # fmt: skip
+    (past,) = lower.plot([], [], color=style.INK)
+    (now,) = lower.plot([], [], 'o', color=style.INK, ms=5)
+    moving = title, cells, past, now
+
+    figure.set_dpi(90)
+    canvas = FigureCanvasAgg(figure)
+    for artist in moving:
+        artist.set_animated(True)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+    pictures = []
+    for frame in range(len(t)):
+        title.set_text(str(data['caption'][frame]))
+        cells.set_offsets(np.column_stack((CASE_II.sites, field[frame])))
+        cells.set_array(field[frame])
+        past.set_data(t[: frame + 1], strain[: frame + 1])
+        now.set_data(t[frame : frame + 1], strain[frame : frame + 1])
+        canvas.restore_region(still)
+        for artist in moving:
+            artist.axes.draw_artist(artist)
+        picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert('RGB')
+        pictures.append(picture.quantize(COLOURS, dither=Image.Dither.NONE))
+    path = stem.with_suffix('.gif')
+    pictures[0].save(
+        path, save_all=True, append_images=pictures[1:], duration=MILLISECONDS, loop=0,
+        optimize=True,
+    )  # fmt: skip
+    return [path]

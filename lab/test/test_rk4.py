@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated element with equations and an integrator of its own, and its sensors."""
+"""The element with equations and an integrator of its own, alone and behind an emulated rig."""
 
 import dataclasses
 import json
@@ -8,7 +8,9 @@ import subprocess
 
 import numpy as np
 import pytest
+from rig.lines import Line, calibration, driven, emulated
 
+from mlmem_lab.rk4 import Rk4Element
 from mlmem_ros.device import MemoryElement, Read, Settings, SettingsError, Write, drivers
 from mlmem_ros.device.pulse import Pulse
 from mlmem_ros.physics import (
@@ -23,11 +25,8 @@ from mlmem_ros.physics import (
 )
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.stepping import substep_times
-from mlmem_ros.rig.rk4 import Rk4Element
 from mlmem_ros.rig.sensors import Sensors
 from mlmem_ros.ros.node_process import child
-
-from .lines import Line, calibration, driven, emulated
 
 DT = 0.25
 PULSE = Settings().probe
@@ -90,27 +89,11 @@ def test_relative_damping_does_not_resist_the_substrate():
     assert lag[False] - lag[True] == pytest.approx(expected, rel=0.1)
 
 
-def test_sensors_move_an_end_by_what_they_measure():
-    sensors = Sensors(unit=0.5, zero=(3.0, -1.0), gain=(1.02, 0.99))
-    true = np.array([[1.0, 1.5], [-2.0, 0.0]])
-    read = sensors.readings(true)
-    assert read[0] == pytest.approx(3.0 + 1.02 * true[0] / 0.5)
-    held = sensors.held(225, np.stack((read[1], np.zeros(2))))
-    assert held[0] == pytest.approx(true[1])
-    noisy = Sensors(noise=1e-3, seed=1).readings(np.zeros((2, 4000)))
-    assert noisy.std() == pytest.approx(1e-3, rel=0.05)
-    ramp = np.tile(0.01 * np.arange(4000.0), (2, 1))
-    late = Sensors(jitter=0.1, seed=1).readings(ramp) - ramp
-    assert late.std() == pytest.approx(1e-3, rel=0.05)
-
-
 @pytest.mark.parametrize(
     'make',
     [
         lambda: Rk4Element(Specimen(CASE_II), DT, step=0.0),
         lambda: Rk4Element(Specimen(CASE_II), DT, friction=-1.0),
-        lambda: Sensors(noise=float('nan')),
-        lambda: Sensors(gain=(1.0, 0.0)),
     ],
 )
 def test_numbers_out_of_range_are_refused(make):

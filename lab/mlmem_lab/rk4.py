@@ -13,14 +13,14 @@ import math
 
 import numpy as np
 
-from ..device import Driver, SettingsError
-from ..physics import HeldCell, Specimen, StateError
-from ..physics.energy import end_force
-from ..physics.equilibrium import relax
-from ..physics.jit import inlined, kernel
-from ..physics.laws.multistable import amplified as on_site
-from ..physics.methods.arrays import Cells
-from ..physics.potential import Array
+from mlmem_ros.device import Driver, SettingsError
+from mlmem_ros.physics import HeldCell, Specimen, StateError
+from mlmem_ros.physics.energy import end_force
+from mlmem_ros.physics.equilibrium import relax
+from mlmem_ros.physics.jit import inlined, kernel
+from mlmem_ros.physics.laws.multistable import amplified as on_site
+from mlmem_ros.physics.methods.arrays import Cells
+from mlmem_ros.physics.potential import Array
 
 STEP = 0.0625
 """Time units of a step, at most: a carrier of 1.5 is then 1e-3 rad off after 900 time units."""
