@@ -31,10 +31,10 @@ def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, handle)
-    from .announcing import announce_often
+    from .fast_dds import use_profile
     from .node.command_line import bank_arguments, ros_arguments
 
-    announce_often(os.environ)
+    use_profile(os.environ)
     given = sys.argv if arguments is None else arguments
     given, elements = bank_arguments(given) if several else (ros_arguments(given), ({},))
     from .node.run import run  # takes a second or two, in which a signal must not raise

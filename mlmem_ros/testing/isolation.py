@@ -13,13 +13,13 @@ import socket
 import tempfile
 from pathlib import Path
 
-from ..ros.announcing import profile_variable
+from ..ros.fast_dds import profile_variable
 
 PARTICIPANTS = 10
 """Discovery ports of a domain that are looked at."""
 
 # The defaults take up to 3 s to discover a peer and 20 s to miss one that was killed, and leave
-# segments in /dev/shm after a SIGKILL.
+# segments in /dev/shm after a SIGKILL. Histories begin as small as a node's own do.
 FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <profiles>
@@ -46,6 +46,12 @@ FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
         </builtin>
       </rtps>
     </participant>
+    <data_writer profile_name="writer" is_default_profile="true">
+      <topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>
+    </data_writer>
+    <data_reader profile_name="reader" is_default_profile="true">
+      <topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>
+    </data_reader>
   </profiles>
 </dds>
 """

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 from robot import BLANK, Robot
@@ -17,7 +16,6 @@ from robot import BLANK, Robot
 from mlmem_ros.cli.main import main
 from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
-from mlmem_ros.ros.announcing import announce_often, profile_variable
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.session.data import load
@@ -153,21 +151,6 @@ def test_a_client_loads_neither_the_material_nor_the_compiler():
     )
     assert 'within 0.1 s' in done.stderr
     assert done.stdout == '\n'
-
-
-def test_a_node_announces_itself_often_by_default(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    environment = {}
-    announce_often(environment)
-    profile = ElementTree.parse(environment[profile_variable({})])
-    (period,) = profile.iterfind('.//{*}leaseAnnouncement/{*}nanosec')
-    assert float(period.text) < 0.5e9
-    given = {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
-    announce_often(given)
-    assert given == {'FASTDDS_DEFAULT_PROFILES_FILE': 'mine.xml'}
-    (tmp_path / 'share' / 'fastdds').mkdir(parents=True)
-    third = profile_variable({'AMENT_PREFIX_PATH': str(tmp_path)})
-    assert third == 'FASTDDS_DEFAULT_PROFILES_FILE'
 
 
 def test_self_test(memory, inside):

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import select
 import sys
 import time
@@ -21,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.ros.fast_dds import use_profile
 from mlmem_ros.ros.node.command_line import bank_arguments
 from mlmem_ros.ros.node.executor import GuardedExecutor
 from mlmem_ros.ros.node.node import MemoryNode
@@ -56,6 +58,7 @@ def main(begun: float, number: int) -> None:
         begun: When the process was started, in seconds since the epoch.
         number: How many; above 1 they are those of `memory_bank`.
     """
+    use_profile(os.environ)
     bank = bank_arguments(['memory_bank', f'--elements={number}'])[1]
     nodes, executor = begin([], elements=bank if number > 1 else ONE)
     gc.freeze()

@@ -1,10 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fast discovery of the node by clients.
+"""The profile of the node for Fast DDS: clients find it soon, and its histories begin small.
 
 Fast DDS announces itself to a newcomer once, mostly before the newcomer can listen, and then every
 three seconds. A third of all clients would wait for that, 1 to 3 s in `mlmem read`. The node
 announces itself more often, and all clients find it within 0.8 s.
+
+Each end of a topic or service has room for a hundred messages from the start: 36 kB. A node has
+116 ends, so that a bank of a hundred would reserve 400 MB.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 PROFILE = Path(__file__).with_name('fast_dds.xml')
-"""Fast DDS profile with a shorter period; other middleware ignores it."""
+"""The profile; other middleware ignores it."""
 
 NAMES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 """Variables that name a profile: of Fast DDS 2, which Jazzy has, and of Fast DDS 3."""
@@ -33,8 +36,8 @@ def profile_variable(environment: Mapping[str, str]) -> str:
     return NAMES[any(Path(prefix, 'share', 'fastdds').is_dir() for prefix in prefixes if prefix)]
 
 
-def announce_often(environment: MutableMapping[str, str]) -> None:
-    """Make the process announce itself often, unless it has a profile already.
+def use_profile(environment: MutableMapping[str, str]) -> None:
+    """Make the process use the profile, unless it has one already.
 
     Args:
         environment: That of the process, which must not have loaded the middleware yet.
