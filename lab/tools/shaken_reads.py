@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Count how reads of a shaken element end: the tables of docs/shaking.md.
+"""Count how reads of a shaken element end: the table of docs/reference/results.md.
 
 .venv/bin/python lab/tools/shaken_reads.py --reads 1200 --output lab/results/shaken.json
 .venv/bin/python lab/tools/shaken_reads.py --reads 400 --preset bits_4 \

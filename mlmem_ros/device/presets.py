@@ -241,7 +241,7 @@ PRESETS = {
     'fast': _fast(),
 }  # fmt: skip
 """By name: `bits_n` stores n bits, `damped_bits_n` in cells with 2.5 times the damping; `fast` is
-`case_2` with a faster schedule. docs/presets.md gives the time to write each level."""
+`case_2` with a faster schedule. docs/reference/presets.md has all schedules."""
 
 
 def preset(name: str) -> Preset:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The shipped strokes and throws, for 9 and for 25 cells per level.
 
-Found by `mlmem_lab.designer.stroke_search`; docs/going_back.md gives the ranges in which they
-work.
+Found by `mlmem_lab.designer.stroke_search`; docs/reference/results.md gives the ranges in which
+they work.
 """
 
 from __future__ import annotations
