@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..device import Settings
-from ..durable import read_text, write_atomically
 from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
 from ..verdict import Verdict
@@ -68,6 +67,7 @@ def findings(design: Design, settings: Settings) -> list[Found]:
     cached = _read(path)
     if key not in cached:
         from ..checks import check  # a design that is known needs none of it
+        from ..durable import write_atomically
 
         cached[key] = [
             (each.name, each.verdict.value, each.text)
@@ -88,7 +88,7 @@ def _path() -> Path | None:
 def _read(path: Path | None) -> dict[str, list[Found]]:
     if path is not None:
         with contextlib.suppress(OSError, ValueError):
-            found = json.loads(read_text(path))
+            found = json.loads(path.read_text(encoding='utf-8'))
             return found if isinstance(found, dict) else {}
     return {}
 

@@ -37,12 +37,13 @@ from .errors import REFUSALS
 from .rescue import Rescue, let_go
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
-from .store import Store
 from .throttled_log import Log, ThrottledLog
+from .unkept import Unkept
 from .worker import Worker
 
 if TYPE_CHECKING:
     from ..element_file import Element
+    from .store import Store
     from .transcript import Transcript
     from .watcher import Watcher
 
@@ -100,7 +101,7 @@ class Host:
         self._name = name
         self._failed = failed
         self._closed = False
-        self._store: Store | None = None
+        self._store: Store | Unkept | None = None
         self._disk = Worker('mlmem-store', self.log)
         self._rescue = Rescue(self.log)
         self.sessions = Sessions(self.log, now)
@@ -141,7 +142,7 @@ class Host:
                 self.log.cause(error)
                 raise
             undo.callback(driver.close)
-            store = Store(given.state, given.files, self.log, self._disk, self._name)
+            store = self._store_of(given)
             undo.callback(store.close)
             element = store.new_element(given.design, given.settings, driver)
             watcher = None
@@ -365,6 +366,14 @@ class Host:
     def _count(self, answer: Future[Any]) -> None:
         if not answer.cancelled() and isinstance(answer.exception(), Refused):
             self.refused += 1
+
+    def _store_of(self, given: Parameters) -> Store | Unkept:
+        """Return what keeps the element's state."""
+        if not given.state.path:
+            return Unkept(self._disk)
+        from .store import Store
+
+        return Store(given.state, given.files, self.log, self._disk, self._name)
 
     def _known(self, name: str, path: str, given: Parameters) -> Element | None:
         """Return the element in the file of a parameter, or None without one."""

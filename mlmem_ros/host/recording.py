@@ -4,9 +4,12 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from .. import durable, threads
 from ..bag.errors import BagError
 from ..bag.qos import LATCHED, offered
 from ..bag.recorder import Recorder, RecorderStatus
@@ -123,3 +126,13 @@ class Recording(Transcript):
 
     def _log_error(self, error: BagError) -> None:
         self._log.error(f'recording stopped: {error}')
+
+
+def new_path(plan: SessionPlan) -> Path:
+    """Return the configured path; with the time added if it is empty or exists."""
+    settings, path = plan.settings, plan.files.confined(plan.settings.path or 'session')
+    if settings.path and not (settings.add_time and durable.exists(path)):
+        return path
+    name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
+    names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
+    return next(path.with_name(name) for name in names if not durable.exists(path.with_name(name)))

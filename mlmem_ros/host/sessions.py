@@ -5,15 +5,12 @@
 from __future__ import annotations
 
 import importlib
-import itertools
-import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from .. import durable, threads
 from ..bag.errors import BagError
 from ..device import Loop, MemoryElement, Refused, SettingsError
 from .errors import Overdue
@@ -153,10 +150,9 @@ class Sessions:
             plan = last.continued(plan)
         self.state = State.STARTING
         try:
-            path = _new_path(plan)
-            kept = len(before)
-            recording: Recording = _made('recording').Recording(
-                plan, path, self._log, self._now, before
+            file, kept = _made('recording'), len(before)
+            recording: Recording = file.Recording(
+                plan, file.new_path(plan), self._log, self._now, before
             )
             try:
                 _between_ticks(
@@ -232,13 +228,3 @@ def _made(module: str) -> Any:
 def _between_ticks(loop: Loop | None, function: Callable[[], T]) -> T:
     """Call a function between ticks: in the loop's thread, if there is one."""
     return function() if loop is None else loop.call(function).result()
-
-
-def _new_path(plan: SessionPlan) -> Path:
-    """Return the configured path; with the time added if it is empty or exists."""
-    settings, path = plan.settings, plan.files.confined(plan.settings.path or 'session')
-    if settings.path and not (settings.add_time and durable.exists(path)):
-        return path
-    name = f'{path.name}-{time.strftime("%Y%m%d-%H%M%S", time.localtime(threads.time()))}'
-    names = (name if number == 1 else f'{name}-{number}' for number in itertools.count(1))
-    return next(path.with_name(name) for name in names if not durable.exists(path.with_name(name)))

@@ -34,13 +34,13 @@ from .worker import Worker
 
 
 class Store:
-    """Keeps the state of an element in a file, and its calibrations beside it, if a path is set.
+    """Keeps the state of an element in a file, and its calibrations beside it.
 
     A worker thread writes to the disk, in the order in which states were taken. Neither the loop
     nor a caller waits for it.
 
     Attributes:
-        path: The state file, or None.
+        path: The state file.
     """
 
     def __init__(
@@ -59,10 +59,9 @@ class Store:
         Raises:
             SettingsError: The path is invalid, or leads out of the root (see `files`).
         """
-        self.path: Path | None = None
-        if settings.path:  # a lock belongs to a file, not to one of its names
-            self.path = Path(os.path.realpath(files.confined(settings.path)))
-        self._calibrations = calibration_file.beside(self.path) if self.path else None
+        # A lock belongs to a file, not to one of its names.
+        self.path = Path(os.path.realpath(files.confined(settings.path)))
+        self._calibrations = calibration_file.beside(self.path)
         self._calibrated: tuple[str, Calibration] | None = None
         self._interval = settings.interval
         self._due = threads.monotonic() + self._interval
@@ -85,8 +84,6 @@ class Store:
             SettingsError: It cannot be calibrated.
             DesignError: The time step exceeds the stability limit.
         """
-        if self._calibrations is None:
-            return new_element(design, settings, driver=driver)
         self._worker.done(f'claiming {self.path}', self._take_claim)
         path, key = self._calibrations, calibration_key(design, settings)
         known = self._worker.done(
@@ -107,19 +104,18 @@ class Store:
             StateError: The file is damaged, or belongs to another design.
             Overdue: The disk does not answer.
         """
-        if (path := self.path) is None:
-            return
+        path = self.path
         saved = self._worker.done(f'reading {path}', lambda: state_file.load(path))
         if saved is None:
             blank = ': the element is blank' if element.simulated else ''
-            self._log.info(f'no state in {self.path} yet{blank}')
+            self._log.info(f'no state in {path} yet{blank}')
             return
         try:
             snapshot.restore(element, saved)
         except StateError as error:
-            raise StateError(f'{self.path} does not belong to this design: {error}') from error
+            raise StateError(f'{path} does not belong to this design: {error}') from error
         what = 'state' if element.simulated else 'calibration and statistics'
-        self._log.info(f'{what} restored from {self.path}')
+        self._log.info(f'{what} restored from {path}')
 
     def keep(self, element: MemoryElement) -> Future[None]:
         """Save the present state of an idle device; call it between ticks.
@@ -128,10 +124,6 @@ class Store:
             None once it is safe on the disk; `StateError` or `Overdue` if it is not, which is also
             logged.
         """
-        if self.path is None:
-            saved: Future[None] = threads.Future()
-            saved.set_result(None)
-            return saved
         taken = snapshot.take(element)
         self._due = threads.monotonic() + self._interval
         saved = self._worker.do(f'saving the state in {self.path}', lambda: self._save(taken))
@@ -147,7 +139,7 @@ class Store:
         outcome = request.outcome
         assert outcome is not None
         changed = PROCEDURES[outcome.procedure].changes
-        if self.path is None or not changed or element.procedure:  # an abort will save it
+        if not changed or element.procedure:  # an abort will save it
             request.settle(outcome)
             return
         try:
@@ -163,7 +155,7 @@ class Store:
     def on_timer(self, loop: Loop | None) -> None:
         """Save at intervals, and answer overdue requests; call it once a second."""
         self._worker.on_timer()
-        if self.path is None or self._interval == 0.0 or loop is None:
+        if self._interval == 0.0 or loop is None:
             return
         if threads.monotonic() >= self._due:
             loop.call(lambda: self._keep_if_idle(loop.element))
@@ -180,7 +172,6 @@ class Store:
         return self.settled()
 
     def _take_claim(self) -> None:
-        assert self.path is not None
         try:
             durable.make_directory(self.path.parent, exist_ok=True)
             claim = durable.Claim(self.path, self._owner)
@@ -201,10 +192,9 @@ class Store:
                 self.keep(element)
 
     def _save(self, taken: dict[str, Any]) -> None:
-        assert self.path is not None
         state_file.save(self.path, taken)
         learnt = taken['calibration_key'], Calibration.from_dict(taken['calibration'])
-        if self._calibrations is not None and learnt != self._calibrated:
+        if learnt != self._calibrated:
             calibration_file.save(self._calibrations, *learnt)
             self._calibrated = learnt
 

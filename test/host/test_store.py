@@ -10,10 +10,12 @@ import pytest
 
 from mlmem_ros.device import DelayTable, Settings, factory, new_element, snapshot
 from mlmem_ros.device.settings import ProbeSettings
+from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.host import ThrottledLog, state_file
 from mlmem_ros.host.files import FileSettings
 from mlmem_ros.host.settings import StateSettings
 from mlmem_ros.host.store import Store
+from mlmem_ros.host.unkept import Unkept
 from mlmem_ros.host.worker import Worker
 from mlmem_ros.physics import CASE_II, StateError
 
@@ -40,7 +42,7 @@ def kept():
 
 
 def _store(file):
-    settings = StateSettings(path=str(file) if file else '', interval=0.0)
+    settings = StateSettings(path=str(file), interval=0.0)
     throttled = ThrottledLog(logging.getLogger('test'))
     return Store(settings, FileSettings(), throttled, Worker('test-store', throttled))
 
@@ -123,10 +125,13 @@ def test_a_design_is_calibrated_once(file, counted, kept):
     assert len(counted) == 2
 
 
-def test_without_a_state_file_nothing_is_kept(tmp_path, counted, kept):
-    for _ in range(2):
-        kept(None).new_element(CASE_II, Settings())
-    assert len(counted) == 2
+def test_without_a_state_file_nothing_is_kept(tmp_path, counted):
+    driver = Simulation.of(CASE_II, Settings().time)
+    store = Unkept(Worker('test-store', ThrottledLog(logging.getLogger('test'))))
+    element = store.new_element(CASE_II, Settings(), driver)
+    assert store.keep(element).result() is None
+    assert store.close()
+    assert len(counted) == 1
     assert list(tmp_path.iterdir()) == []
 
 

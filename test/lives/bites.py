@@ -216,8 +216,6 @@ def answer_before_it_is_saved(settle):
 @_bite((store.Store, 'keep'))
 def newer_state_overwritten_by_an_older_one(keep):
     def keep_at_once(self, element):
-        if self.path is None:
-            return keep(self, element)
         taken, saved = store.snapshot.take(element), threads.Future()
 
         def run():
@@ -236,7 +234,7 @@ def newer_state_overwritten_by_an_older_one(keep):
 def state_taken_within_a_tick(_):
     def on_timer(self, loop):
         self._worker.on_timer()
-        if self.path is not None and loop is not None and not loop.element.procedure:
+        if loop is not None and not loop.element.procedure:
             self._keep_if_idle(loop.element)
 
     return on_timer
