@@ -177,8 +177,9 @@ def test_the_rig_in_c_repairs_its_line(program):
     with wired(program, damage=2e-4) as address:
         element = element_at(address)
         element.perform(Read())
-        reading = element.perform(Read()).reading
-        assert reading.level == -1
+        outcome = element.perform(Read())
+        assert outcome.success, outcome.error
+        assert outcome.reading.level == -1
         health = element.driver.health()
         assert health['skipped_bytes'] > 1000
         assert health['asked_again'] > 5

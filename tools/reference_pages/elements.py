@@ -18,8 +18,8 @@ def checks_page() -> str:
     ]
     return (
         '# Design checks\n\n'
-        'What [`mlmem design check`](commands.md) and *configure* judge. Texts are those of '
-        '`case_2`, which passes; of a design that does not they say what goes wrong and what to '
+        'What [`mlmem design check`](commands.md) and *configure* judge. The texts are those of '
+        '`case_2`, which passes. For a design that does not, they say what goes wrong and what to '
         'change.\n\n'
         f'{table(["quantity", "unit", "what it means", "the paper"], rows)}\n'
     )
