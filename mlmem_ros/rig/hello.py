@@ -52,7 +52,10 @@ WANTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
         'a number above 0, the seconds of a sample by its clock: scale.time dt',
         _positive,
     ),
-    'length': ('a number above 0, the m of a unit of displacement', _positive),
+    'length': (
+        'a number above 0, the m of a unit of displacement: scale.length if that is a cell',
+        _positive,
+    ),
     'buffer': ('a whole number above 0, the samples of set-points it can hold', _count),
     'force': ('a number above 0, the N of a unit of force', _positive),
     'zero': (
