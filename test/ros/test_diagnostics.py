@@ -184,6 +184,23 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     assert component.health(loop) == Health(ERROR, 'the chain stopped being finite', ANY)
 
 
+def test_the_rate_of_a_loop_at_rest_counts_the_ticks_that_it_slept_through(monkeypatch):
+    """It sleeps for up to two seconds. Ticks of before the first report are none of its rate."""
+    clock = iter([0.0, 1.0, 2.0, 3.0, 4.0])
+    monkeypatch.setattr(diagnostics.time, 'monotonic', lambda: next(clock))
+    component = Pace(SimpleNamespace(refused=0, log=SimpleNamespace(caught=0)))
+    statistics = LoopStatistics(ticks=500)
+    loop = SimpleNamespace(
+        statistics=statistics, paused=False, failure=None, tick_seconds=0.002, pacer=SteadyPacer()
+    )
+    component.health(loop, heard=False)
+    component.health(loop, heard=False)  # asleep
+    statistics.ticks = 1500  # which a report wakes
+    assert component.health(loop).values['rate'] == 500.0
+    statistics.ticks = 2000
+    assert component.health(loop).values['rate'] == 500.0
+
+
 @pytest.fixture
 def heard(element):
     """Give a device a reading: heard(level, threshold margin)."""

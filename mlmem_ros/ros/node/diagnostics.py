@@ -28,14 +28,20 @@ class Pace:
 
     def __init__(self, host: Host) -> None:
         self._host = host
-        self._last = (time.monotonic(), 0, 0)
+        self._told = (time.monotonic(), 0)
+        self._loop: Loop | None = None
+        self._overruns = 0
         self._jumps: int | None = None
         self._logged = 0
 
-    def health(self, loop: Loop | None, procedure: str = '') -> Health:
+    def health(self, loop: Loop | None, procedure: str = '', *, heard: bool = True) -> Health:
         """Report how the loop keeps time: in s, and its rate since the last report in ticks/s.
 
-        `procedure` is the running one.
+        Args:
+            loop: The loop, if there is one.
+            procedure: The running one.
+            heard: Whether this is a report. If not, ticks that a loop at rest has slept through
+                may be yet to come, and the next rate does not begin here.
         """
         if loop is None:
             self._logged, self._jumps = 0, None
@@ -43,10 +49,13 @@ class Pace:
             if self._host.stopped:
                 return Health(ERROR, self._host.stopped, refused)
             return dataclasses.replace(INACTIVE, values=refused)
-        statistics, last = loop.statistics, self._last
-        self._last = (time.monotonic(), statistics.ticks, statistics.overruns)
-        seconds, ticks, lost = (a - b for a, b in zip(self._last, last, strict=True))
+        statistics = loop.statistics
+        lost, self._overruns = statistics.overruns - self._overruns, statistics.overruns
+        now = (time.monotonic(), statistics.ticks)
+        seconds, ticks = (a - b for a, b in zip(now, self._told, strict=True))
         rate = max(0.0, ticks) / max(seconds, 1e-9)
+        if heard or loop is not self._loop:
+            self._loop, self._told = loop, now
         values = {
             'rate': rate,
             'real_time_factor': rate * loop.tick_seconds,
@@ -141,7 +150,7 @@ class Diagnostics:
     def _report(self) -> None:
         loop = self._host.loop
         if not self._publisher.get_subscription_count():
-            self._pace.health(loop)  # which logs what is lost
+            self._pace.health(loop, heard=False)  # logs what is lost
             return
         if loop is None or loop.failure:
             self._publish_all(loop)
