@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -21,9 +20,7 @@ from ..device import (
     Outcome,
     Refused,
     SetFaults,
-    SettingsError,
     describe_level,
-    drivers,
 )
 from ..device.loop import Stamped
 from ..device.mailbox import Asked
@@ -32,7 +29,7 @@ from ..device.progress import Feedback
 from ..device.request import Request
 from ..device.units import Units
 from ..physics import StateError
-from .design_check import check_design
+from .building import built
 from .errors import REFUSALS
 from .rescue import Rescue, let_go
 from .sessions import Sessions
@@ -42,7 +39,6 @@ from .unkept import Unkept
 from .worker import Worker
 
 if TYPE_CHECKING:
-    from ..element_file import Element
     from .store import Store
     from .transcript import Transcript
     from .watcher import Watcher
@@ -129,32 +125,7 @@ class Host:
         Raises:
             One of `REFUSALS`: Nothing is changed.
         """
-        check_design(given.design, given.settings, given.check, self.log)
-        with ExitStack() as undo:
-            specimen = self._known('specimen', given.device.specimen, given)
-            twin = self._known('twin', given.device.twin, given)
-            try:
-                driver = drivers.opened(
-                    given.device.driver, given.device.address, given.design, given.settings,
-                    specimen.timed if specimen else None,
-                )  # fmt: skip
-            except (DriverError, SettingsError) as error:
-                self.log.cause(error)
-                raise
-            undo.callback(driver.close)
-            store = self._store_of(given)
-            undo.callback(store.close)
-            element = store.new_element(given.design, given.settings, driver)
-            watcher = None
-            if twin is not None:
-                from .elements import forecast
-                from .watcher import Watcher  # most nodes have none
-
-                element.forecast = forecast(twin, given.design, given.settings, self.log)
-                watcher = Watcher(twin, element, self.log)
-            _check_faults(element, given.faults)
-            store.restore(element)
-            undo.pop_all()
+        element, store, watcher = built(given, self.log, self._disk, self._name)
         self.stopped = ''
         self._rescue.restore(element)
         self.element, self._store, self.watcher = element, store, watcher
@@ -367,24 +338,6 @@ class Host:
         if not answer.cancelled() and isinstance(answer.exception(), Refused):
             self.refused += 1
 
-    def _store_of(self, given: Parameters) -> Store | Unkept:
-        """Return what keeps the element's state."""
-        if not given.state.path:
-            return Unkept(self._disk)
-        from .store import Store
-
-        return Store(given.state, given.files, self.log, self._disk, self._name)
-
-    def _known(self, name: str, path: str, given: Parameters) -> Element | None:
-        """Return the element in the file of a parameter, or None without one."""
-        if not path:
-            return None
-        from .elements import opened  # most nodes have none
-
-        return self._disk.done(
-            f'reading {path}', lambda: opened(name, path, given.files, given.design)
-        )
-
     # --- end of a life -------------------------------------------------------------------
 
     def _put_away(self, element: MemoryElement) -> bool:
@@ -423,10 +376,3 @@ def _line(outcome: Outcome) -> str:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'
     found = f': {describe_level(outcome.reading.level)}' if outcome.reading else ''
     return f'{outcome.procedure} succeeded after {ticks} ticks{found}'
-
-
-def _check_faults(element: MemoryElement, faults: Faults) -> None:
-    try:
-        element.specimen(faults)
-    except Refused as refusal:
-        raise SettingsError(f'parameters {refusal}') from refusal

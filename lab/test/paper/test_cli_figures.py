@@ -45,15 +45,15 @@ def test_two_figures_side_by_side_and_their_claims_are_told(tmp_path, capsys, mo
         run, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
     )
     options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
-    assert main(['figures', '3a', '4b', *options]) == 0
+    assert main(['figures', '1c', '3a', *options]) == 0
     told = json.loads(capsys.readouterr().out)
     verdicts = {claim['paper']: claim['verdict'] for claim in told['claims']}
     (bands,) = BY_NAME['3a'].claims
     assert verdicts[bands.sentence] == 'in part'  # the bands overlap
-    alone = [claim for claim in BY_NAME['4b'].claims if claim.needs == ('4b',)]
+    alone = [claim for claim in BY_NAME['1c'].claims if claim.needs == ('1c',)]
     assert set(verdicts) == {bands.sentence, *(claim.sentence for claim in alone)}
     files = {file.name for file in (tmp_path / 'figures').iterdir()}
-    assert files == {f'{stem}.{end}' for stem in ('fig_3a', 'fig_4b') for end in ENDINGS}
+    assert files == {f'{stem}.{end}' for stem in ('fig_1c', 'fig_3a') for end in ENDINGS}
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,94 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a configuration makes: the device of a checked design, its files, and what watches it."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..device import DriverError, Faults, MemoryElement, Refused, SettingsError, drivers
+from .design_check import check_design
+from .settings import Parameters
+from .throttled_log import ThrottledLog
+from .unkept import Unkept
+from .worker import Worker
+
+if TYPE_CHECKING:
+    from ..element_file import Element
+    from .store import Store
+    from .watcher import Watcher
+
+
+class Built(NamedTuple):
+    """A device, what keeps its state, and what compares its reads with a twin's forecast."""
+
+    element: MemoryElement
+    store: Store | Unkept
+    watcher: Watcher | None
+
+
+def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Built:
+    """Check the design, open the driver, build the device, restore its content.
+
+    Args:
+        given: The configuration.
+        log: Where findings go.
+        disk: Does all work on the disk.
+        name: Of the node, which owns the state file.
+
+    Raises:
+        One of `REFUSALS`: Nothing is open.
+    """
+    check_design(given.design, given.settings, given.check, log)
+    with ExitStack() as undo:
+        specimen = _known('specimen', given.device.specimen, given, disk)
+        twin = _known('twin', given.device.twin, given, disk)
+        try:
+            driver = drivers.opened(
+                given.device.driver, given.device.address, given.design, given.settings,
+                specimen.timed if specimen else None,
+            )  # fmt: skip
+        except (DriverError, SettingsError) as error:
+            log.cause(error)
+            raise
+        undo.callback(driver.close)
+        store = _store(given, log, disk, name)
+        undo.callback(store.close)
+        element = store.new_element(given.design, given.settings, driver)
+        watcher = None
+        if twin is not None:
+            from .elements import forecast
+            from .watcher import Watcher  # most nodes have none
+
+            element.forecast = forecast(twin, given.design, given.settings, log)
+            watcher = Watcher(twin, element, log)
+        _check_faults(element, given.faults)
+        store.restore(element)
+        undo.pop_all()
+    return Built(element, store, watcher)
+
+
+def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | None:
+    """Return the element in the file of a parameter, or None without one."""
+    if not path:
+        return None
+    from .elements import opened  # most nodes have none
+
+    return disk.done(f'reading {path}', lambda: opened(name, path, given.files, given.design))
+
+
+def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | Unkept:
+    """Return what keeps the element's state."""
+    if not given.state.path:
+        return Unkept(disk)
+    from .store import Store
+
+    return Store(given.state, given.files, log, disk, name)
+
+
+def _check_faults(element: MemoryElement, faults: Faults) -> None:
+    try:
+        element.specimen(faults)
+    except Refused as refusal:
+        raise SettingsError(f'parameters {refusal}') from refusal
