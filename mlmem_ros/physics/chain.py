@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .design import Design
 from .errors import DesignError, StateError
+from .held_cell import FREE, HeldCell
 from .jit import in_cache
 from .laws import Linear
 from .methods import NOH_BATHE, Integrator
@@ -23,27 +23,8 @@ from .specimen import LARGEST_OFFSET, Specimen
 from .statics import metamaterial_force, substrate_force
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
 
-
-@dataclass(frozen=True)
-class HeldCell:
-    """A cell held at a prescribed motion for the first sub-steps of a run.
-
-    Attributes:
-        site: The driven cell: 1 or N.
-        motion: Its displacement and velocity at the first m of the run's `substep_times`, shape
-            (2, m); it is free afterwards. PEFRL lets go between two steps only: a step that is
-            not held to its end is free from its start.
-    """
-
-    site: int
-    motion: Array
-
-
 COUPLING = Linear()
 """The paper's, with k_r = 1."""
-
-FREE = HeldCell(1, np.empty((2, 0)))
-"""No cell is held."""
 
 
 class Chain:

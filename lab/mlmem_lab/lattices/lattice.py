@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mlmem_ros.physics.chain import FREE, HeldCell
 from mlmem_ros.physics.errors import StateError
+from mlmem_ros.physics.held_cell import FREE, HeldCell
 from mlmem_ros.physics.laws import Coupling, Friction, OnSite
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.arrays import Cells, Forcing, aligned
