@@ -37,6 +37,9 @@ SECONDS = 10.0
 BANK = 4
 """Elements of a bank."""
 
+HUNDRED = 100
+"""Elements of a large bank, which is measured once: it takes a minute to start."""
+
 READS = 15
 """Reads per repeat."""
 
@@ -82,6 +85,9 @@ FIGURES = {
         f'processor, {BANK} elements in one process, nobody listens, % of a core', 12.0
     ),
     'bank_memory': Figure('memory of these, MB', 400.0),
+    'hundred': Figure(f'processor, {HUNDRED} elements at rest, % of a core', 15.0),
+    'hundred_memory': Figure('memory of these, MB', 1000.0),
+    'hundred_ready': Figure('start-up time of these, s'),
 }
 
 Seen = dict[str, tuple[float, float]]
@@ -121,6 +127,11 @@ def _reports(repeats: int) -> list[Seen]:
     found: list[Seen] = []
     with tempfile.TemporaryDirectory() as cache, NodeProcess(NUMBA_CACHE_DIR=cache) as cold:
         found.append({'cold': (cold.ready, cold.others)})
+    with NodeProcess(HUNDRED) as bank:
+        bank.watch(SETTLED)
+        report = bank.watch(SECONDS)
+    found[0] |= _of(report, hundred='share', hundred_memory='memory')
+    found[0]['hundred_ready'] = bank.ready, bank.others
     for _ in range(repeats):
         with NodeProcess() as node:
             node.watch(SETTLED)

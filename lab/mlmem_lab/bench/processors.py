@@ -22,6 +22,8 @@ COLUMNS = {
     'ready': 'ready, s',
     'factor': 'times real time',
     'memory': 'MB',
+    'hundred': '100 at rest, %',
+    'hundred_memory': '100, MB',
 }
 """Headings of the figures that a row has, by their keys."""
 
