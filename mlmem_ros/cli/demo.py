@@ -94,6 +94,7 @@ def _write_and_read(console: Console, name: str) -> list[Written]:
     with standalone(name) as client:
         with console.status('waiting for the memory node'):
             client.ready(NODE_START).wait()
+            client.read(NODE_START).wait()  # with a cold cache, it compiles its kernels first
         client.node.create_subscription(
             Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA
         )
