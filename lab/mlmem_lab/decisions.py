@@ -58,7 +58,7 @@ def _drawn(
     """Return an echo that crosses shares of the threshold near the times of a level."""
     delay = table.delays[level]
     low, high, loud = table.shapes[level] if table.shapes else (None, None, 2.0)
-    spacing = abs(float(np.median(np.diff(table.delays))))
+    spacing = abs(float(np.median(np.diff(table.delays)))) if table.delays[1:] else delay
     known = [delay - 5.0 if low is None else low, delay, delay + 5.0 if high is None else high]
     shifted = np.array(known) + AWAY * spacing * (random.normal() + 0.5 * random.normal(size=3))
     times = np.sort(np.append(shifted, shifted.max() + 20.0))

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from mlmem_ros.device import BLANK, UNDECODABLE, EchoReceived, Read, Write
+from mlmem_ros.device import BLANK, UNDECODABLE, EchoReceived, Read, Write, new_element, preset
 from mlmem_ros.device.end import End
 from mlmem_ros.device.settings import ReadSettings
 from mlmem_ros.physics import CASE_II, Specimen, walls
@@ -114,6 +114,20 @@ def test_a_write_is_verified_from_both_ends(written, names):
     assert (reading.level, reading.end, reading.walls) == (4, names, 1)
     assert None not in (reading.left_delay, reading.right_delay)
     assert rig.holds(element, 4)
+
+
+@pytest.mark.parametrize(('name', 'start', 'level'), [('bits_2', 2, 1), ('bits_4', 5, 6)])
+def test_a_wall_that_still_swings_is_heard_again_and_not_moved_again(name, start, level):
+    """Its first echoes disagree: it is half a cell off, and radiates what the far end hears."""
+    element = new_element(preset(name))
+    element.perform(Write(start))
+    *told, outcome = rig.events(element, Write(level))
+    first, _, second, _ = (event.reading for event in told)
+    assert first.level == UNDECODABLE
+    assert None not in (first.left_delay, first.right_delay)
+    assert second.level == level
+    assert (outcome.success, outcome.attempts) == (True, 1)
+    assert rig.holds(element, level)
 
 
 @pytest.mark.parametrize('level', [0, 4, 7])

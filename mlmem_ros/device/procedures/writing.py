@@ -23,6 +23,7 @@ def write(element: Memory, level: int) -> Procedure[Result]:
     stopped on its way also reads as the nearest level, but later steps would fail: with a margin
     below `write.min_margin` it is written again. The last attempt uses only steps up and a kink.
     An element that has learnt its pulses is taken up step by step instead, and goes on learning.
+    Where both ends hear something and do not agree, it listens once more before that.
 
     Raises:
         ProcedureFailed: The level was not reached within `write.attempts`.
@@ -45,6 +46,8 @@ def write(element: Memory, level: int) -> Procedure[Result]:
                 force = _force(element, attempt)
                 yield from go_to_level(element, present, level, force, plainly=plainly)
             reading = yield from look(element)
+            if _both_heard(reading):  # a wall that has just arrived swings, and its echoes with it
+                reading = yield from look(element)
         except ProcedureFailed as failure:
             raise ProcedureFailed(str(failure), attempt) from failure
         present, said = reading.level, describe_level(reading.level)
@@ -68,6 +71,12 @@ def restore(element: Memory, content: Reading) -> Procedure[Result]:
     if content.level >= 0:
         return (yield from write(element, content.level))
     return (yield from erase(element))
+
+
+def _both_heard(reading: Reading) -> bool:
+    """Whether both ends hear an echo, but not of the same wall."""
+    delays = reading.left_delay, reading.right_delay
+    return reading.level == UNDECODABLE and None not in delays
 
 
 def _force(element: Memory, attempt: int) -> float:
