@@ -15,7 +15,7 @@ from ..words import BLANK as BLANK
 from ..words import UNDECODABLE as UNDECODABLE
 from ..words import describe_level as describe_level
 from .calibration import Calibration
-from .echo import Echo, Shape, hidden
+from .echo import TAIL, Echo, Shape, hidden
 from .end import End
 from .settings import ProbeSettings, ReadSettings
 
@@ -328,12 +328,15 @@ def _confirmed(
 
 
 def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
-    """Return a reading if no echo is much louder than that of its level; noise adds to both."""
+    """Return a reading if no echo is much louder than that of its level; noise adds to both.
+
+    Both are heard up to the same time: a faint echo may cross late, and grows as one listens on.
+    """
     for end, echo in echoes.items():
-        shapes = calibration.table(end).shapes if said.level >= 0 else ()
-        if shapes and not echo.floor:
-            *_, loud = shapes[said.level]
-            if (ratio := echo.threshold_margin / loud) > LOUDEST:
+        table = calibration.table(end)
+        if said.level >= 0 and table.shapes and not echo.floor:
+            *_, loud = table.shapes[said.level]
+            if (ratio := echo.loudness(table.delays[said.level] + TAIL) / loud) > LOUDEST:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
                 return _refused(said, f'{text}{said.level}: something else answers with the wall')
     return said

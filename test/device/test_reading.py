@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
-from mlmem_ros.device.echo import Echo, threshold
+from mlmem_ros.device.echo import TAIL, Echo, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.reading import decode, phase_of
 from mlmem_ros.device.settings import ReadSettings
@@ -29,8 +29,9 @@ PROBES = {end: end.probe(Settings()) for end in End}
 
 
 def echo(delay, end=End.LEFT, margin=3.0, **values):
-    nothing = np.zeros(0)
-    return Echo(end, PROBES[end], nothing, nothing, nothing, delay, margin, **values)
+    t = np.zeros(0) if delay is None else np.array([delay])
+    v_c = margin * threshold(PROBES[end], t, values.get('floor', 0.0))
+    return Echo(end, PROBES[end], t, v_c, v_c, delay, margin, **values)
 
 
 def decoded(delay, end=End.LEFT, phases=STORED, right=CALIBRATION.right, **settings):
@@ -316,6 +317,18 @@ def test_an_echo_much_louder_than_calibrated_is_not_that_of_the_wall_alone(end):
         assert reading.level == level
         told = f'the {end} end hears an echo 1.30 times as loud as that of level 3'
         assert (told in reading.reason) == (level == UNDECODABLE)
+
+
+def test_a_late_echo_is_not_louder_for_being_heard_longer():
+    """It grows to 3 thresholds; as long as its level was heard in the calibration, to 2."""
+    t, known = np.array([510.0, 640.0, 655.0]), ((None, None, 2.0),) * 8
+    v_c = np.array([1.1, 2.0, 3.0]) * threshold(PROBES[End.LEFT], t)
+    late = dataclasses.replace(echo(510.0), t=t, v_c=v_c)
+    assert late.shape == (510.0, 640.0, 3.0)
+    assert late.loudness(500.0 + TAIL) == pytest.approx(2.0)
+    table = dataclasses.replace(CALIBRATION.left, shapes=known)
+    reading = both(late, 420.0, calibration=dataclasses.replace(CALIBRATION, left=table))
+    assert (reading.level, reading.reason) == (3, '')
 
 
 def test_an_echo_that_begins_before_listening_confirms_only_a_level_that_near():
