@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laboratory is a package of its own: it imports this one, and adds commands to `mlmem`."""
 
+import os
 import re
+import subprocess
+import sys
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -34,6 +37,20 @@ def test_its_commands_are_known_by_name():
     for place in declared().values():
         module, _, name = place.partition(':')
         assert isinstance(getattr(import_module(module), name), Command)
+
+
+def test_a_command_leaves_the_other_cores_alone():
+    """What it sets is in time: nothing has loaded numpy before."""
+    program = (
+        'import os, sys; from mlmem_ros.cli.main import main; '
+        'assert "numpy" not in sys.modules; main(["inspect", "test/data/life"]); '
+        'assert "numpy" in sys.modules; print(os.environ["OPENBLAS_NUM_THREADS"])'
+    )
+    given = {name: value for name, value in os.environ.items() if name != 'OPENBLAS_NUM_THREADS'}
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, env=given
+    )
+    assert done.stdout.splitlines()[-1] == '1', done.stderr
 
 
 def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
@@ -63,6 +64,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns:
         Exit status: 0 on success.
     """
+    # Read when a sub-command loads numpy. Our matrices are small, and threads of BLAS that wait
+    # for each other take the cores: a figure took 12 s of them, not 5.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else arguments
     first = given[0] if given else ''
     if first in laboratory.NAMES and first not in _added():
