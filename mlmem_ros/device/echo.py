@@ -64,7 +64,7 @@ just reach the threshold at one time and just miss it at another; not three thre
 
 Shape = tuple[float | None, float | None, float]
 """Times at which an echo crosses `SHARES` of the threshold, None where it does not; and how loud
-it is: its greatest v_c over the threshold within `TAIL`."""
+it is: its greatest v_c over the threshold."""
 
 FAINTEST = 1e-13
 """Least threshold in cells: the rounding noise of an end that rests near 0."""
@@ -138,7 +138,7 @@ class Echo:
         t, v_c = self.t[heard], self.v_c[heard]
         over = [v_c > share * threshold(self.probe, t, self.floor) for share in SHARES]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
-        return low, high, self.loudness(math.inf if self.delay is None else self.delay + TAIL)
+        return low, high, self.threshold_margin
 
     def loudness(self, until: float) -> float:
         """Return the greatest v_c over the threshold up to a time; 0 if nothing was received."""

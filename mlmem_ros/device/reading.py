@@ -330,13 +330,17 @@ def _confirmed(
 def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
     """Return a reading if no echo is much louder than that of its level; noise adds to both.
 
-    Both are heard up to the same time: a faint echo may cross late, and grows as one listens on.
+    Both were heard up to the same time, `TAIL` after the later echo of that level: a faint one may
+    cross late, and grows as one listens on.
     """
+    if said.level < 0:
+        return said
+    until = max(calibration.table(end).delays[said.level] for end in echoes) + TAIL
     for end, echo in echoes.items():
-        table = calibration.table(end)
-        if said.level >= 0 and table.shapes and not echo.floor:
-            *_, loud = table.shapes[said.level]
-            if (ratio := echo.loudness(table.delays[said.level] + TAIL) / loud) > LOUDEST:
+        shapes = calibration.table(end).shapes
+        if shapes and not echo.floor:
+            *_, loud = shapes[said.level]
+            if (ratio := echo.loudness(until) / loud) > LOUDEST:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
                 return _refused(said, f'{text}{said.level}: something else answers with the wall')
     return said
