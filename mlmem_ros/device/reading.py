@@ -330,17 +330,20 @@ def _confirmed(
 def _as_loud(calibration: Calibration, said: Reading, echoes: Mapping[End, Echo]) -> Reading:
     """Return a reading if no echo is much louder than that of its level; noise adds to both.
 
-    Both were heard up to the same time, `TAIL` after the later echo of that level: a faint one may
+    Both are heard up to the same time, `TAIL` after the later echo of that level: a faint one may
     cross late, and grows as one listens on.
     """
     if said.level < 0:
         return said
-    until = max(calibration.table(end).delays[said.level] for end in echoes) + TAIL
+    longest = max(echo.t[-1] for echo in echoes.values())
+    later = {end: longest - echo.t[-1] for end, echo in echoes.items()}  # its pulse was fired
+    delays = {end: calibration.table(end).delays[said.level] for end in echoes}
+    until = max(delays[end] + later[end] for end in echoes) + TAIL
     for end, echo in echoes.items():
         shapes = calibration.table(end).shapes
         if shapes and not echo.floor:
             *_, loud = shapes[said.level]
-            if (ratio := echo.loudness(until) / loud) > LOUDEST:
+            if (ratio := echo.loudness(until - later[end]) / loud) > LOUDEST:
                 text = f'the {end} end hears an echo {ratio:.2f} times as loud as that of level '
                 return _refused(said, f'{text}{said.level}: something else answers with the wall')
     return said

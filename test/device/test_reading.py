@@ -326,7 +326,9 @@ def test_a_late_echo_is_not_louder_for_being_heard_longer():
     late = dataclasses.replace(echo(510.0), t=t, v_c=v_c)
     assert late.loudness(500.0 + TAIL) == pytest.approx(2.0)
     table = dataclasses.replace(CALIBRATION.left, shapes=known)
-    reading = both(late, 420.0, calibration=dataclasses.replace(CALIBRATION, left=table))
+    right = echo(420.0, End.RIGHT)
+    right = dataclasses.replace(right, t=np.append(right.t, t[-1]), v_c=np.repeat(right.v_c, 2))
+    reading = both(late, right, calibration=dataclasses.replace(CALIBRATION, left=table))
     assert (reading.level, reading.reason) == (3, '')
 
 
