@@ -7,12 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..device import EchoReceived, Event, MemoryElement
-from ..device.reading import UNDECODABLE
+from ..device import EchoReceived, Event, MemoryElement, Outcome
 from ..device.shot import Shot
 from ..element_file import Element
 from ..physics import INTEGRATORS, DesignError, StateError
-from ..twin.watching import MOST_CELLS, Comparison, Watch
+from ..procedures import PROCEDURES
+from ..twin.watching import MOST_CELLS, Comparison, Watch, place
 from .throttled_log import ThrottledLog
 from .worker import Worker
 
@@ -36,7 +36,7 @@ class Watcher:
         self.twin, self.text = twin, ''
         self.compared = self.skipped = 0
         self.last: Comparison | None = None
-        self._design = element.design
+        self._element, self._design = element, element.design
         self._watch = Watch(twin, integrator) if element.design.N <= MOST_CELLS else None
         self._log = log
         self._worker = Worker('mlmem-twin', log)
@@ -49,8 +49,10 @@ class Watcher:
         shots = [event.echo.shot for event in heard if event.echo.shot is not None]
         if not heard or self._watch is None:
             return
-        if (level := heard[-1].reading.level) != UNDECODABLE:
-            self._wall = float(self._design.defect(level)) if level >= 0 else 0.0
+        ended = (event.procedure for event in events if isinstance(event, Outcome))
+        procedure = PROCEDURES.get(next(ended, self._element.procedure))
+        moved = procedure is not None and procedure.changes
+        self._wall = place(self._design, heard[-1].reading, self._wall, moved)
         disturbed = any(event.echo.shaken or event.echo.spoiled for event in heard)
         shots.sort(key=lambda shot: -shot.samples.shape[1])
         known = self._wall is not None and len(shots) == len(heard)

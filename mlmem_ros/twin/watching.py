@@ -19,9 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..device.end import End
+from ..device.reading import UNDECODABLE, Reading
 from ..device.shot import Shot
 from ..element_file import Element
-from ..physics import Integrator
+from ..physics import Design, Integrator
 from ..physics.potential import Array
 from .forward import Clock, Forward
 from .noise import about_zero, noise
@@ -356,6 +357,21 @@ class Watch:
             np.concatenate(columns, axis=2).astype(np.float32),
             sparse * clock.stride,
         )
+
+
+def place(design: Design, reading: Reading, known: float | None, moved: bool) -> float | None:
+    """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
+
+    Args:
+        design: The element.
+        reading: What was read.
+        known: The cell before.
+        moved: Whether the wall may be elsewhere by now; otherwise, if the reading does not tell,
+            it is where it was.
+    """
+    if reading.level == UNDECODABLE:
+        return None if moved else known
+    return float(design.defect(reading.level)) if reading.level >= 0 else 0.0
 
 
 def forward_of(element: Element, integrator: Integrator | None) -> Forward:

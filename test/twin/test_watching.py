@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import EchoReceived, Faults, Read, SetFaults, Write, new_element, preset
+from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
 from mlmem_ros.rig.sensors import Sensors
-from mlmem_ros.twin.watching import SHARED_KINDS, Watch
+from mlmem_ros.twin.watching import SHARED_KINDS, Watch, place
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN
@@ -145,6 +146,17 @@ def test_a_change_is_forgotten_when_it_is_undone(bench):
     assert bench.told(2)[-1].text
     bench.set_faults()
     assert not bench.told(2)[-1].text
+
+
+def test_where_the_wall_is_after_a_write_that_failed_is_not_known():
+    """Compared with where it was before, a healthy element would seem to have changed."""
+    unclear = Reading(UNDECODABLE, '', 'both', None, 0.0, 0.0, math.inf)
+    clear = replace(unclear, level=1)
+    before, there = float(DESIGN.defect(0)), float(DESIGN.defect(1))
+    assert place(DESIGN, unclear, before, moved=True) is None
+    assert place(DESIGN, unclear, before, moved=False) == before  # a stuck cell hides it
+    assert place(DESIGN, clear, before, moved=True) == there
+    assert place(DESIGN, replace(unclear, level=BLANK), before, moved=False) == 0.0
 
 
 def test_every_kind_has_words_for_both_ways():

@@ -13,7 +13,7 @@ import numpy as np
 from mlmem_ros.device import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem_ros.physics import INTEGRATORS
 from mlmem_ros.rig.sensors import Sensors
-from mlmem_ros.twin.watching import Comparison, Watch
+from mlmem_ros.twin.watching import Comparison, Watch, place
 
 from .element import device, fitted, foretell, made, performed
 from .sensed import SensedSimulation
@@ -64,11 +64,11 @@ class Bench:
         foretell(preset, self.element, known)
         performed(self.element, Calibrate())
         self.watch = Watch(known, INTEGRATORS[self.element.settings.time.integrator])
-        self.wall = 0.0
+        self.wall: float | None = 0.0
 
     def heard(self, command: Read | Write) -> Comparison | None:
         """Perform a command and compare its last read, as a node does."""
-        return self._compared(performed(self.element, command)[1])
+        return self._compared(performed(self.element, command)[1], isinstance(command, Write))
 
     def read(self) -> Comparison | None:
         """Let the element rest, read it, and compare the read."""
@@ -76,17 +76,17 @@ class Bench:
         element.pass_ticks(math.ceil(REST / element.design.eta / element.tick))
         return self.heard(Read())
 
-    def _compared(self, events: list[Event]) -> Comparison | None:
+    def _compared(self, events: list[Event], moved: bool) -> Comparison | None:
         heard = [event for event in events if isinstance(event, EchoReceived)]
         if not heard:
             return None
         heard = [each for each in heard if each.reading is heard[-1].reading]
-        level, design = heard[-1].reading.level, self.element.design
-        if level >= -1:
-            self.wall = float(design.defect(level)) if level >= 0 else 0.0
+        self.wall = place(self.element.design, heard[-1].reading, self.wall, moved)
         shots = [each.echo.shot for each in heard if each.echo.shot is not None]
         shots.sort(key=lambda shot: -shot.samples.shape[1])
-        return self.watch.compare(shots, self.wall) if self.watch.quiet(shots) else None
+        if self.wall is None or not self.watch.quiet(shots):
+            return None
+        return self.watch.compare(shots, self.wall)
 
     def change(self, change: str, site: int) -> tuple[str, float]:
         """Change something; return the name under which it should be told, and its amount."""
