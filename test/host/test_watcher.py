@@ -1,0 +1,61 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The twin beside an element: which reads are compared, and with which wall."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from mlmem_ros.device import (
+    EchoReceived,
+    Faults,
+    Outcome,
+    Read,
+    SetFaults,
+    Write,
+    new_element,
+    preset,
+)
+from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_ros.element_file import Element
+from mlmem_ros.host.watcher import Watcher
+from mlmem_ros.physics import Specimen
+
+REST = 10.0
+"""Damping times after which waves are gone."""
+
+
+def last_events(element, command):
+    """Return the events of a procedure's last tick, after a rest."""
+    element.pass_ticks(math.ceil(REST / element.design.eta / element.tick))
+    run, events = element.apply(command), []
+    while run.outcome is None:
+        events = element.advance() or events
+    return events
+
+
+@pytest.mark.parametrize(('procedure', 'compared'), [('read', 2), ('write', 1)])
+def test_a_read_after_a_failed_write_is_not_compared_with_the_wall_before(
+    procedure, compared, throttled
+):
+    """A failed read moves nothing, so that what spoils the reads can be told."""
+    element = new_element(preset('bits_1'))
+    made = Specimen(element.design)
+    watcher = Watcher(Element(made, 5e-4 * made.alpha), element, throttled)
+    element.apply(SetFaults(Faults(sensor_noise=1e-5)))
+    element.perform(Write(1))
+    clear = last_events(element, Read())
+    watcher.hear(clear)
+    assert watcher.settled()
+    assert watcher.compared == 1
+    unclear = [
+        replace(each, reading=replace(each.reading, level=UNDECODABLE))
+        if isinstance(each, EchoReceived)
+        else replace(each, procedure=procedure, success=False)
+        for each in clear
+    ]
+    assert isinstance(unclear[-1], Outcome)
+    watcher.hear(unclear)
+    assert watcher.settled()
+    assert watcher.compared == compared
