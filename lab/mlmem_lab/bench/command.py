@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     option(
         '--result',
         type=Path,
-        help='result file of the tables, whose others are kept; the node has a row of node.json',
+        help='result file of the tables; others are kept; the node has a column of node.json',
     ),
     JSON,
     text=__doc__,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
     from . import load, select
-    from .processors import keep_row
+    from .processors import keep_column
 
     console = plain_console(aside=arguments.json)
     try:
@@ -67,7 +67,7 @@ def bench(arguments: argparse.Namespace) -> int:
             if comparison.name != 'node':
                 tables[comparison.name] = comparison.rows()
             elif arguments.result is not None:
-                keep_row(comparison, arguments.result.with_name('node.json'))
+                keep_column(comparison, arguments.result.with_name('node.json'))
     if arguments.json:
         print_json({'comparisons': results})
     if arguments.result is not None and tables:

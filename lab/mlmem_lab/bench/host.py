@@ -19,7 +19,7 @@ PACKAGES = (
 def describe_host() -> dict[str, Any]:
     """Return processor, vector units, cores, load and versions."""
     return {
-        'processor': _cpu('model name'),
+        'processor': _processor(),
         'vector_units': [unit for unit in ('avx2', 'fma', 'avx512f') if unit in _cpu('flags')],
         'cores': os.cpu_count(),
         'load': os.getloadavg()[0],
@@ -29,10 +29,16 @@ def describe_host() -> dict[str, Any]:
     }
 
 
+def _processor() -> str:
+    """Return name, family and model: virtual machines hide the number in the name."""
+    return f'{_cpu("model name")} (family {_cpu("cpu family")}, model {_cpu("model")})'
+
+
 def _cpu(key: str) -> str:
     """Return a line of the first core's description; empty if there is none."""
     lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    return next((line.split(':', 1)[1].strip() for line in lines if line.startswith(key)), '')
+    pairs = (line.partition(':') for line in lines)
+    return next((value.strip() for name, _, value in pairs if name.strip() == key), '')
 
 
 def _version(package: str) -> str:

@@ -59,35 +59,39 @@ class Figure(NamedTuple):
             return 'good' if others <= QUIET else 'not judged: the machine was busy'
         return f'above {self.goal:g}' if not self.least else f'below {self.goal:g}'
 
+    def in_words(self) -> str:
+        """Return the goal; empty without one."""
+        if self.goal is None:
+            return ''
+        return f'at {"least" if self.least else "most"} {self.goal:g}'
+
 
 FIGURES = {
-    'share': Figure('processor, nobody listens, % of a core', 1.0),
-    'heard': Figure('processor, somebody listens to the streams, % of a core', 3.0),
-    'shaken': Figure('processor, the same with an IMU of 200 Hz, % of a core'),
+    'share': Figure('processor at rest, nobody listens, % of a core', 1.0),
+    'heard': Figure('processor at rest, somebody listens to the streams, % of a core', 3.0),
+    'shaken': Figure('processor, streams listened to, an IMU of 200 Hz, % of a core'),
     'lost': Figure('ticks skipped with the IMU', 0.0),
     'writing': Figure('processor, one write after another, % of a core', 6.0),
-    'seen': Figure('processor, a page is open, % of a core'),
     'busy': Figure('work per tick while writing, us', 60.0),
     'factor': Figure('speed at rest, as fast as possible, times real time', 1000.0, least=True),
     'p50': Figure('tick lateness p50, ms'),
     'p99': Figure('tick lateness p99, ms', 1.0),
     'worst': Figure('tick lateness, maximum, ms'),
+    'overruns': Figure('ticks skipped', 0.0),
+    'seen': Figure('processor, a page is open, % of a core'),
     'seen_p50': Figure('tick lateness p50 with a page, ms'),
     'seen_p99': Figure('tick lateness p99 with a page, ms'),
-    'overruns': Figure('ticks skipped', 0.0),
     'latency': Figure('read latency beyond the physics, p50, ms', 1.0),
-    'transport': Figure('a refused request, p50, ms'),
-    'echo': Figure('the same of an echo service, p50, ms'),
+    'transport': Figure('latency of a refused request, p50, ms'),
+    'echo': Figure('latency of an echo service, p50, ms'),
     'ready': Figure('start-up time, warm cache, s', 1.0),
     'cold': Figure('start-up time, cold cache, s'),
     'memory': Figure('memory, MB'),
-    'bank': Figure(
-        f'processor, {BANK} elements in one process, nobody listens, % of a core', 12.0
-    ),
-    'bank_memory': Figure('memory of these, MB', 400.0),
+    'bank': Figure(f'processor, {BANK} elements at rest in one process, % of a core', 12.0),
+    'bank_memory': Figure(f'memory of {BANK} elements, MB', 400.0),
     'hundred': Figure(f'processor, {HUNDRED} elements at rest, % of a core', 15.0),
-    'hundred_memory': Figure('memory of these, MB', 1000.0),
-    'hundred_ready': Figure('start-up time of these, s'),
+    'hundred_memory': Figure(f'memory of {HUNDRED} elements, MB', 1000.0),
+    'hundred_ready': Figure(f'start-up time of {HUNDRED} elements, s'),
 }
 
 Seen = dict[str, tuple[float, float]]

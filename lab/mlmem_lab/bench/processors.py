@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The result file of the node: a row for every processor on which it was measured."""
+"""The result file of the node: a column for every processor on which it was measured."""
 
 from __future__ import annotations
 
@@ -9,43 +9,28 @@ from pathlib import Path
 
 from .comparison import Comparison
 from .host import describe_host
-
-COLUMNS = {
-    'share': 'at rest, %',
-    'heard': 'heard, %',
-    'shaken': 'IMU, %',
-    'writing': 'writing, %',
-    'busy': 'tick, us',
-    'p99': 'late p99, ms',
-    'latency': 'read, ms',
-    'echo': 'echo service, ms',
-    'ready': 'ready, s',
-    'factor': 'times real time',
-    'memory': 'MB',
-    'hundred': '100 at rest, %',
-    'hundred_memory': '100, MB',
-}
-"""Headings of the figures that a row has, by their keys."""
+from .machine_load import QUIET
+from .measure import Entry
+from .node import FIGURES
 
 
-def keep_row(comparison: Comparison, file: Path) -> None:
-    """Write the row of this processor to a result file, beside those of others that it has."""
+def keep_column(comparison: Comparison, file: Path) -> None:
+    """Write the figures of this processor to a result file, beside those of others that it has."""
     from ..results import load, save
 
     host = describe_host()
     processor = f'{host["processor"]}, {host["cores"]} cores'
-    kept = load(file)['rows'] if file.exists() else []
-    row = {
-        'processor': processor,
-        'date': date.today().isoformat(),
-        'others, %': _short(max(entry.values['others'] for entry in comparison.entries)),
-    }
+    rows = {row['figure']: row for row in (load(file)['rows'] if file.exists() else ())}
+    date_row = rows.setdefault('date', {'figure': 'date', 'goal': ''})
+    date_row[processor] = date.today().isoformat()
     for entry in comparison.entries:
-        if entry.key in COLUMNS:
-            row[COLUMNS[entry.key]] = _short(entry.spread.median)
-    rows = [each for each in kept if each['processor'] != processor]
-    save(file, {'rows': [*rows, row]}, 'mlmem bench node --result FILE')
+        goal = FIGURES[entry.key].in_words()
+        rows.setdefault(entry.name, {'figure': entry.name, 'goal': goal})[processor] = _cell(entry)
+    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE')
 
 
-def _short(value: float) -> str:
-    return f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
+def _cell(entry: Entry) -> str:
+    """Return a figure, and whether the machine was too busy for it."""
+    value = entry.spread.median
+    short = f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
+    return short if entry.values['others'] <= QUIET else f'{short} (busy)'

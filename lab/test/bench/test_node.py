@@ -15,7 +15,7 @@ from mlmem_lab.bench.comparison import Comparison
 from mlmem_lab.bench.machine_load import QUIET, Load
 from mlmem_lab.bench.measure import Entry
 from mlmem_lab.bench.node import FIGURES, _entry
-from mlmem_lab.bench.processors import keep_row
+from mlmem_lab.bench.processors import keep_column
 from mlmem_ros.cli.main import main
 
 BUSY = 'import time; end = time.monotonic() + 20.0\nwhile time.monotonic() < end: pass'
@@ -46,6 +46,11 @@ def test_a_figure_is_good_only_on_a_quiet_machine():
     assert FIGURES['memory'].verdict(1e9, 0.0) == ''
 
 
+def test_every_figure_has_a_name_of_its_own():
+    """A result file tells them apart by it."""
+    assert len({figure.name for figure in FIGURES.values()}) == len(FIGURES)
+
+
 @pytest.fixture
 def comparison():
     entries = [_entry('share', [(0.2, 3.0), (0.4, 80.0), (0.3, 5.0)]), _entry('worst', [(9, 0)])]
@@ -59,16 +64,17 @@ def test_the_load_stands_beside_the_figure(comparison):
     assert second.verdict == ''
 
 
-def test_a_result_file_has_a_row_for_every_processor(comparison, tmp_path):
+def test_a_result_file_has_a_column_for_every_processor(comparison, tmp_path):
     file = tmp_path / 'node.json'
-    keep_row(comparison, file)
-    (row,) = json.loads(file.read_text())['rows']
-    assert (row['at rest, %'], row['others, %']) == ('0.3', '80')
-    assert 'tick lateness, maximum, ms' not in row
-    other = {**row, 'processor': 'another'}
-    file.write_text(json.dumps({'rows': [other, {**row, 'at rest, %': '7'}]}))
-    keep_row(comparison, file)
-    assert json.loads(file.read_text())['rows'] == [other, row]
+    keep_column(comparison, file)
+    rows = json.loads(file.read_text())['rows']
+    (ours,) = rows[0].keys() - {'figure', 'goal'}
+    assert [row['figure'] for row in rows[1:]] == [entry.name for entry in comparison.entries]
+    assert [row[ours] for row in rows[1:]] == ['0.3 (busy)', '9']
+    assert rows[1]['goal'] == 'at most 1'
+    file.write_text(json.dumps({'rows': [{**row, ours: '7', 'another': '8'} for row in rows]}))
+    keep_column(comparison, file)
+    assert json.loads(file.read_text())['rows'] == [{**row, 'another': '8'} for row in rows]
 
 
 def test_all_benchmarks_go_to_one_result_file_and_the_node_beside_it(
@@ -85,4 +91,4 @@ def test_all_benchmarks_go_to_one_result_file_and_the_node_beside_it(
         assert status == 0
     assert main(['bench', '--result', f'{tmp_path}/a.json', '--output', f'{tmp_path}']) == 2
     assert list(json.loads((tmp_path / 'all.json').read_text())['tables']) == ['kernel']
-    assert len(json.loads((tmp_path / 'node.json').read_text())['rows']) == 1
+    assert len(json.loads((tmp_path / 'node.json').read_text())['rows']) == 3
