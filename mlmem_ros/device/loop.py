@@ -2,18 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real time: a thread that runs a device's ticks at the pace of a clock.
 
-The clock decides only when the next tick runs, never what it computes. A late tick is counted, and
-the lost time is skipped, not caught up.
-
-Waking up costs more than a tick. So while there is nothing to decide, idle or within a
-procedure, ticks are deferred and run several at a time, just before the tick that ends the rest.
-That tick, which publishes a stream or resumes the procedure, comes on time. A command ends the
-rest and takes effect in the tick into which it falls. Messages of a shaking base do not end the
-rest; they are deferred with the ticks and still take effect in their own. Without a pace all
-ticks run in batches, each up to the next that the listener waits for.
-
-An element at rest computes nothing, so its ticks cost as little together as one. The loop sleeps
-until a command, an acceleration or a stream is due.
+The clock decides only when the next tick runs, never what it computes.
 """
 
 from __future__ import annotations
@@ -31,33 +20,17 @@ from .errors import Refused
 from .events import Event
 from .loop_statistics import LoopStatistics
 from .mailbox import Asked, Ending, Mailbox
+from .open_requests import OpenRequests, Settle, Stamped
 from .pacing import Pacer, SteadyPacer
 from .request import Cancel, Request
+from .timetable import LONGEST_SLEEP, Timetable
 
 T = TypeVar('T')
-
-Stamped = tuple[int, Command]
-"""A command and the tick at which it took effect."""
 
 Listener = Callable[[Sequence[Stamped], Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
-Settle = Callable[[Asked], None]
-"""Called in the loop's thread, between two ticks, when a request's procedure has ended."""
-
-LONGEST_SLEEP = 2.0
-"""Longest sleep in seconds, of an element at rest."""
-
-LONGEST_REST = 0.04
-"""Longest time to defer ticks that compute something, in seconds: a command waits while they are
-made up for."""
-
-MOST_DEFERRED = 1000
-"""Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
-
 SHUT_DOWN = 'the device is shut down'
-
-CANCELED = 'canceled by its client'
 
 
 class _Turn(NamedTuple):
@@ -114,18 +87,15 @@ class Loop:
         self.failure: BaseException | None = None
         self._listener = listener
         self._pacer = pacer or SteadyPacer()
-        self._batch = batch
-        self._publish_every = publish_every
-        self._has_subscribers = has_subscribers
-        self._watched = watched
-        self._settle = settle
         self._failed = failed
         self._box = Mailbox(speed)
-        self._open: list[Asked] = []  # their procedures run
+        self._asked = OpenRequests(element, self.statistics, settle)
         self._check_shake = element.base.check
-        self._slept = False  # longer than ticks are deferred otherwise
         self._paused = False  # as last seen by the loop's thread
-        self._pace(speed)
+        self._times = Timetable(
+            element, self._pacer, self.statistics, speed=speed, batch=batch,
+            publish_every=publish_every, has_subscribers=has_subscribers, watched=watched,
+        )  # fmt: skip
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
 
     # --- from any thread -----------------------------------------------------------------
@@ -228,8 +198,7 @@ class Loop:
             self.failure = failure
             refusal = Refused(f'the device has stopped: {failure}')
         self._box.close(refusal)
-        for request in self._open:
-            request.refuse(refusal)
+        self._asked.refuse(refusal)
         if self.failure is not None:
             self._failed()
 
@@ -240,8 +209,11 @@ class Loop:
             if turn.batch:
                 due = self._make_up(turn.due, turn.batch)
             else:
-                ended = self._tick(turn.due, self._take_commands(), turn.asked_for)
-                due = math.inf if turn.asked_for else self._after(turn.due, ended)
+                commands: list[Stamped] = []
+                while (request := self._box.take(self._box.commands)) is not None:
+                    commands += self._asked.apply(request)
+                ended = self._tick(turn.due, commands, turn.asked_for)
+                due = math.inf if turn.asked_for else self._times.after(turn.due, ended)
 
     def _let_go(self) -> None:
         """Abort any procedure and bring the strain to zero, without pacing."""
@@ -261,15 +233,16 @@ class Loop:
         Each run ends at a tick that the listener waits for. Accelerations take effect within it;
         while a procedure runs, which may listen, only in its first tick.
         """
-        latest, self._slept = due + ticks * self._period, False
+        period, self._times.slept = self._times.period, False
+        latest = due + ticks * period
         while ticks:
             resting = self.element.at_rest
             begun, first = self._pacer.now(), self.element.ticks
-            most = ticks if resting and not self._watched() else min(ticks, self._until_published)
+            most = self._times.together(ticks)
             within = 1 if self.element.procedure else most
-            shakes = self._box.take_shakes(due, self._period, within)
+            shakes = self._box.take_shakes(due, period, within)
             if within < most:
-                until_shaken = (self._box.next_shake() - due) / self._period
+                until_shaken = (self._box.next_shake() - due) / period
                 most = int(min(most, max(1.0, until_shaken)))
             self._advance(most, [], shakes)
             run = self.element.ticks - first
@@ -279,8 +252,8 @@ class Loop:
             else:
                 for number in range(run):
                     self.statistics.count(max(0.0, begun + number * busy - latest), busy)
-            due, ticks = due + run * self._period, ticks - run
-        return self._after(latest - self._period, self._pacer.now())
+            due, ticks = due + run * period, ticks - run
+        return self._times.after(latest - period, self._pacer.now())
 
     def _tick(self, due: float, commands: list[Stamped], asked_for: bool = False) -> float:
         """Run a tick with the commands that take effect in it; return when it ended.
@@ -288,9 +261,9 @@ class Loop:
         Without a pace it may be a run of ticks, unless a single tick was requested.
         """
         begun, first = self._pacer.now(), self.element.ticks
-        paced = self._period > 0.0 or asked_for
+        paced = self._times.period > 0.0 or asked_for
         shakes = self._box.take_shakes()
-        self._advance(1 if paced else self._longest_run, commands, shakes)
+        self._advance(1 if paced else self._times.longest_run, commands, shakes)
         if asked_for and (request := self._box.take(self._box.single_ticks)) is not None:
             request.settle(self.element.ticks)
         now, ticks = self._pacer.now(), self.element.ticks - first
@@ -305,35 +278,7 @@ class Loop:
             most, {tick: command.acceleration for tick, command in shakes.items()}
         )
         self._listener(commands, events)
-        for request in [each for each in self._open if each.outcome is not None]:
-            self._open.remove(request)
-            self._settle(request)
-
-    @property
-    def _until_published(self) -> int:
-        """Ticks until the next that the listener waits for."""
-        return self._publish_every - self.element.ticks % self._publish_every
-
-    @property
-    def _longest_run(self) -> int:
-        """Ticks of a run without a pace: it delays a command no longer than a rest would."""
-        if self.element.at_rest and not self._watched():
-            return MOST_DEFERRED
-        busy = self.statistics.busy
-        return max(1, min(self._until_published, int(LONGEST_REST / busy) if busy > 0.0 else 1))
-
-    def _after(self, due: float, now: float) -> float:
-        """Return when the next tick is due; count and skip lost time."""
-        if self._period == 0.0:
-            return now
-        lag = now - (due + self._period)
-        borne = max(self._period, self._pacer.slack)
-        if lag > borne and self.element.idle_ticks:  # deferred ticks may be late
-            deferred = self._at_once > 1 if self._has_subscribers() else self._most_deferred > 0
-            borne = max(borne, LONGEST_REST if deferred else 0.0)
-        skipped = int(lag / self._period) if lag > borne else 0
-        self.statistics.overruns += skipped
-        return due + (1 + skipped) * self._period
+        self._asked.settle()
 
     def _wait(self, due: float, made_up: bool) -> _Turn | None:
         """Make pending calls and wait until ticks are due; None if the loop is to end.
@@ -341,7 +286,7 @@ class Loop:
         While time is paused no tick is due, so there is none to make up for. At a speed beyond the
         machine there always is, so who waits comes next when ticks were just `made_up`.
         """
-        box = self._box
+        box, times = self._box, self._times
         while True:
             if not made_up and (overdue := self._overdue(due)):
                 return _Turn(due, overdue)
@@ -356,108 +301,33 @@ class Loop:
                     due = math.inf if box.paused else self._pacer.now()
                     continue
                 now = self._pacer.now()
-                if box.speed != self._paced:
-                    if self._slept and (ticks := self._due(now - due)) and now >= due:
-                        return _Turn(due, min(ticks, 1 + int((now - due) / self._period)))
-                    self._slept = False
-                    self._pace(box.speed)
+                if box.speed != times.speed:
+                    if times.slept and (ticks := times.deferred(now - due, box)) and now >= due:
+                        return _Turn(due, min(ticks, 1 + int((now - due) / times.period)))
+                    times.slept = False
+                    times.set_speed(box.speed)
                 if box.single_ticks:
                     return _Turn(min(due, now), asked_for=True)
-                due = min(due, now + self._period)  # do not wait for a clock that jumped back
-                batch = 0 if made_up and box.commands else self._due(now - due)
-                wake = due + batch * self._period - self._lead(batch)
+                due = min(due, now + times.period)  # do not wait for a clock that jumped back
+                batch = 0 if made_up and box.commands else times.deferred(now - due, box)
+                wake = times.wake(due, batch)
                 if now >= wake:
                     return _Turn(due, batch)
                 if not box.calls:
-                    box.asleep = batch > self._most_deferred
-                    self._slept |= box.asleep
+                    box.asleep = times.sleeps(batch)
+                    times.slept |= box.asleep
                     self._pacer.wait(box.changed, min(wake - now, LONGEST_SLEEP))
                     box.asleep = False
                 made_up = False
-
-    def _pace(self, speed: float) -> None:
-        """Set the speed: the period of a tick, and how many ticks a rest may defer."""
-        self._paced = speed
-        self._period = self.tick_seconds / speed if speed > 0.0 else 0.0
-        longest = LONGEST_REST / self._period if speed > 0.0 else 0.0
-        self._most_deferred = int(min(MOST_DEFERRED, longest))
-        longest = LONGEST_SLEEP / self._period if speed > 0.0 else 0.0
-        self._most_asleep = int(min(MOST_DEFERRED, longest))
-        longest = LONGEST_REST + 1e-9  # tolerates rounding
-        self._at_once = max(
-            ticks
-            for ticks in range(1, self._batch + 1)
-            if ticks == 1 or (self._batch % ticks == 0 and 0.0 < ticks * self._period <= longest)
-        )
-
-    def _due(self, late: float) -> int:
-        """Return the ticks of a batch if the next is late by a given time; 0 if none is due."""
-        resting = self.element.at_rest
-        if self._watched() if resting else self._has_subscribers():
-            in_time = self._at_once - self.element.ticks % self._at_once
-            ticks = in_time if resting and self._at_once > 1 else in_time - 1
-        elif resting and not self._box.shakes:
-            ticks = self._most_asleep
-        else:
-            ticks = self._most_deferred
-            beyond = (self.element.ticks + ticks) % self._publish_every
-            ticks -= beyond if beyond < ticks else 0
-        if self._slept:
-            ticks = max(ticks, min(self._most_asleep, int(max(0.0, late) / self._period)))
-        ticks = min(ticks, self.element.idle_ticks)
-        if not ticks or not (self._box.commands or self._box.calls):
-            return ticks
-        return min(ticks, int(max(0.0, late) / self._period))
-
-    def _lead(self, batch: int) -> float:
-        """Return how long before the next tick to begin with the deferred ones.
-
-        As long as they take, so that one wake-up serves both; at most a period. Of an element at
-        rest the last one may be a tick that somebody waits for.
-        """
-        if not batch:
-            return 0.0
-        busy = batch * self.statistics.busy
-        known = 0.0 < busy < self._period and not self.element.at_rest
-        return busy if known else self._period
 
     def _overdue(self, due: float) -> int:
         """Return how many deferred ticks come before a pending call, which needs them done."""
         box = self._box
         with box.changed:
             none = self._paused or not box.calls  # a paused loop defers no ticks
-            if none or box.ending is not Ending.NOT or box.speed != self._paced:
+            if none or box.ending is not Ending.NOT or box.speed != self._times.speed:
                 return 0
-            return self._due(self._pacer.now() - due)
-
-    def _take_commands(self) -> list[Stamped]:
-        taken = []
-        while (request := self._box.take(self._box.commands)) is not None:
-            taken += self._apply(request)
-        return taken
-
-    def _apply(self, request: Asked) -> list[Stamped]:
-        """Apply a command; return it with its tick if it is accepted."""
-        command = request.asked
-        if isinstance(command, Cancel):
-            if not self.element.runs(command.of.run):
-                request.settle(None)
-                return []
-            command = Abort(CANCELED)
-        try:
-            request.run = self.element.apply(command)
-        except Refused as refusal:
-            self.statistics.refused += 1
-            request.refuse(refusal)
-            return []
-        except Exception as failure:
-            request.refuse(failure)
-            raise
-        if request.run is not None:
-            self._open.append(request)
-        else:
-            request.settle(None)
-        return [(self.element.ticks, command)]
+            return self._times.deferred(self._pacer.now() - due, box)
 
 
 def _make(call: Request[Any]) -> None:

@@ -22,8 +22,8 @@ from ..device import (
     SetFaults,
     describe_level,
 )
-from ..device.loop import Stamped
 from ..device.mailbox import Asked
+from ..device.open_requests import Stamped
 from ..device.pacing import Pacer
 from ..device.progress import Feedback
 from ..device.request import Request

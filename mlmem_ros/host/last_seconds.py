@@ -15,7 +15,7 @@ from dataclasses import replace
 
 from .. import threads
 from ..device import MemoryElement, Refused
-from ..device.loop import Stamped
+from ..device.open_requests import Stamped
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog
 from .transcript import Message, Transcript

@@ -15,7 +15,7 @@ from ..bag.qos import LATCHED, offered
 from ..bag.recorder import Recorder, RecorderStatus
 from ..bag.writer import BagWriter
 from ..device import MemoryElement
-from ..device.loop import Stamped
+from ..device.open_requests import Stamped
 from ..session import messages
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog

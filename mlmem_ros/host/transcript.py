@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from ..bag import jazzy
 from ..bag.errors import BagError
 from ..device import MemoryElement
-from ..device.loop import Stamped
+from ..device.open_requests import Stamped
 from ..session import messages
 from .settings import SessionPlan
 from .throttled_log import ThrottledLog

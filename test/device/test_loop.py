@@ -321,7 +321,7 @@ def test_a_changed_speed_finds_a_device_at_rest_in_its_present_tick(start, speed
     seen, advance = [], element.advance
 
     def follow(*given):
-        seen.append((element.ticks, loop._period))
+        seen.append((element.ticks, loop._times.period))
         return advance(*given)
 
     element.advance = follow

@@ -10,7 +10,7 @@ from unittest.mock import patch
 
 from mlmem_ros import durable, threads
 from mlmem_ros.bag import mcap_file
-from mlmem_ros.device import actuator, element, loop, mailbox
+from mlmem_ros.device import actuator, element, loop, mailbox, timetable
 from mlmem_ros.device.errors import Refused
 from mlmem_ros.device.request import Request
 from mlmem_ros.host import sessions, store, worker
@@ -46,16 +46,16 @@ def _bite(*replaced):
 # --- the loop ----------------------------------------------------------------------------
 
 
-@_bite((loop.Loop, '_due'))
+@_bite((timetable.Timetable, 'deferred'))
 def division_by_zero_at_full_speed(_):
-    def due(self, late):
-        at_once = self._at_once if self._period else self._batch  # also without a pace
-        if at_once == 1 or not self.element.resting:
+    def deferred(self, late, box):
+        at_once = self._at_once if self.period else self._batch  # also without a pace
+        if at_once == 1 or not self._element.resting:
             return 0
-        ticks = -(self.element.ticks + 1) % at_once
-        return min(ticks, max(0, int(late / self._period))) if self._box.commands else ticks
+        ticks = -(self._element.ticks + 1) % at_once
+        return min(ticks, max(0, int(late / self.period))) if box.commands else ticks
 
-    return due
+    return deferred
 
 
 @_bite((loop.Loop, '_end'), (mailbox.Mailbox, 'take'))

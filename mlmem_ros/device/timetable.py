@@ -1,0 +1,158 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""When the ticks of a loop are due, and how many of them are deferred and run together.
+
+A late tick is counted, and the lost time is skipped, not caught up.
+
+Waking up costs more than a tick. So while there is nothing to decide, idle or within a
+procedure, ticks are deferred and run several at a time, just before the tick that ends the rest.
+That tick, which publishes a stream or resumes the procedure, comes on time. A command ends the
+rest and takes effect in the tick into which it falls. Messages of a shaking base do not end the
+rest; they are deferred with the ticks and still take effect in their own. Without a pace all
+ticks run in batches, each up to the next that the listener waits for.
+
+An element at rest computes nothing, so its ticks cost as little together as one. The loop sleeps
+until a command, an acceleration or a stream is due.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .element import MemoryElement
+from .loop_statistics import LoopStatistics
+from .mailbox import Mailbox
+from .pacing import Pacer
+
+LONGEST_SLEEP = 2.0
+"""Longest sleep in seconds, of an element at rest."""
+
+LONGEST_REST = 0.04
+"""Longest time to defer ticks that compute something, in seconds: a command waits while they are
+made up for."""
+
+MOST_DEFERRED = 1000
+"""Most ticks to defer: at a speed beyond the machine, none of its time would be left otherwise."""
+
+
+class Timetable:
+    """The times of a loop's ticks; for its arguments see `Loop`. All times are in seconds.
+
+    Attributes:
+        speed: Multiple of the scale's real time; 0 runs as fast as possible.
+        period: Of a tick at this speed; 0 without a pace.
+        slept: Whether the loop has slept longer than ticks are deferred otherwise.
+    """
+
+    def __init__(
+        self,
+        element: MemoryElement,
+        pacer: Pacer,
+        statistics: LoopStatistics,
+        *,
+        speed: float,
+        batch: int,
+        publish_every: int,
+        has_subscribers: Callable[[], bool],
+        watched: Callable[[], bool],
+    ) -> None:
+        self._element = element
+        self._pacer = pacer
+        self._statistics = statistics
+        self._batch = batch
+        self._publish_every = publish_every
+        self._has_subscribers = has_subscribers
+        self._watched = watched
+        self.slept = False
+        self.set_speed(speed)
+
+    def set_speed(self, speed: float) -> None:
+        """Set the period of a tick, and with it how many ticks a rest may defer."""
+        self.speed = speed
+        element = self._element
+        tick_seconds = element.tick * element.settings.scale.time
+        self.period = period = tick_seconds / speed if speed > 0.0 else 0.0
+        self._most_deferred, self._most_asleep = (
+            int(min(MOST_DEFERRED, longest / period)) if period else 0
+            for longest in (LONGEST_REST, LONGEST_SLEEP)
+        )
+        longest = LONGEST_REST + 1e-9  # tolerates rounding
+        self._at_once = max(
+            ticks
+            for ticks in range(1, self._batch + 1)
+            if ticks == 1 or (self._batch % ticks == 0 and 0.0 < ticks * period <= longest)
+        )
+
+    def deferred(self, late: float, box: Mailbox) -> int:
+        """Return how many ticks to run together if the next is late by a given time; 0 if none.
+
+        A pending request in the box makes them end where it takes effect.
+        """
+        element = self._element
+        resting = element.at_rest
+        if self._watched() if resting else self._has_subscribers():
+            in_time = self._at_once - element.ticks % self._at_once
+            ticks = in_time if resting and self._at_once > 1 else in_time - 1
+        elif resting and not box.shakes:
+            ticks = self._most_asleep
+        else:
+            ticks = self._most_deferred
+            beyond = (element.ticks + ticks) % self._publish_every
+            ticks -= beyond if beyond < ticks else 0
+        if self.slept:
+            ticks = max(ticks, min(self._most_asleep, self._passed(late)))
+        ticks = min(ticks, element.idle_ticks)
+        pending = box.commands or box.calls
+        return min(ticks, self._passed(late)) if ticks and pending else ticks
+
+    def _passed(self, late: float) -> int:
+        """Return how many ticks have passed in some time."""
+        return int(max(0.0, late) / self.period)
+
+    def wake(self, due: float, deferred: int) -> float:
+        """Return when to begin with the deferred ticks, the first due at a given time.
+
+        As long before the next one as they take, so that one wake-up serves both; at most a
+        period. Of an element at rest the last one may be a tick that somebody waits for.
+        """
+        if not deferred:
+            return due
+        busy = deferred * self._statistics.busy
+        known = 0.0 < busy < self.period and not self._element.at_rest
+        return due + deferred * self.period - (busy if known else self.period)
+
+    def sleeps(self, deferred: int) -> bool:
+        """Return whether so many ticks are deferred only at rest."""
+        return deferred > self._most_deferred
+
+    def after(self, due: float, now: float) -> float:
+        """Return when the next tick is due; count and skip lost time."""
+        if self.period == 0.0:
+            return now
+        lag = now - (due + self.period)
+        borne = max(self.period, self._pacer.slack)
+        if lag > borne and self._element.idle_ticks:  # deferred ticks may be late
+            deferred = self._at_once > 1 if self._has_subscribers() else self._most_deferred > 0
+            borne = max(borne, LONGEST_REST if deferred else 0.0)
+        skipped = int(lag / self.period) if lag > borne else 0
+        self._statistics.overruns += skipped
+        return due + (1 + skipped) * self.period
+
+    def together(self, ticks: int) -> int:
+        """Return how many of these ticks to run until the listener is told."""
+        if self._unseen:
+            return ticks
+        return min(ticks, self._publish_every - self._element.ticks % self._publish_every)
+
+    @property
+    def longest_run(self) -> int:
+        """Ticks of a run without a pace: it delays a command no longer than a rest would."""
+        if self._unseen:
+            return MOST_DEFERRED
+        busy = self._statistics.busy
+        return max(1, self.together(int(LONGEST_REST / busy) if busy > 0.0 else 1))
+
+    @property
+    def _unseen(self) -> bool:
+        """Whether nobody would notice if many ticks ran together."""
+        return self._element.at_rest and not self._watched()

@@ -1,0 +1,108 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""When ticks of 2 ms are due, and how many of them run together."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from mlmem_ros.device.loop_statistics import LoopStatistics
+from mlmem_ros.device.mailbox import Mailbox
+from mlmem_ros.device.pacing import SteadyPacer
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.device.timetable import Timetable
+
+PERIOD = 0.002
+"""Of a tick: 20 time units of 1e-4 s."""
+
+
+def timetable(*, speed=1.0, batch=20, publish_every=10, heard=True, watched=True, **element):
+    """Return the times of an element that moves, idle for ever, and what they are taken from."""
+    given = {'ticks': 0, 'idle_ticks': math.inf, 'at_rest': False, **element}
+    settings = Settings()
+    element = SimpleNamespace(tick=settings.time.tick, settings=settings, **given)
+    statistics = LoopStatistics()
+    times = Timetable(
+        element, SteadyPacer(), statistics, speed=speed, batch=batch,
+        publish_every=publish_every, has_subscribers=lambda: heard, watched=lambda: watched,
+    )  # fmt: skip
+    return times, element, statistics
+
+
+@pytest.mark.parametrize(('speed', 'period'), [(1.0, PERIOD), (4.0, PERIOD / 4.0), (0.0, 0.0)])
+def test_the_period_is_that_of_the_scale_at_a_speed(speed, period):
+    times, *_ = timetable(speed=speed)
+    assert times.period == pytest.approx(period)
+
+
+@pytest.mark.parametrize(('ticks', 'deferred'), [(0, 19), (7, 12), (19, 0), (20, 19)])
+def test_the_tick_that_is_published_comes_alone_and_on_time(ticks, deferred):
+    """40 ms are 20 ticks."""
+    times, *_ = timetable(ticks=ticks)
+    assert times.deferred(0.0, Mailbox(1.0)) == deferred
+
+
+def test_no_more_ticks_are_deferred_than_until_the_next_decision():
+    times, element, _ = timetable(idle_ticks=5)
+    assert times.deferred(0.0, Mailbox(1.0)) == 5
+    element.idle_ticks = 0
+    assert times.deferred(0.0, Mailbox(1.0)) == 0
+
+
+def test_a_command_takes_effect_in_the_tick_into_which_it_falls():
+    times, *_ = timetable()
+    box = Mailbox(1.0)
+    box.submit(None)
+    assert times.deferred(3.5 * PERIOD, box) == 3
+    assert times.deferred(-PERIOD, box) == 0
+
+
+def test_unheard_ticks_of_a_rest_end_at_a_published_one_unless_nobody_watches():
+    """2 s are 1000 ticks, which end anywhere."""
+    times, *_ = timetable(heard=False, watched=False, ticks=3)
+    assert times.deferred(0.0, Mailbox(1.0)) == 17  # to 20
+    times, *_ = timetable(heard=False, watched=False, ticks=3, at_rest=True)
+    assert times.deferred(0.0, Mailbox(1.0)) == 1000
+    assert times.sleeps(1000)
+    assert not times.sleeps(20)
+
+
+def test_deferred_ticks_begin_so_early_that_the_next_is_on_time():
+    """They take 0.5 ms; as long as their duration is not known, they begin a period before."""
+    times, _, statistics = timetable()
+    assert times.wake(1.0, 0) == 1.0
+    assert times.wake(1.0, 10) == pytest.approx(1.0 + 9 * PERIOD)
+    statistics.count(0.0, 5e-5)
+    assert times.wake(1.0, 10) == pytest.approx(1.0 + 10 * PERIOD - 5e-4)
+
+
+@pytest.mark.parametrize(
+    ('late', 'skipped'), [(0.0, 0), (0.9, 0), (1.5, 1), (3.2, 3), (19.9, 19), (-50.0, 0)]
+)
+def test_lost_time_is_skipped_in_whole_ticks(late, skipped):
+    """In periods; a procedure decides in every tick, so none may be deferred."""
+    times, _, statistics = timetable(idle_ticks=0)
+    due = times.after(1.0, 1.0 + (1.0 + late) * PERIOD)
+    assert due == pytest.approx(1.0 + (1 + skipped) * PERIOD)
+    assert statistics.overruns == skipped
+
+
+def test_deferred_ticks_may_be_as_late_as_they_may_be_deferred():
+    times, _, statistics = timetable()
+    assert times.after(1.0, 1.0 + 20.5 * PERIOD) == pytest.approx(1.0 + PERIOD)
+    assert statistics.overruns == 0
+    times.after(1.0, 1.0 + 22.5 * PERIOD)
+    assert statistics.overruns == 21
+
+
+def test_without_a_pace_a_run_takes_no_longer_than_a_rest():
+    times, element, statistics = timetable(speed=0.0, publish_every=100, watched=False)
+    assert times.after(1.0, 7.0) == 7.0
+    assert times.longest_run == 1  # nothing is known of its duration
+    statistics.count(0.0, 0.001)
+    assert times.longest_run == 40
+    element.ticks = 80
+    assert times.longest_run == 20
+    element.at_rest = True
+    assert times.longest_run == 1000
