@@ -40,10 +40,10 @@ class Element:
         if held:
             self.v[held[0] - 1] = held[1]
         y = self.v - V_N * self.shape + 7.4489
-        slope = 0.2582 + 3 * 0.0172 * y * y
-        self.force = -self.height * np.sin(y * (0.2582 + 0.0172 * y * y)) * slope
-        self.force[:-1] += np.diff(self.v)
-        self.force[1:] -= np.diff(self.v)
+        square = 0.0172 * y * y
+        self.force = -self.height * np.sin(y * (0.2582 + square)) * (0.2582 + 3 * square)
+        self.force[:-1] += (stretch := self.v[1:] - self.v[:-1])
+        self.force[1:] -= stretch
         self.velocity = (self.velocity + DT / 2 * self.force) / (1 + DT / 500)
         if held:
             self.velocity[held[0] - 1] = held[2]

@@ -107,10 +107,11 @@ class Rig(Driver):
         """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
         if self._failure:
             raise DriverError(self._failure)
-        most = self.lag * self._said.samples * len(self.nodes)
+        # A lost frame is noticed when the next one comes: while three quarters are left to play.
+        most = max(1, self.lag // 4) * self._said.samples * len(self.nodes)
         parts = []
         try:
-            for begin in range(0, len(V_N), most):  # the rig can hold two of them
+            for begin in range(0, len(V_N), most):
                 self._play(V_N[begin : begin + most], _part(held_cell, begin, most))
                 parts.append(self._take(len(V_N[begin : begin + most]) // len(self.nodes)))
         except (DriverError, OSError, EOFError) as error:

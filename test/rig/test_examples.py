@@ -4,7 +4,7 @@
 
 import ast
 import contextlib
-import math
+import ctypes
 import os
 import random
 import select
@@ -22,6 +22,8 @@ import pytest
 from mlmem_ros.device import DriverError, MemoryElement, Read, Settings, Write, drivers
 from mlmem_ros.device.settings import ReadSettings, ScaleSettings
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.rig import Rig
+from mlmem_ros.rig.frames import Kind
 
 from .lines import calibration
 
@@ -29,19 +31,31 @@ EXAMPLES = Path(__file__).parents[2] / 'examples' / 'rig'
 SOON = 20.0
 
 
-def element_at(address, unit=1e-4):
+UNIT = 2e-4
+"""Seconds of a time unit."""
+
+LEAD = f'lead={500 * UNIT}'
+"""As long as the rig in C can keep set-points: half of its buffer."""
+
+
+def element_at(address):
     patient = ReadSettings(attempts=10)  # a busy machine may be late with set-points
-    settings = Settings(scale=ScaleSettings(time=unit), read=patient)
-    driver = drivers.opened('rig', f'{address}&lead={500 * unit}', CASE_II, settings)
+    settings = Settings(scale=ScaleSettings(time=UNIT), read=patient)
+    driver = drivers.opened('rig', f'{address}&{LEAD}', CASE_II, settings)
     return MemoryElement(CASE_II, settings, calibration(), driver)
 
 
-def remembers(element, level):
-    """Assert that the element of a rig is blank, and is written and read."""
+def remembers(address, level, name):
+    """Assert that the element of a rig is blank, is written, and is read by the next driver."""
+    element = element_at(address)
     assert element.perform(Read()).reading.level == -1
     written = element.perform(Write(level))
     assert written.success, written.error
+    element.driver.close()
+    element = element_at(address)
     assert element.perform(Read('both')).reading.level == level
+    assert element.driver.health()['rig'] == name
+    assert element.driver.health()['skipped_bytes'] == 0
     element.driver.close()
 
 
@@ -53,7 +67,7 @@ def plain_rig():
     """Run rig.py at a free port; yield its address."""
     with socket.create_server(('127.0.0.1', 0)) as free:
         port = free.getsockname()[1]
-    command = [sys.executable, '-I', EXAMPLES / 'rig.py', str(port), '1e-4']
+    command = [sys.executable, '-I', EXAMPLES / 'rig.py', str(port), str(UNIT)]
     process = subprocess.Popen(command, stderr=subprocess.PIPE)
     try:
         end = time.monotonic() + SOON
@@ -83,12 +97,7 @@ def test_the_rig_in_python_is_short_and_needs_nothing_of_us():
 
 
 def test_the_rig_in_python_remembers(plain_rig):
-    """Also for the next driver."""
-    remembers(element_at(plain_rig), 0)
-    element = element_at(plain_rig)
-    assert element.driver.health()['rig'] == 'plain'
-    assert element.perform(Read()).reading.level == 0
-    element.driver.close()
+    remembers(plain_rig, 0, 'plain')
 
 
 def test_the_rig_in_python_refuses_what_is_not_due(plain_rig):
@@ -102,23 +111,29 @@ def test_the_rig_in_python_refuses_what_is_not_due(plain_rig):
 
 
 @pytest.fixture(scope='module')
-def program(tmp_path_factory):
-    """Compile rig.c, strictly."""
+def compiled(tmp_path_factory):
+    """Return a function that compiles C, strictly, and returns where the result is."""
     if (compiler := shutil.which('cc')) is None:
         pytest.skip('there is no C compiler')
-    program = tmp_path_factory.mktemp('rig') / 'rig'
-    flags = ['-std=c99', '-O2', '-pedantic', '-Wall', '-Wextra', '-Wconversion', '-Werror']
-    subprocess.run([compiler, *flags, '-o', program, EXAMPLES / 'rig.c', '-lm'], check=True)
-    return program
+    folder = tmp_path_factory.mktemp('rig')
+    strict = ['-std=c99', '-O2', '-pedantic', '-Wall', '-Wextra', '-Wconversion', '-Werror']
+
+    def compiled(name, text, *flags):
+        source = folder / f'{name}.c'
+        source.write_text(text)
+        subprocess.run([compiler, *strict, *flags, '-o', folder / name, source, '-lm'], check=True)
+        return folder / name
+
+    return compiled
 
 
 @contextlib.contextmanager
-def wired(program, damage=0.0, unit=1e-4):
+def wired(program):
     """Run the program at one end of a serial line; yield the port at the other.
 
-    The line is two pseudo-terminals; each byte on it is damaged with a probability.
+    The line is two pseudo-terminals.
     """
-    chance, over = random.Random(1), threading.Event()
+    over = threading.Event()
     (ours, port), (theirs, other) = os.openpty(), os.openpty()
     for end in (ours, port, theirs, other):
         tty.setraw(end)
@@ -126,24 +141,18 @@ def wired(program, damage=0.0, unit=1e-4):
         os.set_blocking(end, False)
 
     def relay():
-        next_damage = chance.expovariate(damage) if damage else math.inf  # in bytes
         other_end, held = {ours: theirs, theirs: ours}, {ours: b'', theirs: b''}
         while not over.is_set():
             full = [end for end in held if held[end]]
             come, free, _ = select.select(list(held), full, [], 0.05)
             for end in come:
-                data = bytearray(os.read(end, 1 << 12))
-                while next_damage < len(data):
-                    data[int(next_damage)] ^= 1 << chance.randrange(8)
-                    next_damage += 1.0 + chance.expovariate(damage)
-                next_damage -= len(data)
-                held[other_end[end]] += data
+                held[other_end[end]] += os.read(end, 1 << 12)
             for end in free:
                 held[end] = held[end][os.write(end, held[end]) :]
 
     thread = threading.Thread(target=relay)
     thread.start()
-    process = subprocess.Popen([program, os.ttyname(other), str(unit)])
+    process = subprocess.Popen([program, os.ttyname(other), str(UNIT)])
     try:
         yield f'serial://{os.ttyname(port)}?baud=3000000&patience=10'
         assert process.poll() is None
@@ -156,34 +165,99 @@ def wired(program, damage=0.0, unit=1e-4):
             os.close(end)
 
 
-def test_the_rig_in_c_allocates_nothing():
-    text = (EXAMPLES / 'rig.c').read_text()
+BOARD = """
+static void (*board_sends)(const uint8_t *, size_t);
+static void board_send(const uint8_t *bytes, size_t count) { board_sends(bytes, count); }
+void board_tick(const uint8_t *bytes, size_t count) { take(bytes, count); tick(); }
+void board_begin(double seconds, void (*sends)(const uint8_t *, size_t))
+{
+    unit = seconds, board_sends = sends;
+    element_begin();
+}
+"""
+"""A board without a clock: what has come is taken, and a tick passes."""
+
+
+class Board:
+    """The line to a rig on a board whose time passes while the driver waits.
+
+    Each byte on the line is damaged with a probability.
+
+    Attributes:
+        asked: How often the rig has requested a frame again.
+    """
+
+    Sends = ctypes.CFUNCTYPE(None, ctypes.POINTER(ctypes.c_uint8), ctypes.c_size_t)
+
+    def __init__(self, path, damage):
+        self.rig, self.damage, self.chance = ctypes.CDLL(path), damage, random.Random(1)
+        self.next = self.chance.expovariate(damage)  # bytes to the next one damaged
+        self.asked, self.inward, self.outward = 0, b'', b''
+        self.sends = self.Sends(self._send)
+        self.rig.board_begin(ctypes.c_double(UNIT), self.sends)
+
+    def _send(self, frame, count):
+        self.asked += frame[2] == Kind.AGAIN
+        self.outward += self.damaged(bytearray(frame[:count]))
+
+    def damaged(self, data):
+        while self.next < len(data):
+            data[int(self.next)] ^= 1 << self.chance.randrange(8)
+            self.next += 1.0 + self.chance.expovariate(self.damage)
+        self.next -= len(data)
+        return bytes(data)
+
+    def send(self, data):
+        self.inward += self.damaged(bytearray(data))
+
+    def receive(self, seconds):
+        for _ in range(1 + int(seconds / (20.0 * UNIT))):
+            come, self.inward = self.inward, b''
+            self.rig.board_tick(come, ctypes.c_size_t(len(come)))
+            if self.outward:
+                break
+        sent, self.outward = self.outward, b''
+        return sent
+
+    def close(self):
+        pass
+
+
+@pytest.fixture(scope='module')
+def source():
+    return (EXAMPLES / 'rig.c').read_text()
+
+
+@pytest.fixture(scope='module')
+def program(compiled, source):
+    return compiled('rig', source)
+
+
+def test_the_rig_in_c_allocates_nothing(source):
     for word in ('malloc', 'calloc', 'realloc', 'alloca', 'strdup'):
-        assert f'{word}(' not in text
+        assert f'{word}(' not in source
 
 
 def test_the_rig_in_c_remembers(program):
     with wired(program) as address:
-        remembers(element_at(address), 0)
-        element = element_at(address)
-        assert element.perform(Read()).reading.level == 0
-        assert element.driver.health()['rig'] == 'C99'
-        assert element.driver.health()['skipped_bytes'] == 0
-        element.driver.close()
+        remembers(address, 0, 'C99')
 
 
-def test_the_rig_in_c_repairs_its_line(program):
+def test_the_rig_in_c_repairs_its_line(compiled, source):
     """Both sides ask for damaged frames again, so that no sample is missed."""
-    with wired(program, damage=2e-4) as address:
-        element = element_at(address)
-        element.perform(Read())
-        outcome = element.perform(Read())
-        assert outcome.success, outcome.error
-        assert outcome.reading.level == -1
-        health = element.driver.health()
-        assert health['skipped_bytes'] > 1000
-        assert health['asked_again'] > 5
-        element.driver.close()
+    kept, _, _ = source.partition('/* --- the board: a serial port')
+    kept = kept.replace('static double board_seconds(void);', '')
+    line = Board(compiled('rig.so', kept + BOARD, '-shared', '-fPIC'), damage=4e-5)
+    settings = Settings(scale=ScaleSettings(time=UNIT))
+    rig = Rig(CASE_II, settings, f'serial:///dev/none?{LEAD}', line)
+    element, before = MemoryElement(CASE_II, settings, calibration(), rig), rig.health()
+    assert element.perform(Write(0)).success
+    assert element.perform(Read('both')).reading.level == 0
+    health = rig.health()
+    assert health['missed_samples'] == before['missed_samples']
+    assert health['skipped_bytes'] > 5000
+    assert health['asked_again'] > 5
+    assert line.asked > 5
 
 
 def test_the_rig_in_c_goes_limp_when_nobody_speaks(program):
@@ -193,7 +267,7 @@ def test_the_rig_in_c_goes_limp_when_nobody_speaks(program):
         element.actuator.ramp_to(0.01, 100.0)
         while element.actuator.moving:
             element.advance()
-        time.sleep(1.5)
+        time.sleep(2.0)
         with pytest.raises(DriverError, match='has stopped: no byte came for a second'):
             element.perform(Read())
         element.driver.close()
