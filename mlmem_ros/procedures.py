@@ -140,7 +140,7 @@ PROCEDURES = {
         Locate,
         'measure where the wall is, in cells and between levels too, and how many walls there are',
         'locating.locate',
-        'locating',
+        'reading',
         changes=False,
         action=False,
     ),
@@ -148,7 +148,7 @@ PROCEDURES = {
         Reset,
         'replace a simulated element by a fresh blank one: for cells driven out of their phases',
         'resetting.reset',
-        'listening_once',
+        'reading',
         action=False,
     ),
     'survey': Procedure(

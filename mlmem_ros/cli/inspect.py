@@ -112,8 +112,8 @@ def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
     """Print and return the content of a bag for one node."""
-    from ..device.commands import as_dict
     from ..session.data import load
+    from ..session.messages import as_dict
 
     session = load(reader, arguments.node)
     if session.header is None:

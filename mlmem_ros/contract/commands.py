@@ -112,15 +112,6 @@ OF_TOPIC: dict[str, Make] = {
 """How the messages of `topics.COMMANDS` become commands."""
 
 
-def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic, Any]:
-    """Return the topic and the message for a command that is not a request."""
-    if isinstance(command, SetStrain):
-        return topics.STRAIN, topics.STRAIN.kind(data=command.strain)
-    message = topics.DISTURBANCE.kind()
-    message.linear_acceleration.x = command.acceleration * units.acceleration
-    return topics.DISTURBANCE, message
-
-
 OF_REQUEST: dict[str, type[Any]] = {
     **{name: row.command for name, row in PROCEDURES.items()},
     'follow': FollowTrajectory,
@@ -163,12 +154,6 @@ def requested(parameters: Sequence[Any]) -> Command | Record:
         **{argument: types[argument].of(value) for argument, value in given.items()}
     )
     return wanted
-
-
-def asked(command: Command) -> tuple[str, dict[str, Any]]:
-    """Return the request for a command, with its arguments: the inverse of `requested`."""
-    name = name_of(command)
-    return name, {argument: getattr(command, argument) for argument in REQUESTS[name]}
 
 
 def name_of(command: Command) -> str:

@@ -11,10 +11,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..clipped import clipped
-from ..device import UNDECODABLE, EchoReceived, End, Event, MemoryElement, Outcome, Reading, Shot
+from ..device import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Reading, Shot
 from ..physics import walls
 from ..physics.potential import Array
 from . import topics
@@ -70,33 +68,6 @@ def numbers(shot: Shot) -> Array:
         shot.end.row, shot.omega_c, shot.A, shot.sigma, shot.wall, shot.strain, shot.dt, *shot.rest
     )  # fmt: skip
     return np.concatenate((head, shot.samples.ravel()))
-
-
-def shot_of(data: ArrayLike, offset: int) -> Shot:
-    """Return the shot that `numbers` describe.
-
-    Args:
-        data: The numbers.
-        offset: How many of them come before the samples.
-
-    Raises:
-        ValueError: They are not those of a shot.
-    """
-    data = np.asarray(data, dtype=np.float64)
-    head, rows = data[:SHOT_HEAD], data[SHOT_HEAD:]
-    if offset != SHOT_HEAD or len(rows) < 2 or len(rows) % 2:
-        raise ValueError(
-            f'data must be {SHOT_HEAD} numbers, then 2 rows of samples; got {len(data)} numbers, '
-            f'{offset} of them before the rows'
-        )
-    if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
-        raise ValueError(
-            'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
-            f'carrier, sigma and interval above 0; got {clipped(head)}'
-        )
-    number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
-    end = End.RIGHT if number else End.LEFT
-    return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
 
 
 def told(outcome: Outcome) -> tuple[str, dict[str, str]]:

@@ -7,15 +7,11 @@ A command is stamped with the tick at which it takes effect.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from ..clipped import clipped
 from ..procedures import Procedures
 from ..words import JOINT
-from .errors import Refused, SettingsError
 from .faults import Faults
 
 
@@ -73,27 +69,3 @@ def is_number(value: object, limit: float) -> bool:
     """Return whether a value is a number of at most this magnitude; NaN and bools are not."""
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return number and abs(value) <= limit  # type: ignore[arg-type]
-
-
-def as_dict(command: Command) -> dict[str, Any]:
-    """Return a command for a session file: its kind and its values."""
-    return {'kind': type(command).__name__, **dataclasses.asdict(command)}
-
-
-def from_dict(data: Mapping[str, Any]) -> Command:
-    """Return the command that `as_dict` described.
-
-    Raises:
-        Refused: The data do not describe a command.
-    """
-    values = dict(data)
-    kind = values.pop('kind', None)
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(kind)}')
-    try:
-        if kind == SetFaults.__name__:
-            values = {name: Faults(**given) for name, given in values.items()}
-        command: Command = KINDS[kind](**values)
-    except (TypeError, SettingsError) as error:
-        raise Refused(f'{kind} has wrong values: {error}') from error
-    return command

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from statistics import median_low
+from typing import Any
 
 from ..physics import Design
 from ..physics.dispersion import fastest_speed
@@ -163,19 +164,9 @@ def _decode(
 ) -> Reading:
     """Decode the echo at one end."""
     nothing = Reading(
-        UNDECODABLE,
-        '',
-        echo.end.value,
-        echo.delay,
-        0.0,
-        echo.threshold_margin,
-        math.inf,
-        shapes={echo.end: echo.shape},
-    )
-    if echo.end is End.LEFT:
-        nothing = replace(nothing, left_delay=echo.delay)
-    else:
-        nothing = replace(nothing, right_delay=echo.delay)
+        UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
+        shapes={echo.end: echo.shape}, **_delay(echo),
+    )  # fmt: skip
     if reason := _unclear(calibration, echo, phases):
         return replace(nothing, reason=reason)
     assert echo.delay is not None
@@ -219,12 +210,13 @@ def _decode(
             walls=2,
         )
     return replace(
-        nothing,
-        level=level,
-        code=design.code(level),
-        level_margin=margin,
-        distance=distance,
+        nothing, level=level, code=design.code(level), level_margin=margin, distance=distance
     )
+
+
+def _delay(echo: Echo) -> dict[str, Any]:
+    """Return the delay of an echo, by the field for its end."""
+    return {f'{echo.end.value}_delay': echo.delay}
 
 
 def _least(settings: ReadSettings, echo: Echo) -> float:
@@ -285,9 +277,8 @@ def _confirmed(
     said = replace(
         said,
         threshold_margin=min(said.threshold_margin, other.threshold_margin),
-        left_delay=other.delay if other.end is End.LEFT else said.left_delay,
-        right_delay=other.delay if other.end is End.RIGHT else said.right_delay,
         shapes={**said.shapes, other.end: other.shape},
+        **_delay(other),
     )
     if said.level == UNDECODABLE:
         return said
@@ -379,11 +370,6 @@ def agreement(
 
 def _refused(reading: Reading, reason: str, walls: int | None = None) -> Reading:
     return replace(
-        reading,
-        level=UNDECODABLE,
-        code='',
-        level_margin=0.0,
-        distance=math.inf,
-        reason=reason,
+        reading, level=UNDECODABLE, code='', level_margin=0.0, distance=math.inf, reason=reason,
         walls=walls,
-    )
+    )  # fmt: skip

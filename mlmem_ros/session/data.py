@@ -19,8 +19,8 @@ from ..bag.reader import BagReader
 from ..clipped import clipped
 from ..contract import received, topics
 from ..contract.commands import OF_TOPIC, Make
-from ..contract.values import numbers, shot_of
-from ..device import Command, Refused, Settings, Shot
+from ..contract.values import SHOT_HEAD, numbers
+from ..device import Command, End, Refused, Settings, Shot
 from ..device.units import Units
 from ..physics import Design
 from .messages import COMMAND, DROPPED, HEADER, STATE_HASH, STRING
@@ -241,7 +241,7 @@ class _Collector:
         self._level_is_due = True
 
     def _waveform(self, _: float, message: Any) -> None:
-        shot = shot_of(message.data, message.layout.data_offset)
+        shot = _shot(np.asarray(message.data, dtype=np.float64), message.layout.data_offset)
         self._session.shots.append(shot)
         self._stream(topics.WAVEFORM, numbers(shot))
 
@@ -276,6 +276,24 @@ class _Collector:
                 self._session.refused.append((seconds, str(refusal)))
 
         return take
+
+
+def _shot(data: Array, offset: int) -> Shot:
+    """Return the shot that `values.numbers` describe, `offset` of them before the samples."""
+    head, rows = data[:SHOT_HEAD], data[SHOT_HEAD:]
+    if offset != SHOT_HEAD or len(rows) < 2 or len(rows) % 2:
+        raise ValueError(
+            f'data must be {SHOT_HEAD} numbers, then 2 rows of samples; got {len(data)} numbers, '
+            f'{offset} of them before the rows'
+        )
+    if not np.isfinite(head).all() or np.isinf(rows).any() or min(head[[1, 3, 6]]) <= 0.0:
+        raise ValueError(
+            'end, carrier, amplitude, sigma, wall, strain, interval and the rests must be finite, '
+            f'carrier, sigma and interval above 0; got {clipped(head)}'
+        )
+    number, omega_c, A, sigma, wall, strain, dt = map(float, head[:7])
+    end = End.RIGHT if number else End.LEFT
+    return Shot(end, omega_c, A, sigma, wall, strain, dt, head[7:], rows.reshape(2, -1))
 
 
 def _lost(reader: BagReader, node: str) -> Iterator[str]:

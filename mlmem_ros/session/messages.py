@@ -19,7 +19,6 @@ from typing import Any
 
 from ..bag import jazzy
 from ..device import Command, MemoryElement, snapshot
-from ..device import commands as device_commands
 from ..physics import ARITHMETIC
 from ..version import __version__
 
@@ -116,7 +115,12 @@ def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> 
 
 def command(tick: int, given: Command) -> bytes:
     """Return the message of a command that took effect at a tick, as CDR."""
-    return _string({'tick': tick, **device_commands.as_dict(given)})
+    return _string({'tick': tick, **as_dict(given)})
+
+
+def as_dict(command: Command) -> dict[str, Any]:
+    """Return a command as its kind and its values; see `records.command_of`."""
+    return {'kind': type(command).__name__, **dataclasses.asdict(command)}
 
 
 def state_hash(element: MemoryElement) -> bytes:

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from ..bag.errors import BagError
 from ..clipped import clipped, printable
-from ..device import Calibration, Command, Refused, Settings
-from ..device import commands as device_commands
+from ..device import Calibration, Command, Faults, Refused, SetFaults, Settings, SettingsError
+from ..device.commands import KINDS
 from ..device.simulation import steps_per_tick
 from ..physics import Design, Specimen
 from .messages import FORMAT
@@ -140,13 +140,32 @@ def read_command(text: str) -> tuple[int, Command]:
     values = _object(text)
     tick = _whole(values, 'tick', 0, MOST_TICKS)
     del values['tick']
-    kind = device_commands.KINDS.get(str(values.get('kind')))
+    kind = KINDS.get(str(values.get('kind')))
     for field in dataclasses.fields(kind) if kind else ():
         if field.name in values:
             wanted, fits = _KINDS[str(field.type)]
             if not fits(values[field.name]):
                 _refuse(field.name, wanted, values[field.name])
-    return tick, device_commands.from_dict(values)
+    return tick, command_of(values)
+
+
+def command_of(data: Mapping[str, Any]) -> Command:
+    """Return the command that `messages.as_dict` described.
+
+    Raises:
+        Refused: The data do not describe a command.
+    """
+    values = dict(data)
+    kind = values.pop('kind', None)
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise Refused(f'command must be one of {", ".join(KINDS)}; got {clipped(kind)}')
+    try:
+        if kind == SetFaults.__name__:
+            values = {name: Faults(**given) for name, given in values.items()}
+        command: Command = KINDS[kind](**values)
+    except (TypeError, SettingsError) as error:
+        raise Refused(f'{kind} has wrong values: {error}') from error
+    return command
 
 
 def read_state_hash(text: str) -> StateHash:

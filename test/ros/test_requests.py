@@ -8,7 +8,7 @@ import pytest
 from rcl_interfaces.msg import ParameterValue
 from rclpy.parameter import Parameter
 
-from mlmem_ros.contract.commands import OF_REQUEST, OF_TOPIC, Record, asked, published, requested
+from mlmem_ros.contract.commands import OF_REQUEST, OF_TOPIC, Record, name_of, requested
 from mlmem_ros.contract.requests import REQUESTS, message_of
 from mlmem_ros.device import (
     Abort,
@@ -25,6 +25,7 @@ from mlmem_ros.device import (
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.units import Units
 from mlmem_ros.physics import CASE_II
+from mlmem_ros.ros.client.play import published
 
 
 def parameters(**values):
@@ -65,7 +66,8 @@ def test_a_request_is_decoded_as_it_was_encoded(name, arguments, command):
     ],
 )
 def test_a_command_survives_the_way_through_a_request(command):
-    name, arguments = asked(command)
+    name = name_of(command)
+    arguments = {argument: getattr(command, argument) for argument in REQUESTS[name]}
     assert requested(message_of(name, **arguments).parameters) == command
 
 

@@ -99,16 +99,6 @@ def erasing(element: Memory) -> float:
     return writing(element, known(element), BLANK)
 
 
-def locating(element: Memory) -> float:
-    """Return the time to listen at every end."""
-    return reading(element)
-
-
-def listening_once(element: Memory) -> float:
-    """Return the time of a probe."""
-    return reading(element)
-
-
 def letting_go(element: Memory) -> float:
     """Return the time of an abort."""
     return element.settings.erase.release if element.actuator.strain else 0.0

@@ -12,8 +12,9 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from ...contract import received, topics
-from ...contract.commands import asked, published
+from ...contract.commands import name_of
 from ...contract.errors import RequestFailed, RequestRefused
+from ...contract.requests import REQUESTS
 from ...device import (
     BLANK,
     Abort,
@@ -216,8 +217,19 @@ def _sender(client: MemoryClient, units: Units) -> Callable[[Command], None]:
             faults = asdict(command.faults)
             reply = client.set_parameters({f'faults.{name}': faults[name] for name in faults})
         else:
-            name, arguments = asked(command)
-            reply = client.request(name, **arguments)
+            name = name_of(command)
+            reply = client.request(
+                name, **{each: getattr(command, each) for each in REQUESTS[name]}
+            )
         reply.add_done_callback(Reply.exception)  # ~/outcome reports how it ends
 
     return send
+
+
+def published(command: SetStrain | Disturb, units: Units) -> tuple[topics.Topic, Any]:
+    """Return the topic and the message for a command that is not a request."""
+    if isinstance(command, SetStrain):
+        return topics.STRAIN, topics.STRAIN.kind(data=command.strain)
+    message = topics.DISTURBANCE.kind()
+    message.linear_acceleration.x = command.acceleration * units.acceleration
+    return topics.DISTURBANCE, message

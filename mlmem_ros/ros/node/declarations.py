@@ -23,50 +23,34 @@ from ...host.settings import (
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),
     'time.speed': (
-        1.0,
-        Description('multiple of real time; 0: as fast as possible', low=0.0, high=1e6),
+        1.0, Description('multiple of real time; 0: as fast as possible', low=0.0, high=1e6)
     ),
-}
+}  # fmt: skip
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
-    'view': (
-        False,
-        Description('serve the page of this element while the node runs: `mlmem view`'),
-    ),
-    'linger': (
-        0.0,
-        Description(
-            'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
-            's',
-            low=0.0,
-            high=3600.0,
-        ),
-    ),
-    'design.preset': (
-        DEFAULT,
-        Description(
-            'shipped element: the defaults of design, actuator, write, erase, probe, '
-            'probe_right, read and time',
-            choices=tuple(PRESETS),
-        ),
-    ),
-    'design.file': (
-        '',
-        Description(
-            'parameter file that brings the element instead of a preset; set at the start'
-        ),
-    ),
-    'design.digest': (
-        '',
-        Description('hash of the present design and settings: elements with one are the same'),
-    ),
-    'design.check': (
-        'refuse',
-        Description('what configure does with a design that fails its check', choices=CHOICES),
-    ),
-}
+    'view': (False, Description(
+        'serve the page of this element while the node runs: `mlmem view`'
+    )),
+    'linger': (0.0, Description(
+        'longest time to serve on after SIGINT, until every client has gone; SIGTERM ends it',
+        unit='s', low=0.0, high=3600.0,
+    )),
+    'design.preset': (DEFAULT, Description(
+        'shipped element: the defaults of design, actuator, write, erase, probe, probe_right, '
+        'read and time', choices=tuple(PRESETS),
+    )),
+    'design.file': ('', Description(
+        'parameter file that brings the element instead of a preset; set at the start'
+    )),
+    'design.digest': ('', Description(
+        'hash of the present design and settings: elements with one are the same'
+    )),
+    'design.check': ('refuse', Description(
+        'what configure does with a design that fails its check', choices=CHOICES
+    )),
+}  # fmt: skip
 """Parameters that are not fields of settings, and may be set only while unconfigured."""
 
 OF_A_PRESET = (

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Awaitable, Callable
+from concurrent.futures import Future
 from typing import Any
 
 from diagnostic_msgs.srv import SelfTest as SelfTestService
@@ -35,8 +36,8 @@ class Services:
         for name, row in PROCEDURES.items():
             if name != 'self_test':  # which answers in a type of its own
                 self._serve(Trigger, name, self._procedure(row))
-        self._serve(Trigger, 'step', lambda _: self._stepped())
-        self._serve(SetBool, 'pause', lambda request: self._paused(request.data))
+        self._serve(Trigger, 'step', lambda _: self._counted('step', host.step()))
+        self._serve(SetBool, 'pause', self._paused)
         self._serve(SetBool, 'record', lambda request: self._recorded(Record(request.data)))
         self._create(SetParametersAtomically, 'request', self._request)
         self._create(SelfTestService, 'self_test', self._self_test)
@@ -95,19 +96,14 @@ class Services:
             return self._refused('record', refusal)
         return True, json.dumps({'recording': asked.on, 'path': str(path)})
 
-    async def _paused(self, hold: bool) -> tuple[bool, str]:
-        try:
-            tick = await settled(self._host.pause(hold))
-        except REFUSALS as refusal:
-            return self._refused('pause', refusal)
-        return True, json.dumps({'paused': hold, 'tick': tick})
+    def _paused(self, request: SetBool.Request) -> Answered:
+        return self._counted('pause', self._host.pause(request.data), paused=request.data)
 
-    async def _stepped(self) -> tuple[bool, str]:
+    async def _counted(self, what: str, ticks: Future[int], **said: Any) -> tuple[bool, str]:
         try:
-            tick = await settled(self._host.step())
+            return True, json.dumps({**said, 'tick': await settled(ticks)})
         except REFUSALS as refusal:
-            return self._refused('step', refusal)
-        return True, json.dumps({'tick': tick})
+            return self._refused(what, refusal)
 
     async def _self_test(
         self, _: SelfTestService.Request, response: SelfTestService.Response

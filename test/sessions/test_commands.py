@@ -24,7 +24,9 @@ from mlmem_ros.device import (
     Survey,
     Write,
 )
-from mlmem_ros.device.commands import KINDS, as_dict, from_dict
+from mlmem_ros.device.commands import KINDS
+from mlmem_ros.session.messages import as_dict
+from mlmem_ros.session.records import command_of
 
 COMMANDS = [
     SetStrain(0.1 + 0.2), SetStrain(-5e-324), FollowTrajectory((0.1, 0.3), (0.01, 0.0)),
@@ -38,7 +40,7 @@ COMMANDS = [
 
 @pytest.mark.parametrize('command', COMMANDS, ids=str)
 def test_a_command_survives_a_file_to_the_bit(command):
-    assert from_dict(json.loads(json.dumps(as_dict(command)))) == command
+    assert command_of(json.loads(json.dumps(as_dict(command)))) == command
 
 
 def test_every_command_is_tested_and_has_a_kind():
@@ -54,7 +56,7 @@ def test_a_command_is_saved_with_its_kind_and_values():
 
 def test_the_values_of_a_file_are_not_changed():
     data = {'kind': 'Write', 'level': 3}
-    from_dict(data)
+    command_of(data)
     assert data == {'kind': 'Write', 'level': 3}
 
 
@@ -77,11 +79,11 @@ def test_the_values_of_a_file_are_not_changed():
 )
 def test_data_that_are_not_a_command_are_refused(data, message):
     with pytest.raises(Refused, match=message):
-        from_dict(data)
+        command_of(data)
 
 
 def test_an_abort_without_a_reason_is_accepted():
-    assert from_dict({'kind': 'Abort'}) == Abort()
+    assert command_of({'kind': 'Abort'}) == Abort()
 
 
 def test_commands_do_not_change():

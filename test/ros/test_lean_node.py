@@ -1,0 +1,48 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a node imports: only what it uses."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+MOST_LINES = 17_000
+"""Of Python that a node with default parameters imports from the package."""
+
+NODE = """
+import json, sys
+import mlmem_ros.ros.main, mlmem_ros.ros.fast_dds
+from mlmem_ros.ros.node.command_line import ros_arguments
+from mlmem_ros.ros.node.run import begin, end
+nodes, executor = begin(ros_arguments(['memory_node', *sys.argv[1:]]))
+assert nodes[0].host.loop is not None
+ours = [name for name in sys.modules if name.partition('.')[0] == 'mlmem_ros']
+print(json.dumps({name: sys.modules[name].__file__ for name in ours}))
+end(nodes, executor)
+"""
+"""A node until it is active."""
+
+
+@pytest.fixture(scope='module')
+def imported():
+    """Files by module that an active node has imported, its design known to be good."""
+    command = [sys.executable, '-c', NODE, '--ros-args', '-p', 'design.check:=skip']
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_node_imports_at_most_half_of_the_package(imported):
+    lines = {name: Path(f).read_bytes().count(b'\n') for name, f in imported.items() if f}
+    assert sum(lines.values()) <= MOST_LINES
+
+
+@pytest.mark.parametrize(
+    'part',
+    ['bag.reader', 'checks', 'cli', 'rig', 'ros.client', 'session', 'testing', 'twin', 'view'],
+)
+def test_a_node_does_not_import_what_it_was_not_asked_for(imported, part):
+    assert not [name for name in imported if f'{name}.'.startswith(f'mlmem_ros.{part}.')]
