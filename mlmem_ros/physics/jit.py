@@ -151,10 +151,11 @@ def cache_folder(compiled: Callable[..., Any]) -> Path | None:
 
 
 class _Cache(FunctionCache):
-    """numba's disk cache, whose keys also cover the functions inlined into a loop.
+    """numba's disk cache, whose keys also cover the functions inlined into a loop and NUMBA_OPT.
 
-    numba itself checks only the loop's own file, and would keep using an outdated formula. It also
-    reads an index of types that another edition of this package named otherwise, and fails.
+    numba itself checks only the loop's own file, and would keep using an outdated formula, or code
+    that was not optimised. It also reads an index of types that another edition of this package
+    named otherwise, and fails.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -166,7 +167,7 @@ class _Cache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         key = super()._index_key(sig, codegen)  # type: ignore[no-untyped-call]
-        return (*key, self._digest)
+        return (*key, self._digest, int(cast(Any, numba.config).OPT))
 
     def holds(self, types: tuple[Any, ...], codegen: Any) -> bool:
         """Return whether machine code for these types is cached."""

@@ -90,6 +90,14 @@ def test_a_loop_is_recompiled_when_a_file_it_inlines_changes(load):
     assert changed(1.0) == 3.25
 
 
+def test_a_loop_that_was_not_optimised_is_recompiled(load, monkeypatch):
+    """`tools/arm64_bits.py` leaves such code in the cache, thirty times slower."""
+    with monkeypatch.context() as unoptimised:
+        unoptimised.setattr(numba.config, 'OPT', 0)
+        assert load(2.0)(1.0) == 2.0
+    assert not jit.in_cache(load(2.0), 1.0)
+
+
 def test_an_index_of_another_edition_is_not_read(load, monkeypatch):
     """Its types may have had other names; numba reads them before it looks whether it is stale."""
     first = load(2.0)
