@@ -9,6 +9,8 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -123,8 +125,9 @@ class DelayTable:
         The spacing is the median one about the level, or `least`, which is that of the fastest
         waves: two levels that are near the end may have about the same delay.
         """
-        steps = np.abs(np.diff(self.delays[max(0, level - ABOUT) : level + ABOUT + 1]))
-        spacing = max(least, float(np.median(steps)) if len(steps) else 0.0)
+        about = self.delays[max(0, level - ABOUT) : level + ABOUT + 1]
+        steps = [abs(late - early) for early, late in pairwise(about)]
+        spacing = max(least, median(steps) if steps else 0.0)
         return 1.0 - 2.0 * abs(offset) / spacing
 
     def distance(self, delay: float, distances: Sequence[float]) -> float:

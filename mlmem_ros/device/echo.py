@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -131,12 +132,13 @@ class Echo:
         """Whether the threshold was already crossed when listening began."""
         return self.delay is not None and hidden(self.probe, self.delay)
 
-    @property
+    @cached_property
     def shape(self) -> Shape:
         """When it crosses `SHARES` of the threshold, and how loud it is."""
         heard = self.t > blanking(self.probe)
         t, v_c = self.t[heard], self.v_c[heard]
-        over = [v_c > share * threshold(self.probe, t, self.floor) for share in SHARES]
+        whole = threshold(self.probe, t, self.floor)
+        over = [v_c > share * whole for share in SHARES]
         low, high = (float(t[np.argmax(each)]) if each.any() else None for each in over)
         return low, high, self.threshold_margin
 
