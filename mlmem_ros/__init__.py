@@ -16,13 +16,7 @@ from .version import __version__
 
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
-    from .contract.errors import (
-        BankFailed,
-        NoAnswer,
-        RequestError,
-        RequestFailed,
-        RequestRefused,
-    )
+    from .contract.errors import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
     from .contract.word import Corrected, Word
     from .contract.word_code import LostWord, TornWord
     from .ros.client.bank import MemoryBank

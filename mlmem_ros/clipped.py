@@ -27,11 +27,8 @@ def clipped(value: object, most: int = _MOST) -> str:
 
 
 def printable(text: str, most: int = 1000) -> str:
-    """Return a text as one line that a terminal displays without interpreting it.
-
-    Args:
-        text: Any text, including lone surrogates and escape sequences.
-        most: Greatest length in characters.
+    """Return a text, whatever it is, as one line of at most `most` characters that a terminal
+    displays without interpreting it.
     """
     # Cut first: every character may take ten.
     shown = ''.join(c if c.isprintable() else repr(c)[1:-1] for c in _cut(text, most))

@@ -27,11 +27,7 @@ class DurableFile:
     """
 
     def __init__(self, descriptor: int) -> None:
-        """Take over an open file.
-
-        Args:
-            descriptor: Of a file open for writing.
-        """
+        """Take over a file open for writing."""
         self._descriptor = descriptor
         self._written = 0
 
@@ -80,10 +76,7 @@ class DurableFile:
 
 
 def create(path: Path) -> DurableFile:
-    """Create a file and sync its directory.
-
-    Args:
-        path: The file, which must not exist.
+    """Create a file, which must not exist, and sync its directory.
 
     Raises:
         OSError: It exists, its directory is gone, the disk is full or fails.
@@ -106,10 +99,6 @@ def close_quietly(file: DurableFile) -> None:
 
 def make_directory(path: Path, *, exist_ok: bool = False) -> None:
     """Make a directory and its missing parents, and sync theirs.
-
-    Args:
-        path: The directory.
-        exist_ok: Whether it may already exist.
 
     Raises:
         OSError: It already exists, or cannot be made.
@@ -141,9 +130,6 @@ def _sync_again(path: Path) -> None:
 def sync_directory(path: Path) -> None:
     """Make the entries of a directory (files created, renamed) durable.
 
-    Args:
-        path: The directory.
-
     Raises:
         OSError: The directory is gone or the disk fails.
     """
@@ -155,11 +141,7 @@ def sync_directory(path: Path) -> None:
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Replace the content of a file, or leave it exactly as it was.
-
-    Args:
-        path: The file, which may not exist yet.
-        text: Its new content, written as UTF-8.
+    """Replace the content of a file by a text in UTF-8, or leave it exactly as it was.
 
     Raises:
         OSError: The directory is gone, the disk is full or writing is not permitted. Only if the
@@ -215,11 +197,8 @@ class Claim:
     """An exclusive claim on a file, until it is released or our process ends."""
 
     def __init__(self, path: Path, owner: str) -> None:
-        """Claim a file by locking a file beside it, which stays there afterwards.
-
-        Args:
-            path: The file, which need not exist.
-            owner: Name of the claimant, shown to later ones.
+        """Claim a file, which need not exist, by locking one beside it, which stays there; later
+        claimants are told the owner.
 
         Raises:
             Claimed: Another claim is on it.

@@ -36,10 +36,8 @@ class ParameterFileError(ValueError):
 
 
 def load(source: str) -> Preset:
-    """Return the design and settings of a parameter file, or a preset by its name.
-
-    Args:
-        source: Path of a file, or the name of a preset.
+    """Return the design and settings of a parameter file, given its path, or of a preset, given
+    its name.
 
     Raises:
         ParameterFileError: There is no such file, or it is not a parameter file of a node.
@@ -70,10 +68,8 @@ def _text(source: str) -> str:
 
 
 def node_parameters(config: str) -> str | dict[str, str]:
-    """Return what a launch file passes to a node for a configuration: parameters, or a file.
-
-    Args:
-        config: Path of a file, or the name of a preset.
+    """Return what a launch file passes to a node for the path of a file, or the name of a preset:
+    parameters, or a file.
 
     Raises:
         ParameterFileError: It is neither.

@@ -14,10 +14,7 @@ class BagError(Exception):
 
 @contextmanager
 def storage_errors(action: str) -> Iterator[None]:
-    """Turn file system errors into a `BagError`.
-
-    Args:
-        action: What was attempted, to follow "Cannot", such as ``'create /data/session'``.
+    """Turn file system errors of an action, such as ``'create PATH'``, into a `BagError`.
 
     Raises:
         BagError: The body raised an OSError, for instance because the disk is full, or a

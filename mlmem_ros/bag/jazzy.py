@@ -29,13 +29,10 @@ def _store() -> Typestore:
 
 @lru_cache
 def definition(type_name: str) -> Definition:
-    """Return a type's definition and hash.
+    """Return the definition and hash of a type, such as ``std_msgs/msg/Float64``.
 
     The text lacks the comments of the ``.msg`` files, so it is the same with or without a ROS
     installation.
-
-    Args:
-        type_name: Name of the type, such as ``std_msgs/msg/Float64``.
 
     Raises:
         BagError: Jazzy has no such type.
@@ -102,10 +99,6 @@ def trim(cdr: bytes, type_name: str) -> bytes:
     use: a JointState without effort ends in 4 stray bytes, a JointTrajectory in dozens. ROS does
     not mind, but `rosbags` refuses such a message. (Padding between fields is unwritten memory
     too, so messages are to be compared decoded, never as bytes.)
-
-    Args:
-        cdr: The encoded message, with its encapsulation header.
-        type_name: Name of its type.
 
     Returns:
         The message alone; the very same bytes if its type has no such sequence.

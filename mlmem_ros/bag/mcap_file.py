@@ -34,10 +34,7 @@ class McapFile:
     """
 
     def __init__(self, path: Path) -> None:
-        """Create the file.
-
-        Args:
-            path: Where; must not exist.
+        """Create the file, where there must be none.
 
         Raises:
             BagError: The file cannot be created.
@@ -95,13 +92,7 @@ class McapFile:
             )
 
     def write(self, channel: int, data: bytes, log_time: int, publish_time: int) -> None:
-        """Append a message to the open chunk.
-
-        Args:
-            channel: Id of its channel.
-            data: The encoded message.
-            log_time: When it was received, in nanoseconds.
-            publish_time: When it was sent, in nanoseconds.
+        """Append a message to the open chunk, by the id of its channel; times are in nanoseconds.
 
         Raises:
             BagError: The chunk was full and could not be written.
@@ -110,10 +101,7 @@ class McapFile:
             self._writer.add_message(channel, log_time, data, publish_time)
 
     def write_metadata(self, text: str) -> None:
-        """Append rosbag2's metadata record.
-
-        Args:
-            text: The bag's metadata as YAML.
+        """Append rosbag2's metadata record, YAML text.
 
         Raises:
             BagError: The record could not be written.

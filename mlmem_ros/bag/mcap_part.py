@@ -84,9 +84,6 @@ class McapPart:
     def __init__(self, path: Path) -> None:
         """Walk through the file.
 
-        Args:
-            path: The file.
-
         Raises:
             BagError: The file cannot be opened or is not an MCAP file.
         """

@@ -111,10 +111,7 @@ def metadata_text(
 
 
 def parse_metadata(text: str) -> BagMetadata:
-    """Read the metadata of any rosbag2 version, from a file or an MCAP record.
-
-    Args:
-        text: YAML text with or without the root key.
+    """Read the metadata of any rosbag2 version: YAML text with or without the root key.
 
     Raises:
         BagError: The text is not rosbag2 metadata.
@@ -157,9 +154,6 @@ def _check_bounds(text: str) -> None:
 
 def read_metadata(directory: Path) -> BagMetadata | None:
     """Read ``metadata.yaml`` of a bag.
-
-    Args:
-        directory: The bag.
 
     Returns:
         The metadata, or None when the bag has none (``ros2 bag record`` writes it last).

@@ -32,9 +32,6 @@ class BagReader:
     def __init__(self, path: str | PathLike[str]) -> None:
         """Open a bag.
 
-        Args:
-            path: The bag.
-
         Raises:
             BagError: There is no bag at the path, or nothing in it can be read.
         """
@@ -113,10 +110,7 @@ class BagReader:
         return replace(definition, hash=info.type_hash)
 
     def deserialize(self, message: Message) -> Any:
-        """Decode a message.
-
-        Args:
-            message: A message of this bag.
+        """Decode a message of this bag.
 
         Returns:
             An object with the fields as attributes; arrays of numbers are numpy arrays.

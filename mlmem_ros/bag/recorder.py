@@ -161,8 +161,7 @@ class Recorder:
     def close(self, timeout: float | None = None) -> RecorderStatus:
         """Accept no more messages, write those that wait, and finish the bag.
 
-        Args:
-            timeout: Longest wait in seconds; None waits as long as it takes.
+        If given, wait for at most `timeout` seconds.
 
         Returns:
             The final status. Its state is still ``recording`` if the time was too short.

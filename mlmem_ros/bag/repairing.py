@@ -32,14 +32,10 @@ class Repaired:
 
 
 def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
-    """Copy all that can be read of a bag into a new one.
+    """Copy all that can be read of a bag into a new one, whose directory must not exist.
 
     Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
     custom data lists what was lost.
-
-    Args:
-        source: The bag; it is only read.
-        destination: Directory of the new bag; must not exist.
 
     Returns:
         What was saved and what was not.

@@ -29,10 +29,7 @@ class RosbagsPart:
     """Anything that `rosbags` can read; see `contents.Part`."""
 
     def __init__(self, path: Path) -> None:
-        """Read everything once, to learn what is there.
-
-        Args:
-            path: An SQLite file or a bag directory.
+        """Read an SQLite file or a bag directory once, to learn what is there.
 
         Raises:
             BagError: It cannot be read to its end.

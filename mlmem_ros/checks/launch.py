@@ -43,11 +43,7 @@ def check(subject: Subject) -> Iterator[Finding]:
 
 
 def launched(subject: Subject, name: str) -> float | None:
-    """Return where the wall of a write or the kink of an erase comes to rest.
-
-    Args:
-        subject: What is checked.
-        name: 'write' or 'erase'.
+    """Return where the wall of a 'write' or the kink of an 'erase' comes to rest.
 
     Returns:
         Site of the wall; NaN unless exactly one remains; None if the simulation would take too

@@ -49,13 +49,8 @@ class Landscape:
 def held_landscape(
     made: Design | Specimen, low: float, high: float, strain: float = 0.0
 ) -> Landscape:
-    """Return the landscape of a wall between two positions.
-
-    Args:
-        made: The element.
-        low: First position in sites.
-        high: Last one.
-        strain: Strain of the element, tension positive.
+    """Return the landscape of a wall between two positions in sites, under a strain (tension
+    positive).
 
     Raises:
         StateError: No wall can be held there.

@@ -194,12 +194,8 @@ def check_log_folder(folder: Path) -> Diagnosis:
 
 
 def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnosis:
-    """Check whether there is room for recordings.
-
-    Args:
-        folder: Where they will be.
-        plenty: Free bytes from which all is well.
-        least: Free bytes below which nothing should be recorded.
+    """Check whether there is room for recordings: `plenty` of free bytes, or with a warning
+    `least`.
     """
     what = 'room for records'
     existing = _existing(folder)
@@ -214,12 +210,7 @@ def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnos
 
 
 def check_node(name: str, wait: float) -> Diagnosis:
-    """Check whether a memory node answers.
-
-    Args:
-        name: Its name.
-        wait: How long to wait for it, in seconds.
-    """
+    """Check whether a memory node answers, for some seconds."""
     from ..contract.errors import RequestError
     from ..ros.client.standalone import standalone
 

@@ -33,12 +33,7 @@ LABELS, FRAME = 10, 5
 
 
 def dashboard(view: View, width: int) -> Panel:
-    """Return the state of an element as a panel.
-
-    Args:
-        view: What was received from it.
-        width: Columns of the terminal.
-    """
+    """Return the state of an element as a panel for a terminal of some columns."""
     width = min(max(width, NARROW), WIDE)
     inner = width - LABELS - FRAME
     rows = Table.grid(padding=(0, 1))

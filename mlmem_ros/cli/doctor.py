@@ -67,12 +67,7 @@ def doctor(arguments: argparse.Namespace) -> int:
 
 
 def line(diagnosis: Diagnosis, colour: bool = False) -> str:
-    """Return a diagnosis as a row of the table, with a second line of advice if there is any.
-
-    Args:
-        diagnosis: What a check found.
-        colour: Whether to colour the verdict for a terminal.
-    """
+    """Return a diagnosis as a row of the table, with a second line of advice if there is any."""
     verdict = diagnosis.verdict.value
     if colour:
         verdict = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'

@@ -24,10 +24,8 @@ SPEED_PERIOD = 120.0
 
 
 def plain_console(aside: bool = False) -> Console:
-    """Return a console that prints every text verbatim; styles are given separately.
-
-    Args:
-        aside: Whether it writes to standard error, because standard output gets JSON.
+    """Return a console that prints every text verbatim; `aside`: to standard error, since standard
+    output gets JSON.
     """
     from rich.console import Console
 

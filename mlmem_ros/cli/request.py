@@ -32,13 +32,6 @@ def _request(
     """Return the command of a request.
 
     Its exit status is 0 on success, 1 on failure, on a failed self-test or if no node answers.
-
-    Args:
-        summary: What it does; the help begins with it.
-        ask: Makes the request.
-        describe: Puts the answer into words.
-        options: Its own options.
-        more: The rest of the help.
     """
 
     def run(arguments: argparse.Namespace) -> int:

@@ -142,12 +142,7 @@ ANSWERS: dict[str, type[Answer]] = {
 
 
 def parse(kind: type[SomeAnswer], success: bool, message: str) -> SomeAnswer:
-    """Return a service's answer as a value.
-
-    Args:
-        kind: The type of a successful answer.
-        success: Whether the request succeeded.
-        message: Its message, one JSON object.
+    """Return a service's answer, one JSON object, as a value of the type that a success has.
 
     Raises:
         RequestRefused: The node refused the request.

@@ -121,10 +121,7 @@ OF_REQUEST: dict[str, type[Any]] = {
 
 
 def requested(parameters: Sequence[Any]) -> Command | Record:
-    """Return the command in a request; the device checks its values.
-
-    Args:
-        parameters: Of a rcl_interfaces/srv/SetParametersAtomically.
+    """Return the command in the parameters of a request; the device checks its values.
 
     Raises:
         Refused: It is not a request, or has the wrong arguments.

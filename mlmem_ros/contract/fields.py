@@ -53,12 +53,7 @@ def fitted(name: str, kind: str, value: Any) -> Any:
 
 
 def parameter(name: str, number: int, value: Any) -> Any:
-    """Return a rcl_interfaces/msg/Parameter.
-
-    Args:
-        name: Of the parameter.
-        number: Of its type in rcl_interfaces/msg/ParameterType.
-        value: Its value.
+    """Return a rcl_interfaces/msg/Parameter; the number is that of its type in ParameterType.
 
     Raises:
         ValueError: It is not of this type.

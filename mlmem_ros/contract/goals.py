@@ -38,12 +38,8 @@ def action_types() -> dict[str, Any]:
 
 
 def result_of(kind: Any, outcome: Outcome, error_code: int) -> Any:
-    """Return a procedure's outcome as the result of an action.
-
-    Args:
-        kind: The action.
-        outcome: The outcome of its procedure.
-        error_code: One of `kind.Result`; `NONE` for success.
+    """Return a procedure's outcome as the result of an action, with an error code of
+    `kind.Result`.
     """
     values = ended(outcome)
     for end, name in DELAYS.items():

@@ -46,11 +46,8 @@ REQUESTS: dict[str, dict[str, Type]] = {
 
 
 def message_of(name: str, **arguments: Any) -> Any:
-    """Return a request as a rcl_interfaces/srv/SetParametersAtomically.Request.
-
-    Args:
-        name: One of `REQUESTS`.
-        arguments: Its arguments; omitted ones take the command's defaults.
+    """Return one of `REQUESTS` as a rcl_interfaces/srv/SetParametersAtomically.Request; omitted
+    arguments take the command's defaults.
 
     Raises:
         ValueError: An argument is not of its type.

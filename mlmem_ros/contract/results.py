@@ -13,13 +13,7 @@ from .goals import DELAYS, UNKNOWN, fields
 
 
 def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> SomeAnswer:
-    """Return the result of an action as an answer.
-
-    Args:
-        name: The request.
-        kind: The type of a successful answer.
-        result: Result of the action.
-        goal: Its goal.
+    """Return the result of an action, named like its request, as an answer.
 
     Raises:
         RequestRefused: The node refused the goal.
@@ -32,12 +26,7 @@ def answer_of(name: str, kind: type[SomeAnswer], result: Any, goal: Any) -> Some
 
 
 def said(name: str, result: Any) -> Mapping[str, Any]:
-    """Return a result's values by the names of an answer's JSON object.
-
-    Args:
-        name: The request.
-        result: Result of its action.
-    """
+    """Return a result's values by the names of an answer's JSON object."""
     if result.error_code == result.REFUSED:
         return {'error': result.error}
     values = {

@@ -79,13 +79,7 @@ def word_of(
     answers: Mapping[int, Decoded],
     errors: Mapping[int, RequestError],
 ) -> Word:
-    """Return the answers of elements as one word.
-
-    Args:
-        code: Over the digits.
-        names: Names of all elements.
-        answers: The answers, by the index of the element.
-        errors: Why no answer came, by the index of the element.
+    """Return the answers of elements, and why none came, both by index, as one word.
 
     Raises:
         BankFailed: An element could not be read or holds no digit, and there is no code.

@@ -101,10 +101,7 @@ class WordCode:
             self._none = reedsolo.ReedSolomonError
             with _FIELD:
                 self._codec = reedsolo.RSCodec(
-                    check,
-                    nsize=base - 1,
-                    c_exp=base.bit_length() - 1,
-                    prim=POLYNOMIALS[base],
+                    check, nsize=base - 1, c_exp=base.bit_length() - 1, prim=POLYNOMIALS[base]
                 )
 
     @property
@@ -113,12 +110,10 @@ class WordCode:
         return int(self.base ** (self.elements - self.check))
 
     def chance(self, unreadable: int = 0) -> float:
-        """Return the probability that random digits pass for a word.
+        """Return the probability that random digits, of which some are unreadable, pass for a
+        word.
 
         It bounds the probability that damage beyond what the code can correct passes for a word.
-
-        Args:
-            unreadable: Number of digits that could not be read.
         """
         readable, check = self.elements - unreadable, self.check - unreadable
         if check < 0:

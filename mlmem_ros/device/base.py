@@ -50,12 +50,8 @@ class Base:
     """
 
     def __init__(self, settings: DisturbanceSettings, tick: float, most: float = math.inf) -> None:
-        """Start at rest.
-
-        Args:
-            settings: Limit and time-out.
-            tick: Length of a tick in time units.
-            most: Acceleration beyond which no cell stays in place.
+        """Start at rest; a tick is in time units, and beyond the acceleration `most` no cell stays
+        in place.
         """
         self.state = BaseState()
         self._settings = settings

@@ -58,14 +58,10 @@ def factory_calibration(design: Design, settings: Settings) -> Calibration:
 
 
 def calibration_of(made: Specimen, design: Design, settings: Settings) -> Calibration:
-    """Return the echo delays of an element, probed with its wall resting at every level.
+    """Return the echo delays of an element in an instrument for a design, probed with its wall
+    resting at every level.
 
     Always by the method whose waves do not depend on its step: delays are those of the element.
-
-    Args:
-        made: The element.
-        design: What the instrument takes it for.
-        settings: The instrument's settings.
 
     Raises:
         SettingsError: A level gives no echo, or levels cannot be told apart by their echoes.

@@ -93,11 +93,7 @@ HEALTHY = Faults()
 
 
 def with_faults(made: Specimen, faults: Faults) -> Specimen:
-    """Return the material with its faults.
-
-    Args:
-        made: The element without them.
-        faults: The present faults.
+    """Return the material `made` with its faults.
 
     Raises:
         SettingsError: The design does not have a named cell, or a stuck cell is one that a

@@ -191,13 +191,10 @@ class Instrument:
         self.stirred = -LONG_AGO
 
     def pass_ticks(self, ticks: int = 1, shakes: Shakes = NO_SHAKES) -> None:
-        """Let ticks pass; while the instrument is `steady`, in one call of the driver.
+        """Let ticks pass, with accelerations as for `Base.advance`; while the instrument is
+        `steady`, in one call of the driver.
 
         The results have the same bits as tick by tick.
-
-        Args:
-            ticks: How many.
-            shakes: Accelerations of the base, see `Base.advance`.
 
         Raises:
             StateError: The material cannot continue (see `Chain.advance`). It is as before the

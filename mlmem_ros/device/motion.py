@@ -67,14 +67,11 @@ def _smooth(t: Array, start: float, target: float, duration: float) -> None:
 
 
 def shaped(ramp: Ramp, delay: float) -> Profile:
-    """Return a smooth move in two half steps, the second of which cancels ringing of the first.
+    """Return a smooth move in two half steps, the second of which cancels ringing of the first; it
+    takes the delay between them longer.
 
     The zero-vibration shaper of Singer & Seering (1990, doi 10.1115/1.2894142), without damping:
     an oscillation with a period of twice the delay is left at rest.
-
-    Args:
-        ramp: The move.
-        delay: Between the half steps; the move takes this much longer.
     """
     T = ramp.duration
     times = np.unique((0.0, delay, T, T + delay))
@@ -116,12 +113,8 @@ class Cycle:
 
     @classmethod
     def planned(cls, times: CycleSettings, peak: float, max_rate: float = math.inf) -> Cycle:
-        """Return a strain cycle: up to a peak, hold, back (with an optional pause), settle.
-
-        Args:
-            times: Ramp, hold, ease, release and settle.
-            peak: Greatest strain, negative for compression.
-            max_rate: Rate limit of the actuator.
+        """Return a strain cycle: up to a peak (negative for compression), hold, back (with an
+        optional pause), settle; ramps that exceed the rate limit take longer.
         """
         rise = cls.through([(peak, times.ramp), (peak, times.hold)], 0.0, max_rate)
         return rise + cls.let_go(times, peak, max_rate)

@@ -46,11 +46,8 @@ class QuickMoves:
     schedule: str
 
     def adapt(self, settings: Settings, start: int | None = None) -> Settings:
-        """Return settings that bar what is not used, with the peaks of a level.
-
-        Args:
-            settings: The instrument's settings.
-            start: The level from which a move begins, for its peak.
+        """Return settings that bar what is not used, with the peaks for a move from the level
+        `start`.
         """
         if self.schedule != quick_schedule(settings):
             return settings

@@ -253,10 +253,7 @@ class ReadSettings(Checked):
     )
     shaken_margin: float = _margin(0.5, 'least level margin while the base shakes')
     attempts: int = described(
-        4,
-        'most pulses from one end while the base shakes, until two agree',
-        low=2,
-        high=100,
+        4, 'most pulses from one end while the base shakes, until two agree', low=2, high=100
     )
     noise_factor: float = described(
         1.5, 'least threshold of v_c, relative to the measured noise', low=1.1, high=100.0

@@ -48,11 +48,7 @@ class Simulation(Driver):
 
     @classmethod
     def of(cls, made: Design | Specimen, time: TimeSettings) -> Simulation:
-        """Return the driver of a blank element at rest.
-
-        Args:
-            made: The element, or the design of one that is exactly as designed.
-            time: Tick and integrator.
+        """Return the driver of a blank element at rest, exactly as designed if a design is given.
 
         Raises:
             SettingsError: A tick needs too many steps.

@@ -29,15 +29,10 @@ ROUNDING = 1e-9
 def planned(
     command: FollowTrajectory, strain: float, settings: ActuatorSettings, time_unit: float
 ) -> Profile:
-    """Return the profile that a command asks for, beginning at the present strain.
+    """Return the profile that a command asks for, beginning at the present strain; a time unit is
+    given in seconds.
 
     If the first point is later than 0, the profile starts from rest.
-
-    Args:
-        command: The points in seconds.
-        strain: Present strain.
-        settings: Limits of strain and rate.
-        time_unit: Seconds per time unit.
 
     Raises:
         Refused: The points are not a profile, or it exceeds a limit.

@@ -70,11 +70,8 @@ LAUNCHES = tuple(map(
 
 
 def menu(settings: Settings, level: int) -> tuple[Trim, ...]:
-    """Return the pulses to try, best first: each rescues most of the steps left by those before.
-
-    Args:
-        settings: The instrument's settings.
-        level: Level to which the wall is taken.
+    """Return the pulses to try for a step up to a level, best first: each rescues most of the
+    steps left by those before.
     """
     if not settings.write.ease:
         return (AS_SET, *QUICKER)

@@ -35,13 +35,9 @@ class Watched(Driver):
     def __init__(
         self, name: str, make: Callable[[], Driver], seconds: float, patience: float = PATIENCE
     ) -> None:
-        """Open a driver.
+        """Open a driver by calling `make`; its name is for messages.
 
-        Args:
-            name: Its name in messages.
-            make: Opens and returns the driver.
-            seconds: Seconds per time unit of the element.
-            patience: Time-out of a call, in seconds.
+        A time unit takes `seconds`. A call may take `patience` seconds longer than it plays.
 
         Raises:
             DriverError: It hangs, or raises something unexpected.

@@ -11,12 +11,4 @@ from .sessions import State
 from .settings import SessionPlan
 from .throttled_log import Log, ThrottledLog
 
-__all__ = [
-    'REFUSALS',
-    'Host',
-    'Log',
-    'Overdue',
-    'SessionPlan',
-    'State',
-    'ThrottledLog',
-]
+__all__ = ['REFUSALS', 'Host', 'Log', 'Overdue', 'SessionPlan', 'State', 'ThrottledLog']

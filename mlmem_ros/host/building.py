@@ -31,12 +31,6 @@ class Built(NamedTuple):
 def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Built:
     """Check the design, open the driver, build the device, restore its content.
 
-    Args:
-        given: The configuration.
-        log: Where findings go.
-        disk: Does all work on the disk.
-        name: Of the node, which owns the state file.
-
     Raises:
         One of `REFUSALS`: Nothing is open.
     """

@@ -27,12 +27,8 @@ def beside(state: Path) -> Path:
 
 
 def load(path: Path, key: str, levels: int) -> Calibration | None:
-    """Return the calibration saved under a key, or None if there is none yet.
-
-    Args:
-        path: The file.
-        key: The result of `calibration.calibration_key`.
-        levels: Number of levels it must have.
+    """Return the calibration saved under a key (see `calibration_key`), or None if there is none
+    yet.
 
     Raises:
         StateError: The file cannot be read, or is damaged.

@@ -15,13 +15,7 @@ from .throttled_log import ThrottledLog
 
 
 def opened(name: str, path: str, files: FileSettings, design: Design) -> Element:
-    """Return the element in a file.
-
-    Args:
-        name: Of the parameter that names the file.
-        path: The file.
-        files: Where it must be.
-        design: The element as designed.
+    """Return the element in the file that the parameter `device.NAME` names.
 
     Raises:
         SettingsError: There is no such element, or it has other cells and defects.

@@ -46,11 +46,7 @@ class LastSeconds(Transcript):
     """
 
     def __init__(
-        self,
-        plan: SessionPlan,
-        log: ThrottledLog,
-        now: Callable[[], int],
-        element: MemoryElement,
+        self, plan: SessionPlan, log: ThrottledLog, now: Callable[[], int], element: MemoryElement
     ) -> None:
         """Start with the present state of an idle device; for the others see `Transcript`."""
         super().__init__(plan, log, now)

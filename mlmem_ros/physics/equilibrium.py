@@ -86,10 +86,6 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
 def resting_wall(specimen: Specimen, level: int) -> Array:
     """Return the displacements of an unstrained element with its wall pinned at a level.
 
-    Args:
-        specimen: The element.
-        level: 0 ... p - 1.
-
     Returns:
         v_j, shape (N,): with no strain it is also the configuration.
 

@@ -50,12 +50,8 @@ class Excerpt:
 
 
 def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
-    """Return the cells from `low` to `high`, and those around them that affect a wall there.
-
-    Args:
-        made: The element.
-        low: First site that a wall will visit.
-        high: Last one.
+    """Return the cells from `low` to `high`, which a wall will visit, and those around them that
+    affect it there.
 
     Raises:
         StateError: They are not a valid element on their own.

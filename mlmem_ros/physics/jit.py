@@ -131,11 +131,8 @@ def fused() -> bool:
 
 
 def in_cache(compiled: Callable[..., Any], *arguments: object) -> bool:
-    """Return whether a loop is already compiled for arguments, here or in the disk cache.
-
-    Args:
-        compiled: The result of `kernel`.
-        *arguments: Those of a call; only their types count.
+    """Return whether a `kernel` is already compiled for arguments, of which only the types count,
+    here or in the disk cache.
     """
     loop: Any = compiled
     types = tuple(loop.typeof_pyval(each) for each in arguments)

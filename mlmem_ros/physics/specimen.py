@@ -178,15 +178,10 @@ LEAST_FACTOR = 0.05
 
 
 def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
-    """Return a random element of a design.
+    """Return a random element of a design; the same seed gives the same element.
 
     Every quantity has its own random stream, so that one scatter does not change the others'
     values for the same seed.
-
-    Args:
-        design: What is to be made.
-        scatter: Standard deviations.
-        seed: Of the random numbers; the same gives the same element.
     """
     alpha, s, mass, offset = (
         generator(seed, stream) for stream in (Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET)

@@ -26,12 +26,7 @@ class Wall:
 
 
 def walls(design: Design, configuration: Array) -> list[Wall]:
-    """Return the domain walls of a configuration from left to right.
-
-    Args:
-        design: The element.
-        configuration: Delta_j = v_j - V_j, shape (N,).
-    """
+    """Return the walls of a configuration Delta_j = v_j - V_j, shape (N,), left to right."""
     height = configuration - design.D_barrier
     active = height > 0.0
     left = np.flatnonzero(active[:-1] != active[1:])

@@ -205,8 +205,7 @@ class Rig(Driver):
     def _receive(self, playing: float) -> Frame:
         """Return the next frame; raise `DriverError` if the rig stays silent.
 
-        Args:
-            playing: Seconds that the rig may need in addition, to play what it has.
+        It may need `playing` seconds in addition, to play what it has.
         """
         last = threads.monotonic() + self._patience + playing
         while not self._received:

@@ -79,10 +79,8 @@ class EmulatedRig:
         return self.element.chain
 
     def begin(self, send: Callable[[bytes], object]) -> None:
-        """Serve a new client; the set-points of the previous one are dropped.
-
-        Args:
-            send: Puts bytes on the line.
+        """Serve a new client, to which `send` puts bytes on the line; the set-points of the
+        previous one are dropped.
         """
         self.let_go()
         self._begin(send)

@@ -84,13 +84,8 @@ class Server:
     """
 
     def __init__(self, rig: EmulatedRig, line: Line, host: str = '127.0.0.1', port: int = 0):
-        """Listen.
-
-        Args:
-            rig: The rig; its element keeps its state from client to client.
-            line: Properties of the line.
-            host: Address to listen at.
-            port: Port; 0: any free one.
+        """Listen at an address for clients of a rig, whose element keeps its state from one to the
+        next; port 0: any free one.
 
         Raises:
             OSError: The port is not free.

@@ -122,11 +122,8 @@ FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
 
 
 def opened(address: str, patience: float) -> Transport:
-    """Open the line to an address.
-
-    Args:
-        address: One of `FORMS`, perhaps with other options.
-        patience: Longest time in seconds to connect.
+    """Open the line to an address, one of `FORMS`, perhaps with other options; connect within
+    `patience` seconds.
 
     Raises:
         SettingsError: It is not a valid address.

@@ -36,13 +36,10 @@ class _Times(ctypes.Structure):
 
 
 def exit_within(seconds: float, status: int) -> None:
-    """End this process with an exit status after a time, unless it has ended by then.
+    """End this process with an exit status (0 to 255) after a time in seconds, unless it has ended
+    by then.
 
     Where the system has no such timer, nothing happens.
-
-    Args:
-        seconds: The time.
-        status: From 0 to 255.
     """
     with contextlib.suppress(AttributeError, OSError):
         system = ctypes.CDLL(None)

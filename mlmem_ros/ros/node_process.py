@@ -38,12 +38,8 @@ def node_process(
 def child(
     module: str, arguments: Sequence[str], **streams: Any
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a module as a process; it gets SIGTERM in the end, and is killed if this process is.
-
-    Args:
-        module: Its name.
-        arguments: Its command line.
-        streams: `stdout` and `stderr` for `subprocess.Popen`.
+    """Run a module as a process with these arguments and streams (see `subprocess.Popen`); it gets
+    SIGTERM in the end, and is killed if this process is.
     """
     command = [sys.executable, '-m', module, *arguments]
     process = _PARENT.call(

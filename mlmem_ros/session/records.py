@@ -76,10 +76,8 @@ class StateHash:
 
 @contextmanager
 def naming(where: str) -> Iterator[None]:
-    """Add the record's name to any error its content causes.
-
-    Args:
-        where: The record, such as ``'session/command at 12.3 s'``.
+    """Add the record's name, such as ``'session/command at 12.3 s'``, to any error its content
+    causes.
 
     Raises:
         BagError: The body raised one, or an error caused by values of the wrong type.

@@ -63,13 +63,7 @@ def calibration_of(session: SessionData) -> Calibration:
 
 
 def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -> Redecoded:
-    """Decode a recorded echo again.
-
-    Args:
-        echo: The recorded waveform.
-        settings: Pulses and thresholds of both ends.
-        calibration: Delays by level.
-    """
+    """Decode a recorded echo again, with the pulses and thresholds of the settings."""
     end = min(End, key=lambda end: _misfit(echo, end.probe(settings)))
     detector = EchoDetector(end.probe(settings), float(echo.t[1] - echo.t[0]))
     detector.take(echo.v_m)

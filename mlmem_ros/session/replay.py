@@ -69,10 +69,6 @@ def element_of(session: SessionData) -> MemoryElement:
 def replay(session: SessionData, progress: Progress | None = None) -> ReplayReport:
     """Run a session again and compare states, echoes and levels.
 
-    Args:
-        session: A session that a memory node recorded.
-        progress: Called periodically.
-
     Raises:
         BagError: The header is missing or invalid, the records are implausible, or the material
             diverges.
@@ -92,11 +88,6 @@ def replay_commands(
     element: MemoryElement, session: SessionData, progress: Progress | None = None
 ) -> ReplayReport:
     """Run the commands in any recorder's bag through a device, at their stamps.
-
-    Args:
-        element: The element.
-        session: Content of the bag.
-        progress: Called periodically.
 
     Returns:
         The report. It compares levels and endings if they were recorded; there are no states.
@@ -162,11 +153,8 @@ class _Player:
                 progress(now - first, last - first)
 
     def finish(self, session: SessionData | None = None, ticks: int = MOST_TICKS) -> None:
-        """Advance until the running procedure has ended.
-
-        Args:
-            session: Stop once all its echoes have been received.
-            ticks: Most ticks to go on for.
+        """Advance until the running procedure has ended, or all echoes of a session have been
+        received; at most so many ticks.
         """
         last = self._element.ticks + ticks
         while self._element.procedure and self._element.ticks < last:

@@ -197,10 +197,8 @@ def remains(lost: Sequence[str]) -> str:
 
 
 def ending(values: Mapping[str, Any]) -> str:
-    """Return in words how a procedure ended, such as `write 3`, `erase blank` or `write failed`.
-
-    Args:
-        values: Of its outcome, or of `~/outcome`.
+    """Return in words how a procedure ended, by the values of its outcome, such as `write 3`,
+    `erase blank` or `write failed`.
     """
     procedure = str(values.get('procedure', 'a procedure'))
     if 'error' in values:

@@ -14,16 +14,12 @@ from .messages import HEADER
 def timed(
     reader: BagReader, node: str, topics: Collection[str]
 ) -> Iterator[tuple[float, Message]]:
-    """Yield messages, each with the seconds since the first of the bag.
+    """Yield messages of some topics (full names), each with the seconds since the first of the
+    bag.
 
     A session is read as it was written, tick by tick: log times go back with the clock of a
     simulator that is reset, or that NTP corrects, and the seconds here stand still meanwhile.
     Another recorder does not write in the order of events, so its messages are read by time.
-
-    Args:
-        reader: The bag.
-        node: Full name of the node.
-        topics: Full names of the topics.
     """
     as_written = f'{node}/{HEADER}' in reader.topics
     start = None if as_written or reader.span is None else reader.span[0]

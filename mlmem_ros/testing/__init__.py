@@ -14,13 +14,7 @@ from .frozen_clock import FrozenClock, frozen_clock
 from .isolation import isolate
 from .node import memory_node
 from .running import RunningNode
-from .sessions import (
-    ReplayedSession,
-    assert_replays,
-    assert_written,
-    replay_session,
-    replayed,
-)
+from .sessions import ReplayedSession, assert_replays, assert_written, replay_session, replayed
 
 __all__ = [
     'FrozenClock',

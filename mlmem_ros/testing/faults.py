@@ -12,7 +12,8 @@ from .running import RunningNode
 
 @contextmanager
 def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
-    """Set faults of an element, and restore them at the end, even after an exception.
+    """Set faults of an element, named like the parameters `faults.*`, and restore them at the end,
+    even after an exception.
 
     ::
 
@@ -20,10 +21,6 @@ def faults(node: RunningNode, **given: bool | int | float) -> Iterator[None]:
             node.memory.write(3).wait()
 
     Commands sent in the block meet the faults; those sent afterwards do not.
-
-    Args:
-        node: The node of the element.
-        given: Faults, named like the parameters `faults.*`.
 
     Raises:
         RequestRefused: There is no such fault, or the element cannot have it.

@@ -76,11 +76,8 @@ class FrozenClock:
             self._publish()
 
     def advance_until(self, condition: Callable[[], object], within: float = 60.0) -> None:
-        """Let time pass until a condition holds.
-
-        Args:
-            condition: Checked every 20 ms of ROS time.
-            within: Longest ROS time in seconds.
+        """Let time pass until a condition holds, which is checked every 20 ms, for at most so many
+        seconds of ROS time.
 
         Raises:
             TimeoutError: It is not true by then.
@@ -93,11 +90,8 @@ class FrozenClock:
             self._arrive()
 
     def finish(self, reply: Reply[T], within: float = 60.0) -> T:
-        """Let time pass until a request has been answered; return the answer.
-
-        Args:
-            reply: From `RunningNode.memory`, or any other client.
-            within: Longest ROS time in seconds.
+        """Let time pass until a request of any client has been answered, for at most so many
+        seconds of ROS time; return the answer.
 
         Raises:
             TimeoutError: It is not answered by then.
@@ -133,9 +127,6 @@ def frozen_clock(node: RunningNode) -> Iterator[FrozenClock]:
             clock.advance(0.5)
             assert not writing.done()
             assert clock.finish(writing).level == 5
-
-    Args:
-        node: The node of the element.
 
     Yields:
         The clock.

@@ -93,11 +93,8 @@ class Forward:
         return self._rest[key]
 
     def predict(self, shot: Shot, duration: float) -> Array:
-        """Return the readings of both ends at rest and at the compared samples, (2, m + 1).
-
-        Args:
-            shot: What was done.
-            duration: For how long after the pulse began.
+        """Return the readings of both ends at rest and at the compared samples, (2, m + 1), for a
+        duration after the pulse began.
 
         Raises:
             StateError: There is no such equilibrium, or the motion becomes unstable.

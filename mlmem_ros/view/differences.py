@@ -16,11 +16,7 @@ MOST = 200
 
 
 def differences(left: Recorded, right: Recorded) -> dict[str, Any]:
-    """Return what differs.
-
-    Args:
-        left: A session.
-        right: Another one.
+    """Return how two sessions differ.
 
     Returns:
         `parameters`: name, value left, value right. `events`: those without a counterpart, in

@@ -68,9 +68,6 @@ def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16
 def thinned(message: Any) -> NDArray[np.float32]:
     """Return times and v_c of an echo, thinned out, of shape (2, n).
 
-    Args:
-        message: Of `~/echo`.
-
     Raises:
         ValueError: It is not an echo.
     """

@@ -63,12 +63,7 @@ class Pictures:
         self._history.clear()
 
     def make(self, about: About, doing: dict[str, Any]) -> bytes:
-        """Return a picture of the newest messages.
-
-        Args:
-            about: The element they describe.
-            doing: What else the picture shows.
-        """
+        """Return a picture of the newest messages."""
         field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
         strain = 0.0 if joints is None else received.displacement(joints) / about.length
         column = None  # a real element publishes none

@@ -46,12 +46,6 @@ class Requests:
     """
 
     def __init__(self, client: MemoryClient, activity: Activity) -> None:
-        """Prepare.
-
-        Args:
-            client: A client of the node.
-            activity: Notified of procedures.
-        """
         self._client = client
         self._activity = activity
         self.about: About | None = None

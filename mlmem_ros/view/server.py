@@ -47,13 +47,6 @@ class Server:
     """Serves a running element, sessions, or both."""
 
     def __init__(self, guard: Guard, live: Live | None, sessions: Sequence[str] = ()) -> None:
-        """Prepare.
-
-        Args:
-            guard: Who may talk to it.
-            live: The running element, if there is one.
-            sessions: Paths of sessions.
-        """
         self._live = live
         self._sessions = list(sessions)
         self._load = lru_cache(maxsize=4)(load)
@@ -143,8 +136,7 @@ class Server:
                 shutil.make_archive, f'{folder}/bag', 'zip', path.parent, path.name
             )
             response = web.FileResponse(
-                archive,
-                headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'},
+                archive, headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'}
             )
             await response.prepare(request)
         return response

@@ -11,14 +11,7 @@ from dataclasses import replace
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import (
-    BLANK,
-    UNDECODABLE,
-    Reading,
-    agreement,
-    describe_level,
-    primary,
-)
+from ..reading import BLANK, UNDECODABLE, Reading, agreement, describe_level, primary
 from ..trims import Trim, learnt, menu
 from .blocks import Procedure
 from .erasing import erase

@@ -61,11 +61,7 @@ BLANK_SHOTS = (
 FIRST_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.30, 4.0))
 """With the wall near the left end, where a launch leaves it."""
 
-MIDDLE_SHOTS = (
-    Aim(End.LEFT, 0.31, 5.0),
-    Aim(End.RIGHT, 0.115, 5.0),
-    Aim(End.RIGHT, 0.30, 4.0),
-)
+MIDDLE_SHOTS = (Aim(End.LEFT, 0.31, 5.0), Aim(End.RIGHT, 0.115, 5.0), Aim(End.RIGHT, 0.30, 4.0))
 """With the wall in the middle."""
 
 LAST_SHOTS = (

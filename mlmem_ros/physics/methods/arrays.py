@@ -72,13 +72,10 @@ class Forcing(NamedTuple):
 
 
 def aligned(values: Array, first: int = 0) -> Array:
-    """Return a copy whose element `first` begins a cache line, so that no vector spans two.
+    """Return a copy, shape (n,) or (rows, n), whose element `first` of every row begins a cache
+    line, so that no vector spans two.
 
     Rows are padded so that each one does.
-
-    Args:
-        values: Shape (n,) or (rows, n).
-        first: Index in a row.
 
     Returns:
         Shape (n,), or (rows, m) with the first n columns filled, m >= n.

@@ -17,11 +17,8 @@ TAKE = 0.002
 
 @coroutine
 def suspended(future: Future, meanwhile: Callable[[], object]) -> Generator[Any, None, None]:
-    """Suspend a coroutine until a future is done or cancelled.
-
-    Args:
-        future: A future of rclpy.
-        meanwhile: Called in a loop of asyncio, whether or not anybody spins the node.
+    """Suspend a coroutine until a future of rclpy is done or cancelled; a loop of asyncio calls
+    `meanwhile`, whether or not anybody spins the node.
     """
     try:
         loop = asyncio.get_running_loop()

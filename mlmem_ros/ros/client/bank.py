@@ -68,21 +68,10 @@ class MemoryBank:
 
     @classmethod
     def on(
-        cls,
-        node: Node,
-        elements: int,
-        namespace: str = '/bank',
-        base: int = 8,
-        check: int = 0,
+        cls, node: Node, elements: int, namespace: str = '/bank', base: int = 8, check: int = 0
     ) -> MemoryBank:
-        """Return the bank that `bank.launch.py` or `memory_bank` starts.
-
-        Args:
-            node: A node of the robot.
-            elements: The launch argument `elements`.
-            namespace: The launch argument `namespace`.
-            base: Levels of every element.
-            check: How many of the elements hold check digits.
+        """Return the bank that `bank.launch.py` or `memory_bank` starts with these arguments;
+        `base` and `check` as in `MemoryBank`.
         """
         names = [f'{namespace.rstrip("/")}/element_{place}/mlmem' for place in range(elements)]
         return cls([MemoryClient(node, name, actions=False) for name in names], base, check)
@@ -138,12 +127,7 @@ class MemoryBank:
         return self._changing(f'write {word}', self.digits(word), timeout, spare)
 
     def read(self, timeout: float = 10.0, *, end: str = '') -> Reply[Word]:
-        """Read the word.
-
-        Args:
-            timeout: Longest wait for the answer in seconds.
-            end: The end to probe this time, as in `MemoryClient.read`.
-        """
+        """Read the word; `end` is the one to probe this time, as in `MemoryClient.read`."""
 
         def steps() -> Steps[Word]:
             replies = {p: each.read(timeout, end=end) for p, each in enumerate(self.elements)}

@@ -87,21 +87,15 @@ class MemoryClient:
         }
 
     def ready(self, timeout: float = 10.0) -> Reply[None]:
-        """Wait until the node is available.
-
-        Args:
-            timeout: Longest wait in seconds; it overrides the client's patience.
+        """Wait until the node is available, at most `timeout` seconds, whatever the client's
+        patience.
         """
         connection = Connection(self.node, self._group, self.name, timeout)
         steps = self._call('request', SetParametersAtomically, None, lambda _: None)
         return Reply(connection, 'ready', steps, timeout + 1.0)
 
     def write(self, level: int, timeout: float = 60.0) -> Goal[Decoded]:
-        """Write a level, verified by an echo.
-
-        Args:
-            level: 0 ... p - 1.
-            timeout: Longest wait for the answer in seconds.
+        """Write a level from 0 to p - 1, verified by an echo.
 
         Raises:
             ValueError: The level is not a whole number from 0 to 65535.
@@ -140,22 +134,13 @@ class MemoryClient:
         return self._request('abort', Done, timeout)
 
     def procedure(self, name: str, timeout: float = 120.0, **arguments: Any) -> Goal[Any]:
-        """Request any procedure of the node by its name; see `mlmem_ros.procedures`.
-
-        Args:
-            name: The procedure, such as locate.
-            timeout: Longest wait for the answer in seconds.
-            arguments: Its arguments.
+        """Request any procedure of the node by its name, with its arguments; see
+        `mlmem_ros.procedures`.
         """
         return self._goal(name, ANSWERS.get(name, Decoded), timeout, **arguments)
 
     def pause(self, hold: bool = True, timeout: float = 10.0) -> Reply[Paused]:
-        """Pause or resume the element's time.
-
-        Args:
-            hold: Whether to pause it.
-            timeout: Longest wait for the answer in seconds.
-        """
+        """Pause the element's time, or with `hold` false resume it."""
         request = SetBool.Request(data=bool(hold))
         steps = self._call('pause', SetBool, request, lambda said: _parsed(Paused, said))
         return Reply(self._connection, 'pause', steps, timeout)
@@ -205,11 +190,7 @@ class MemoryClient:
         return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
-        """Ask for parameters of the node.
-
-        Args:
-            names: Their names, such as `design.N`.
-            timeout: Longest wait for the answer in seconds.
+        """Ask for parameters of the node by their names, such as `design.N`.
 
         Returns:
             A reply with their values by name; it is refused if the node lacks one of them.
@@ -225,11 +206,8 @@ class MemoryClient:
         return Reply(self._connection, 'parameters', steps, timeout)
 
     def set_parameters(self, values: Mapping[str, Any], timeout: float = 10.0) -> Reply[None]:
-        """Set parameters of the node that may change while it runs, such as those of `faults`.
-
-        Args:
-            values: Values by name, such as `{'faults.actuator_stuck': True}`.
-            timeout: Longest wait for the answer in seconds.
+        """Set parameters of the node that may change while it runs, such as
+        `{'faults.actuator_stuck': True}`.
 
         Returns:
             A reply; it is refused, with the reason, if the node rejects one of them.
@@ -253,12 +231,7 @@ class MemoryClient:
         return Reply(self._connection, 'set_parameters', steps, timeout)
 
     def request(self, name: str, timeout: float = 120.0, **arguments: Any) -> Reply[Answer]:
-        """Send any request that `~/request` takes; see `contract.requests`.
-
-        Args:
-            name: The request.
-            timeout: Longest wait for the answer in seconds.
-            arguments: Its arguments.
+        """Send any request that `~/request` takes, with its arguments; see `contract.requests`.
 
         Raises:
             ValueError: An argument is not of its type.
@@ -315,10 +288,7 @@ class MemoryClient:
         """Return the rclpy client of a service, created on first use since each slows the node."""
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
-                kind,
-                f'{self._name}/{service}',
-                qos_profile=EVERY_ONE,
-                callback_group=self._group,
+                kind, f'{self._name}/{service}', qos_profile=EVERY_ONE, callback_group=self._group
             )
         return self._clients[service]
 

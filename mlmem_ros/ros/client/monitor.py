@@ -96,11 +96,8 @@ class Monitor:
     """
 
     def __init__(self, client: MemoryClient, parameters: Mapping[str, Any]) -> None:
-        """Subscribe.
-
-        Args:
-            client: A client of the node.
-            parameters: The node's parameters, at least those in `WANTED`.
+        """Subscribe to the topics of a client's node, given its parameters, at least those in
+        `WANTED`.
         """
         self.view = View(
             client.name,

@@ -71,12 +71,8 @@ def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
 
 
 def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
-    """Wait in the program's thread until a condition holds.
-
-    Args:
-        condition: Polled; the client's callbacks may make it true.
-        what: Name of the condition, for the message.
-        timeout: Longest wait in seconds.
+    """Wait in the program's thread until a condition holds, which the client's callbacks may make
+    true.
 
     Raises:
         NoAnswer: It does not become true in time.

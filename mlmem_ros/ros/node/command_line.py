@@ -17,10 +17,7 @@ MOST = 128
 
 
 def ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """Return a command line with its plain options turned into ROS parameters.
-
-    Args:
-        arguments: The command line, the program first.
+    """Return a command line, the program first, with its plain options turned into ROS parameters.
 
     Raises:
         SystemExit: An option is unknown or has a bad value, or help was requested.

@@ -13,12 +13,7 @@ from ...device.faults import Faults
 from ...device.presets import DEFAULT
 from ...host.design_check import CHOICES
 from ...host.files import FileSettings
-from ...host.settings import (
-    DeviceSettings,
-    PublishSettings,
-    RecordSettings,
-    StateSettings,
-)
+from ...host.settings import DeviceSettings, PublishSettings, RecordSettings, StateSettings
 
 LIVE = {
     'target_level': (0, Description('level that `~/write` writes', low=0, high=255)),

@@ -339,12 +339,7 @@ def _is_fault(parameter: Parameter) -> bool:
 
 
 def descriptor(description: Description, default: Any) -> ParameterDescriptor:
-    """Return the ROS descriptor of a described field.
-
-    Args:
-        description: Meaning, unit and range.
-        default: The default value: its type is the parameter's.
-    """
+    """Return the ROS descriptor of a described field, whose type is that of the default."""
     text = description.text + (f' [{description.unit}]' if description.unit else '')
     result = ParameterDescriptor(description=text)
     if description.choices:

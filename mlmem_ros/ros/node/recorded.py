@@ -22,12 +22,8 @@ T = TypeVar('T')
 def session_plan(
     node: Node, settings: RecordSettings | None = None, path: str = ''
 ) -> SessionPlan:
-    """Return what a session of a node records.
-
-    Args:
-        node: A memory node.
-        settings: Where and how; by default its current parameters.
-        path: The bag; if empty, that of the settings.
+    """Return what a session of a node records, by default as its parameters say; a path takes the
+    place of theirs.
 
     Raises:
         SettingsError: The parameters contradict each other.

@@ -101,12 +101,6 @@ def begin(
 
     If one of several cannot start, it logs why and the others run.
 
-    Args:
-        arguments: Command line with ROS arguments.
-        context: ROS's, by default the one of the process.
-        kind: The class of the nodes.
-        elements: What distinguishes them.
-
     Raises:
         What keeps the first from starting, if none can start.
     """
