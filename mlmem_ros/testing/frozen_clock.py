@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
+from . import running
 from .running import RunningNode
 
 if TYPE_CHECKING:
@@ -45,8 +46,7 @@ class FrozenClock:
 
         self._node = node
         memory = node.memory
-        memory.ready(60.0).wait()
-        scale = memory.parameters('time.tick', 'scale.time').wait()
+        scale = memory.parameters('time.tick', 'scale.time', timeout=running.START).wait()
         self._tick = scale['time.tick'] * scale['scale.time']
         memory.pause().wait()
         self._kind = Clock

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
     from ..ros.client import MemoryClient
 
+START = 60.0
+"""Seconds that a node may take to start on a busy machine."""
+
 
 class RunningNode(ABC):
     """A memory node that runs, until the end of its context.
@@ -31,7 +34,7 @@ class RunningNode(ABC):
         """A client of it, created on first use."""
         from ..ros.client.standalone import standalone
 
-        return self.ends.enter_context(standalone(self.element))
+        return self.ends.enter_context(standalone(self.element, START))
 
     @abstractmethod
     def step(self, ticks: int) -> int:

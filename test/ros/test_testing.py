@@ -25,7 +25,8 @@ def test_a_node_has_a_name_parameters_a_log_and_an_end(tmp_path, apart):
     options = {'name': 'lent', 'namespace': '/arm', 'file': file, 'apart': apart}
     with memory_node(QUICK, **options) as node:
         assert (node.element, node.memory.name) == ('/arm/lent', '/arm/lent')
-        assert node.memory.parameters('write.hold', 'scale.time').wait() == {
+        names = ('write.hold', 'scale.time')
+        assert node.memory.parameters(*names, timeout=60.0).wait() == {  # it starts
             'write.hold': 250.0,
             'scale.time': 1e-5,
         }

@@ -14,11 +14,11 @@ from mlmem_ros.ros.node_process import child
 
 
 def fetched(address):
-    with urllib.request.urlopen(f'{address}about', timeout=5.0) as response:
+    with urllib.request.urlopen(f'{address}about', timeout=60.0) as response:
         return json.load(response)
 
 
-def until(condition, what, within=20.0):
+def until(condition, what, within=60.0):
     deadline = time.monotonic() + within
     while not (value := condition()):
         assert time.monotonic() < deadline, what
@@ -29,7 +29,7 @@ def until(condition, what, within=20.0):
 def gone(address):
     place = urllib.parse.urlsplit(address)
     try:
-        socket.create_connection((place.hostname, place.port), timeout=5.0).close()
+        socket.create_connection((place.hostname, place.port), timeout=60.0).close()
     except ConnectionRefusedError:
         return True
     return False

@@ -28,7 +28,7 @@ TURN = 10.0
 
 
 @contextmanager
-def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
+def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryClient]:
     """Join the ROS graph with a client, its node and a thread that spins it; leave it at the end.
 
     ::
@@ -41,6 +41,7 @@ def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
 
     Args:
         name: Name of the memory node, with its namespace if it has one.
+        patience: How long the memory node may take to appear, in seconds.
     """
     context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
@@ -61,7 +62,7 @@ def standalone(name: str = 'mlmem') -> Iterator[MemoryClient]:
     thread = threading.Thread(target=turn, name='mlmem-client', daemon=True)
     thread.start()
     try:
-        yield MemoryClient(node, name)
+        yield MemoryClient(node, name, patience=patience)
     finally:
         over.set_result(None)
         thread.join()  # an executor must not be shut down while it spins
