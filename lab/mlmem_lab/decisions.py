@@ -8,10 +8,10 @@ import numpy as np
 
 from mlmem_ros.device import preset
 from mlmem_ros.device.calibration import DelayTable
+from mlmem_ros.device.decoding import decode
 from mlmem_ros.device.echo import SHARES, Echo, threshold
 from mlmem_ros.device.end import End
 from mlmem_ros.device.factory import factory_calibration
-from mlmem_ros.device.reading import decode
 from mlmem_ros.device.settings import ProbeSettings
 
 ECHOES = 400

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..device.decoding import primary
 from ..device.end import End
-from ..device.reading import primary
 from ..device.settings import ReadSettings
 from ..device.simulation import steps_per_tick
 from ..physics import INTEGRATORS, StateError

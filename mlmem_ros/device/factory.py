@@ -11,6 +11,7 @@ from ..physics import Design, Specimen, StateError
 from ..physics.equilibrium import blank, resting_wall
 from ..physics.potential import Array
 from .calibration import Calibration, DelayTable
+from .decoding import primary
 from .driver import Driver
 from .echo import Echo
 from .element import MemoryElement
@@ -20,7 +21,6 @@ from .instrument import Instrument
 from .presets import Preset
 from .procedures.blocks import run, wait
 from .procedures.listening import pulse_echo
-from .reading import primary
 from .settings import Settings
 from .simulation import Simulation
 

@@ -17,6 +17,7 @@ from ..physics.jit import kernel
 from ..physics.potential import Array
 from .actuator import Actuator
 from .base import NO_SHAKES, Base, BaseState, Shakes
+from .decoding import phase_of
 from .driver import Driver
 from .echo import listening_time
 from .end import End
@@ -24,7 +25,6 @@ from .errors import DriverError, Refused, SettingsError
 from .faults import HEALTHY, Faults, sensed, with_faults
 from .linkage import Linkage, LinkageState
 from .progress import Progress
-from .reading import phase_of
 from .reverberation import LONG_AGO
 from .settings import Settings
 from .simulation import Simulation

@@ -11,13 +11,14 @@ from collections.abc import Mapping
 
 from ..physics import Design
 from .calibration import Calibration
+from .decoding import decode, primary
 from .driver import Driver
 from .echo import Echo
 from .end import End
 from .events import EchoReceived, Event
 from .instrument import Instrument
 from .memory_statistics import MemoryStatistics
-from .reading import UNDECODABLE, Reading, decode, primary
+from .reading import UNDECODABLE, Reading
 from .settings import Settings
 from .shot import Shot
 

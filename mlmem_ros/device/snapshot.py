@@ -20,6 +20,7 @@ from ..physics import StateError
 from ..physics.potential import Array
 from .base import BaseState
 from .calibration import Calibration, calibration_key
+from .decoding import primary
 from .element import MemoryElement
 from .end import End
 from .errors import Refused
@@ -27,7 +28,7 @@ from .faults import Faults
 from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .motion import Profile, Ramp
-from .reading import UNDECODABLE, Reading, primary
+from .reading import UNDECODABLE, Reading
 from .reverberation import Returns
 
 KEYS = {

@@ -11,29 +11,25 @@ prior; of the rest, the change that explains most is told once reads agree on it
 from __future__ import annotations
 
 import math
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ..device.end import End
 from ..device.reading import UNDECODABLE, Reading
 from ..device.shot import Shot
 from ..element_file import Element
 from ..physics import Design, Integrator
 from ..physics.potential import Array
-from .forward import Clock, Forward
+from .changes import CELL, SHARED_KINDS, Change
+from .forecasts import Forecasts
 from .noise import about_zero, noise
 from .resting import NEAR, equilibria
-from .unknowns import Unknowns
 
 MOST_CELLS = 1000
 """Cells up to which an element is watched: the derivatives by all of them take memory and time."""
-
-SPARSE = 1.0
-"""Least time between two samples that are compared: the pass bands end well below its Nyquist."""
 
 WAVES = 5.0
 """How many times their size waves that were there before the pulse count as noise: they are in the
@@ -66,81 +62,6 @@ are left of a write give more in a single read only."""
 LEAST = 1e-300
 """Keeps quotients finite where nothing is heard."""
 
-LINEAR = 0.3
-"""Relative change of a cell up to which the residual is proportional to it."""
-
-LONGER = 4
-"""A forecast lasts longer than the first read by one part in so many: others listen longer."""
-
-TINY = 1e-5
-"""Strain for a difference quotient."""
-
-KEPT = 32
-"""Forecasts that are kept, each of a megabyte or two."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """Something that may change.
-
-    Attributes:
-        words: What has happened, with gaps for its place and its size in per cent.
-        least: Least change that matters, relative, or of the strain: a fit leaves smaller ones
-            open.
-    """
-
-    words: tuple[str, str]
-    least: float
-
-
-CELL = Kind(('cell {} has become {:.2g} % weaker', 'cell {} has become {:.2g} % stiffer'), 0.01)
-
-SHARED_KINDS = {
-    'eta': Kind(('damping has fallen by {1:.2g} %', 'damping has risen by {1:.2g} %'), 0.05),
-    'strain': Kind(
-        ('the strain is {1:.2g} % below what it should be', 'the strain is {1:.2g} % too high'),
-        5e-4,
-    ),
-    'time_unit': Kind(('the clock is {1:.2g} % faster', 'the clock is {1:.2g} % slower'), 0.001),
-    **{
-        f'{name}_{end}': Kind(
-            (
-                f'the {end} {part} has fallen by {{1:.2g}} %',
-                f'the {end} {part} has risen by {{1:.2g}} %',
-            ),
-            0.01,
-        )
-        for name, part in (('gain', 'gain'), ('drive', 'pulse'))
-        for end in End
-    },
-}
-"""By the name of the unknown. A gain is that of a transducer, which moves its end by what it
-measures; a pulse may be smaller than that."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """What has changed since the survey.
-
-    Attributes:
-        name: 'cell', or a name of `SHARED_KINDS`.
-        site: Site of the cell; 0 for what all cells share.
-        amount: Relative change, or that of the strain.
-        deviation: Its standard deviation.
-    """
-
-    name: str
-    site: int
-    amount: float
-    deviation: float
-
-    def __str__(self) -> str:
-        if self.site and abs(self.amount) > LINEAR:
-            return f'cell {self.site} is not what it was at the survey: stuck, or broken'
-        kind = SHARED_KINDS.get(self.name, CELL)
-        words = kind.words[int(self.amount > 0.0)]
-        return f'{words.format(self.site, 100.0 * abs(self.amount))} since the survey'
-
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
@@ -159,15 +80,6 @@ class Comparison:
     wall: float
     change: Change | None = None
     text: str = ''
-
-
-@dataclass(frozen=True, eq=False)
-class _Forecast:
-    """The waveforms of a read, shape (2, m), and their derivatives by candidates, (2, m, c)."""
-
-    waveforms: Array
-    J: Array
-    stride: int
 
 
 class _Read(NamedTuple):
@@ -228,9 +140,7 @@ class Watch:
                 one.
         """
         self.element = element
-        self._forward = forward_of(element, integrator)
-        self._integrator = integrator
-        self._kept: OrderedDict[tuple[object, ...], _Forecast] = OrderedDict()
+        self._forecasts = Forecasts(element, integrator)
         self._reads: deque[_Read] = deque(maxlen=AGREEING)
         self._N = element.specimen.design.N
         self._places: dict[float, float] = {}
@@ -254,7 +164,8 @@ class Watch:
         if read.excess > UNEXPLAINED:  # a defect may hold the wall at one of several places
             first = replace(shots[0], wall=wall)
             near = np.arange(wall - NEAR, wall + NEAR + 1.0) if wall else np.empty(0)
-            places = equilibria(self._forward, first, near[(near >= 2.0) & (near < self._N)])
+            near = near[(near >= 2.0) & (near < self._N)]
+            places = equilibria(self._forecasts.forward, first, near)
             others = (self._read(shots, place) for place in places if abs(place - wall) <= NEAR)
             read = min((read, *others), key=lambda each: each.excess)
             self._places[wall] = read.wall
@@ -264,12 +175,13 @@ class Watch:
     def _read(self, shots: Sequence[Shot], wall: float) -> _Read:
         """Return what a read says if its wall rests near a site."""
         shots = [replace(shot, wall=wall) for shot in shots]
-        forecast, first = self._forecast(shots), shots[0]
+        forecast, first = self._forecasts.of(shots), shots[0]
         every = forecast.stride
         measured = np.concatenate((first.rest[:, None], first.samples[:, every - 1 :: every]), 1)
         m = min(measured.shape[1], forecast.waveforms.shape[1])
         residual = measured[:, :m] - forecast.waveforms[:, :m]
-        fades = np.exp(-0.5 * self._forward.specimen.eta * first.dt * every * np.arange(m))
+        eta = self._forecasts.forward.specimen.eta
+        fades = np.exp(-0.5 * eta * first.dt * every * np.arange(m))
         white = noise(first)
         waves = WAVES * math.sqrt(max(0.0, first.unrest**2 - (QUIET * white.max()) ** 2))
         spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
@@ -316,48 +228,6 @@ class Watch:
             return None, 'the echo is not as forecast, and no single change explains it'
         return None, ''
 
-    def _forecast(self, shots: Sequence[Shot]) -> _Forecast:
-        """Return the forecast of a read, of the longest so far."""
-        first = shots[0]
-        begins = tuple(first.samples.shape[1] - shot.samples.shape[1] for shot in shots)
-        pulses = tuple((shot.end, shot.omega_c, shot.A, shot.sigma) for shot in shots)
-        key = pulses, begins, first.wall, first.strain
-        every = max(1, math.floor(SPARSE / first.dt))
-        known = self._kept.pop(key, None)
-        if known is None or known.waveforms.shape[1] < 1 + first.samples.shape[1] // every:
-            known = self._made(shots, every)
-        self._kept[key] = known
-        while len(self._kept) > KEPT:
-            self._kept.popitem(last=False)
-        return known
-
-    def _made(self, shots: Sequence[Shot], every: int) -> _Forecast:
-        unknowns = self._forward.unknowns
-        room = np.empty((2, shots[0].samples.shape[1] // LONGER))
-        shots = [replace(s, samples=np.concatenate((s.samples, room), axis=1)) for s in shots]
-        first = shots[0]
-        duration = first.samples.shape[1] * first.dt
-        predicted, J = self._forward.linearised_exchange(shots, duration)
-        clock = Clock.of(first.dt, self._integrator)
-        sparse = max(1, every // clock.stride)
-        columns = [J[:, ::sparse, unknowns.alpha] * self.element.specimen.alpha]
-        for name in SHARED_KINDS:
-            if name == 'strain':
-                strained = [replace(shot, strain=shot.strain + TINY) for shot in shots]
-                moved = self._forward.exchanged(strained, duration) - predicted
-                columns.append(moved[:, ::sparse, None] / TINY)
-                continue
-            column = J[:, ::sparse, unknowns.shared(name)] * self._forward.x[unknowns.shared(name)]
-            if name.startswith('gain_'):  # less motion is driven where more is read
-                drive = unknowns.shared(name.replace('gain', 'drive'))
-                column = column - J[:, ::sparse, drive] * self._forward.x[drive]
-            columns.append(column[..., None])
-        return _Forecast(
-            predicted[:, ::sparse],
-            np.concatenate(columns, axis=2).astype(np.float32),
-            sparse * clock.stride,
-        )
-
 
 def place(design: Design, reading: Reading, known: float | None, moved: bool) -> float | None:
     """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
@@ -372,20 +242,3 @@ def place(design: Design, reading: Reading, known: float | None, moved: bool) ->
     if reading.level == UNDECODABLE:
         return None if moved else known
     return float(design.defect(reading.level)) if reading.level >= 0 else 0.0
-
-
-def forward_of(element: Element, integrator: Integrator | None) -> Forward:
-    """Return the forward model of an element in a file."""
-    made = element.specimen
-    unknowns = Unknowns(
-        made.design, masses=bool((made.masses != 1.0).any()), offsets=bool(made.offsets.any())
-    )
-    x = unknowns.mean
-    x[unknowns.alpha] = made.alpha
-    x[unknowns.mass] = made.masses[: unknowns.mass.stop - unknowns.mass.start]
-    x[unknowns.offset] = made.offsets[: unknowns.offset.stop - unknowns.offset.start]
-    x[unknowns.shared('time_unit')] = element.time_unit
-    for name, ends in element.transducers.items():
-        for end, value in zip(('left', 'right'), ends, strict=True):
-            x[unknowns.shared(f'{name}_{end}')] = value
-    return Forward(unknowns, x, integrator)

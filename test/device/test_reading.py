@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mlmem_ros.device import BLANK, UNDECODABLE, Calibration, DelayTable, Reading, Settings
+from mlmem_ros.device.decoding import decode, phase_of
 from mlmem_ros.device.echo import TAIL, Echo, threshold
 from mlmem_ros.device.end import End
-from mlmem_ros.device.reading import decode, phase_of
 from mlmem_ros.device.settings import ReadSettings
 from mlmem_ros.physics import CASE_II
 

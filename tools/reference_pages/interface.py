@@ -23,7 +23,8 @@ from mlmem_ros.host import ThrottledLog
 from mlmem_ros.host.watcher import Watcher
 from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
-from mlmem_ros.twin.watching import Change, Comparison
+from mlmem_ros.twin.changes import Change
+from mlmem_ros.twin.watching import Comparison
 
 from .table import table
 

@@ -18,9 +18,9 @@ import numpy as np
 
 from mlmem_ros.checks.echo_forecast import forecast_echo
 from mlmem_ros.checks.subject import Subject
+from mlmem_ros.device.decoding import primary
 from mlmem_ros.device.echo import blanking, threshold
 from mlmem_ros.device.end import End
-from mlmem_ros.device.reading import primary
 from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Design, Specimen
 from mlmem_ros.physics.dispersion import band, fastest_speed, group_velocity

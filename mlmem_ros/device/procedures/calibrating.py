@@ -7,10 +7,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..calibration import Calibration, DelayTable
+from ..decoding import primary
 from ..end import End
 from ..errors import ProcedureFailed, SettingsError
 from ..memory import Memory
-from ..reading import BLANK, primary
+from ..reading import BLANK
 from .blocks import Procedure, Result, return_to_zero
 from .climbing import climb
 from .erasing import erase

@@ -8,10 +8,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ..decoding import agreement, primary
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import BLANK, UNDECODABLE, Reading, agreement, describe_level, primary
+from ..reading import BLANK, UNDECODABLE, Reading, describe_level
 from ..trims import Trim, learnt, menu
 from .blocks import Procedure
 from .erasing import erase

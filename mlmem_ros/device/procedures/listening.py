@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading: wait until nothing is on its way, fire a pulse from either end, listen, decode.
 
-Both ends listen at the same time, for a wall must be heard from both (see `reading.decode`). No
+Both ends listen at the same time, for a wall must be heard from both (see `decoding.decode`). No
 pulse is fired while anything may still arrive that a detector would take for its echo.
 """
 

@@ -11,11 +11,12 @@ import numpy as np
 from ...physics.dispersion import group_velocity
 from ...physics.potential import Array
 from ..calibration import DelayTable
+from ..decoding import MOST_RAISED, WALL_GONE
 from ..echo import Echo
 from ..end import End
 from ..errors import ProcedureFailed
 from ..memory import Memory
-from ..reading import BLANK, MOST_RAISED, WALL_GONE
+from ..reading import BLANK
 from .blocks import Procedure, Result
 from .listening import pulse_echo, quiet
 

@@ -8,12 +8,13 @@ import math
 
 import numpy as np
 
+from ..decoding import MOST_RAISED
 from ..echo import threshold
 from ..end import End
 from ..errors import ProcedureFailed
 from ..events import Check
 from ..memory import Memory
-from ..reading import MOST_RAISED, UNDECODABLE, Reading, describe_level
+from ..reading import UNDECODABLE, Reading, describe_level
 from .blocks import Procedure, Result, catch_up, ramp, return_to_zero, wait
 from .erasing import erase
 from .listening import look, noise_floor, quiet
