@@ -1,36 +1,29 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The host of an element: its life cycle, and every request to it."""
+"""The host of an element: its life cycle, beside the requests to it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from ..device import (
-    Command,
     DriverError,
     Event,
-    Faults,
     Loop,
     MemoryElement,
     Outcome,
-    Refused,
     SetFaults,
     describe_level,
 )
 from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
 from ..device.pacing import Pacer
-from ..device.progress import Feedback
-from ..device.request import Request
-from ..device.units import Units
 from ..physics import StateError
 from .building import built
 from .errors import REFUSALS
+from .requests import Requests
 from .rescue import Rescue, let_go
 from .sessions import Sessions
 from .settings import Parameters, SessionPlan
@@ -43,18 +36,12 @@ if TYPE_CHECKING:
     from .transcript import Transcript
     from .watcher import Watcher
 
-T = TypeVar('T')
 
 Listener = Callable[[Sequence[Event]], None]
 """Called in the loop's thread after every tick, or run of ticks."""
 
-INACTIVE = 'inactive: {}configure and activate the node first'
-"""Why nothing is accepted; the gap is for what stopped the device, if anything did."""
 
-SHUT_DOWN = 'inactive: the node is shut down'
-
-
-class Host:
+class Host(Requests):
     """Holds one element, from configuration to release.
 
     Its life cycle is that of a managed node. One thread, the executor's, calls `configure`,
@@ -62,12 +49,7 @@ class Host:
 
     Attributes:
         log: The log.
-        element: The element; None while unconfigured.
-        loop: Runs it while active; otherwise None.
         watcher: Compares its reads with a twin's forecast; None without one.
-        sessions: Its recording.
-        stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
-        refused: Requests refused since the host was made.
     """
 
     def __init__(
@@ -87,20 +69,15 @@ class Host:
             failed: Called in the loop's thread when the device has failed: `fail` is due.
         """
         self.log = ThrottledLog(log)
-        self.element: MemoryElement | None = None
+        super().__init__(Sessions(self.log, now))
         self.watcher: Watcher | None = None
-        self.loop: Loop | None = None
-        self.stopped = ''
-        self.refused = 0
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
         self._name = name
         self._failed = failed
-        self._closed = False
         self._store: Store | Unkept | None = None
         self._disk = Worker('mlmem-store', self.log)
         self._rescue = Rescue(self.log)
-        self.sessions = Sessions(self.log, now)
 
     @property
     def failure(self) -> BaseException | None:
@@ -256,87 +233,6 @@ class Host:
         self.sessions.on_timer()
         if self._store is not None:
             self._store.on_timer(self.loop)
-
-    # --- requests ------------------------------------------------------------------------
-
-    def open_loop(self) -> Loop:
-        """Return the running loop.
-
-        Raises:
-            Refused: The node is not active.
-        """
-        if (loop := self.loop) is None:
-            why = INACTIVE.format(f'{self.stopped}; ' if self.stopped else '')
-            raise Refused(SHUT_DOWN if self._closed else why)
-        return loop
-
-    def submit(self, command: Command) -> Asked:
-        """Hand in a command for the next tick; see `Loop.submit`.
-
-        With a state file, the outcome comes after the changed content is safe on the disk; if it
-        cannot be saved, the outcome is a failure.
-        """
-        return self._asked(lambda loop: loop.submit(command))
-
-    def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
-        """Hand in a command given in SI values, converted to the device's units."""
-        return self._asked(lambda loop: loop.submit(make(loop.element.units)))
-
-    def cancel(self, request: Asked) -> Asked:
-        """Abort the procedure of a request; see `Loop.cancel`."""
-        return self._asked(lambda loop: loop.cancel(request))
-
-    def feedback(self, request: Asked) -> Feedback | None:
-        """Return the progress of a request's procedure, if it is running.
-
-        Call it in the loop's thread.
-        """
-        element = self.element
-        return element.feedback() if element is not None and element.runs(request.run) else None
-
-    def step(self) -> Future[int]:
-        """Run one tick while paused; see `Loop.single_tick`."""
-        return self._counted(lambda loop: loop.single_tick())
-
-    def pause(self, paused: bool) -> Future[int]:
-        """Pause or resume time; see `Loop.pause`."""
-        return self._counted(lambda loop: loop.pause(paused))
-
-    def record(self, plan: SessionPlan | None) -> Future[Path]:
-        """Begin a recording, or without a plan end it; see `Sessions`."""
-        if plan is None:
-            return self._counted(self.sessions.stop)
-        return self._counted(lambda loop: self.sessions.start(plan, loop))
-
-    def set_faults(self, faults: Faults) -> None:
-        """Hand in faults if time runs; otherwise they take effect at the next activation."""
-        if self.loop is not None:
-            self.submit(SetFaults(faults))
-
-    def set_speed(self, speed: float) -> None:
-        """Run at another multiple of real time; 0: as fast as possible."""
-        if self.loop is not None and not self.loop.element.driver.own_clock:
-            self.loop.set_speed(speed)
-
-    def _asked(self, ask: Callable[[Loop], Asked]) -> Asked:
-        try:
-            request = ask(self.open_loop())
-        except Refused as refusal:
-            request = Request[Outcome | None](None).refuse(refusal)
-        request.answer.add_done_callback(self._count)
-        return request
-
-    def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
-        try:
-            answer = ask(self.open_loop())
-        except Refused as refusal:
-            answer = Request[T](None).refuse(refusal).answer
-        answer.add_done_callback(self._count)
-        return answer
-
-    def _count(self, answer: Future[Any]) -> None:
-        if not answer.cancelled() and isinstance(answer.exception(), Refused):
-            self.refused += 1
 
     # --- end of a life -------------------------------------------------------------------
 

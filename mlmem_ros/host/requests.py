@@ -1,0 +1,124 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Requests to an element in service: each is answered, or refused and counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ..device import Command, Faults, Loop, MemoryElement, Outcome, Refused, SetFaults
+from ..device.mailbox import Asked
+from ..device.progress import Feedback
+from ..device.request import Request
+from ..device.units import Units
+from .sessions import Sessions
+from .settings import SessionPlan
+
+T = TypeVar('T')
+
+INACTIVE = 'inactive: {}configure and activate the node first'
+"""Why nothing is accepted; the gap is for what stopped the device, if anything did."""
+
+SHUT_DOWN = 'inactive: the node is shut down'
+
+
+class Requests:
+    """Hands requests to the loop of an element, if it is active.
+
+    Attributes:
+        element: The element; None while unconfigured.
+        loop: Runs it while active; otherwise None.
+        sessions: Its recording.
+        stopped: Why there is no device, if it has stopped or is waited for; empty otherwise.
+        refused: Requests refused so far.
+    """
+
+    def __init__(self, sessions: Sessions) -> None:
+        self.element: MemoryElement | None = None
+        self.loop: Loop | None = None
+        self.sessions = sessions
+        self.stopped = ''
+        self.refused = 0
+        self._closed = False
+
+    def open_loop(self) -> Loop:
+        """Return the running loop.
+
+        Raises:
+            Refused: The node is not active.
+        """
+        if (loop := self.loop) is None:
+            why = INACTIVE.format(f'{self.stopped}; ' if self.stopped else '')
+            raise Refused(SHUT_DOWN if self._closed else why)
+        return loop
+
+    def submit(self, command: Command) -> Asked:
+        """Hand in a command for the next tick; see `Loop.submit`.
+
+        With a state file, the outcome comes after the changed content is safe on the disk; if it
+        cannot be saved, the outcome is a failure.
+        """
+        return self._asked(lambda loop: loop.submit(command))
+
+    def submit_scaled(self, make: Callable[[Units], Command]) -> Asked:
+        """Hand in a command given in SI values, converted to the device's units."""
+        return self._asked(lambda loop: loop.submit(make(loop.element.units)))
+
+    def cancel(self, request: Asked) -> Asked:
+        """Abort the procedure of a request; see `Loop.cancel`."""
+        return self._asked(lambda loop: loop.cancel(request))
+
+    def feedback(self, request: Asked) -> Feedback | None:
+        """Return the progress of a request's procedure, if it is running.
+
+        Call it in the loop's thread.
+        """
+        element = self.element
+        return element.feedback() if element is not None and element.runs(request.run) else None
+
+    def step(self) -> Future[int]:
+        """Run one tick while paused; see `Loop.single_tick`."""
+        return self._counted(lambda loop: loop.single_tick())
+
+    def pause(self, paused: bool) -> Future[int]:
+        """Pause or resume time; see `Loop.pause`."""
+        return self._counted(lambda loop: loop.pause(paused))
+
+    def record(self, plan: SessionPlan | None) -> Future[Path]:
+        """Begin a recording, or without a plan end it; see `Sessions`."""
+        if plan is None:
+            return self._counted(self.sessions.stop)
+        return self._counted(lambda loop: self.sessions.start(plan, loop))
+
+    def set_faults(self, faults: Faults) -> None:
+        """Hand in faults if time runs; otherwise they take effect at the next activation."""
+        if self.loop is not None:
+            self.submit(SetFaults(faults))
+
+    def set_speed(self, speed: float) -> None:
+        """Run at another multiple of real time; 0: as fast as possible."""
+        if self.loop is not None and not self.loop.element.driver.own_clock:
+            self.loop.set_speed(speed)
+
+    def _asked(self, ask: Callable[[Loop], Asked]) -> Asked:
+        try:
+            request = ask(self.open_loop())
+        except Refused as refusal:
+            request = Request[Outcome | None](None).refuse(refusal)
+        request.answer.add_done_callback(self._count)
+        return request
+
+    def _counted(self, ask: Callable[[Loop], Future[T]]) -> Future[T]:
+        try:
+            answer = ask(self.open_loop())
+        except Refused as refusal:
+            answer = Request[T](None).refuse(refusal).answer
+        answer.add_done_callback(self._count)
+        return answer
+
+    def _count(self, answer: Future[Any]) -> None:
+        if not answer.cancelled() and isinstance(answer.exception(), Refused):
+            self.refused += 1
