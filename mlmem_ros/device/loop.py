@@ -58,9 +58,8 @@ class Loop:
         pacer: Pacer | None = None,
         speed: float = 1.0,
         batch: int = 1,
-        publish_every: int = 1,
         has_subscribers: Callable[[], bool] = lambda: True,
-        watched: Callable[[], bool] = lambda: True,
+        watched: Callable[[], int] = lambda: 1,
         settle: Settle = lambda request: request.settle(request.outcome),
         failed: Callable[[], None] = lambda: None,
     ) -> None:
@@ -73,11 +72,10 @@ class Loop:
             speed: Multiple of the scale's real time; 0 runs as fast as possible.
             batch: Most ticks to defer and run together: ticks that matter to the listener must be
                 multiples of this number to be on time.
-            publish_every: No run of ticks extends beyond a multiple of this number.
             has_subscribers: Returns whether anybody waits for the ticks that are multiples of
                 `batch`; if not, they are deferred like the others, and longer.
-            watched: Returns whether anybody waits for those that are multiples of `publish_every`;
-                if not, the ticks of an element at rest are run together.
+            watched: Returns a number beyond whose multiples no run of ticks extends, because
+                somebody waits for these; 0 if nobody waits for any.
             settle: Answers a request whose procedure has ended, at once or later. No command has
                 taken effect since.
             failed: Called in the loop's thread after a failure has stopped it.
@@ -94,7 +92,7 @@ class Loop:
         self._paused = False  # as last seen by the loop's thread
         self._times = Timetable(
             element, self._pacer, self.statistics, speed=speed, batch=batch,
-            publish_every=publish_every, has_subscribers=has_subscribers, watched=watched,
+            has_subscribers=has_subscribers, watched=watched,
         )  # fmt: skip
         self._thread = threads.Thread(target=self._run, name='mlmem-loop', daemon=True)
 

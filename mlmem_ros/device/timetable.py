@@ -52,15 +52,13 @@ class Timetable:
         *,
         speed: float,
         batch: int,
-        publish_every: int,
         has_subscribers: Callable[[], bool],
-        watched: Callable[[], bool],
+        watched: Callable[[], int],
     ) -> None:
         self._element = element
         self._pacer = pacer
         self._statistics = statistics
         self._batch = batch
-        self._publish_every = publish_every
         self._has_subscribers = has_subscribers
         self._watched = watched
         self.slept = False
@@ -97,8 +95,9 @@ class Timetable:
             ticks = self._most_asleep
         else:
             ticks = self._most_deferred
-            beyond = (element.ticks + ticks) % self._publish_every
-            ticks -= beyond if beyond < ticks else 0
+            if every := self._watched():
+                beyond = (element.ticks + ticks) % every
+                ticks -= beyond if beyond < ticks else 0
         if self.slept:
             ticks = max(ticks, min(self._most_asleep, self._passed(late)))
         ticks = min(ticks, element.idle_ticks)
@@ -140,19 +139,13 @@ class Timetable:
 
     def together(self, ticks: int) -> int:
         """Return how many of these ticks to run until the listener is told."""
-        if self._unseen:
-            return ticks
-        return min(ticks, self._publish_every - self._element.ticks % self._publish_every)
+        every = self._watched()
+        return min(ticks, every - self._element.ticks % every) if every else ticks
 
     @property
     def longest_run(self) -> int:
         """Ticks of a run without a pace: it delays a command no longer than a rest would."""
-        if self._unseen:
+        if self._element.at_rest and not self._watched():
             return MOST_DEFERRED
         busy = self._statistics.busy
         return max(1, self.together(int(LONGEST_REST / busy) if busy > 0.0 else 1))
-
-    @property
-    def _unseen(self) -> bool:
-        """Whether nobody would notice if many ticks ran together."""
-        return self._element.at_rest and not self._watched()

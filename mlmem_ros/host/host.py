@@ -116,7 +116,7 @@ class Host(Requests):
         pacer: Pacer,
         speed: float,
         has_subscribers: Callable[[], bool] = lambda: True,
-        watched: Callable[[], bool] = lambda: True,
+        watched: Callable[[], int] = lambda: 1,
     ) -> None:
         """Start time, and a recording if a path is set.
 
@@ -127,7 +127,8 @@ class Host(Requests):
             pacer: The clock.
             speed: Multiple of real time; 0: as fast as possible.
             has_subscribers: Returns whether anybody subscribes to a stream that must be on time.
-            watched: Returns whether anybody subscribes to any stream or view.
+            watched: Returns the ticks of which those of all streams and views that anybody takes
+                are multiples; 0 if nobody takes any.
 
         Raises:
             One of `REFUSALS`: Nothing is changed.
@@ -139,7 +140,7 @@ class Host(Requests):
             self.sessions.begin(plan, element)
         if given.record.last_seconds:
             self.sessions.keep(plan, element)
-        guard = self.log.guarded
+        guard, hash_every = self.log.guarded, given.record.hash_every
 
         def listen(commands: Sequence[Stamped], events: Sequence[Event]) -> None:
             with guard('publishing'):
@@ -162,9 +163,8 @@ class Host(Requests):
             pacer=pacer,
             speed=0.0 if element.driver.own_clock else speed,
             batch=given.publish.common_ticks,
-            publish_every=math.gcd(given.publish.every, given.record.hash_every),
             has_subscribers=lambda: self.transcript is not None or has_subscribers(),
-            watched=lambda: self.transcript is not None or watched(),
+            watched=lambda: math.gcd(watched(), 0 if self.transcript is None else hash_every),
             settle=settle,
             failed=self._failed,
         )

@@ -79,12 +79,6 @@ class PublishSettings(Checked):
         streams = math.gcd(self.field_every, self.wall_every, self.joint_states_every)
         return streams or self.column_every
 
-    @property
-    def every(self) -> int:
-        """Most ticks that can be run at once without skipping a stream, view or column."""
-        views = math.gcd(self.image_every, self.markers_every, self.column_every)
-        return math.gcd(self.common_ticks, views)
-
 
 @dataclass(frozen=True)
 class RecordSettings(Checked):

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -129,11 +130,11 @@ class Publishers:
         return any(publisher.get_subscription_count() for publisher in self._punctual)
 
     @property
-    def watched(self) -> bool:
-        """Whether anybody subscribes to anything periodic."""
-        return any(
-            self._publishers[topic].get_subscription_count() for topic, _, _ in self._periodic
-        )
+    def watched(self) -> int:
+        """Ticks of which those of all that anybody takes are multiples; 0 if nobody takes any."""
+        taken = {topic: every for topic, every, _ in self._periodic if self._watched(topic)}
+        columns = self._settings.column_every if topics.IMAGE in taken else 0
+        return math.gcd(*taken.values(), columns)
 
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""

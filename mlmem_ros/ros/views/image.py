@@ -29,7 +29,7 @@ class Contour:
     """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
 
     A column is taken every few ticks, at almost no cost, so that late subscribers see the past,
-    too. The message is built only on demand.
+    too; columns that fall into one run of ticks are equal. The message is built only on demand.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
