@@ -29,7 +29,7 @@ class Contour:
     """Site over time: site 1 at the bottom, now at the right, a thin line along every defect.
 
     A column is taken every few ticks, at almost no cost, so that late subscribers see the past,
-    too; columns that fall into one run of ticks are equal. The message is built only on demand.
+    too; columns that fall into one run of ticks are equal. It is coloured only on demand.
     """
 
     def __init__(self, element: MemoryElement, settings: PublishSettings) -> None:
@@ -42,11 +42,10 @@ class Contour:
         rows = len(range(0, element.design.N, self._stride))
         defects = [element.design.defect(level) - 1 for level in range(element.design.levels)]
         self._lines = rows - 1 - np.array(defects, dtype=np.intp) // self._stride
-        # Twice as wide as the image: each column is stored twice, one width apart, so that the
-        # latest ones always lie side by side.
-        self._pixels = np.full((rows, 2 * self._columns, 3), EMPTY, dtype=np.uint8)
+        # Column by column, and twice as wide as the image: each column is stored twice, one width
+        # apart, so that the latest ones always lie side by side.
+        self._indices = np.zeros((2 * self._columns, rows), dtype=np.uint8)
         self._taken = 0
-        self._drawn = -1
         self._seen = (element.ticks - 1) // self._every
 
     def take(self) -> None:
@@ -55,23 +54,21 @@ class Contour:
         if due <= 0:
             return
         self._seen += due
-        if self._element.computed != self._drawn:  # else it rests since the last column
-            shown = self._element.chain.configuration[:: self._stride]
-            self._column = COLOURS[self._palette.indices(shown[::-1])]
-            self._column[self._lines] = self._column[self._lines] * DEFECT_SHADE
-            self._drawn = self._element.computed
+        shown = self._element.chain.configuration[:: self._stride]
         places = (self._taken + np.arange(min(due, self._columns))) % self._columns
-        for place in places:
-            self._pixels[:, place] = self._pixels[:, place + self._columns] = self._column
+        column = self._palette.indices(shown[::-1])
+        self._indices[places] = self._indices[places + self._columns] = column
         self._taken += len(places)
 
     def message(self, stamp: Time) -> Image:
         """Return the image of the latest columns."""
         begin = self._taken % self._columns
-        window = self._pixels[:, begin : begin + self._columns]
-        height, width, channels = window.shape
+        pixels = COLOURS.take(self._indices[begin : begin + self._columns].T, axis=0)
+        pixels[self._lines] = pixels[self._lines] * DEFECT_SHADE
+        pixels[:, : max(0, self._columns - self._taken)] = EMPTY
+        height, width, channels = pixels.shape
         image = Image(height=height, width=width, encoding='rgb8', step=width * channels)
         image.header.stamp = stamp
         image.header.frame_id = self._frame_id
-        image.data = array.array('B', window.tobytes())
+        image.data = array.array('B', pixels.tobytes())
         return image
