@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Place the numbers of lab/results in the pages: python3 -m mlmem_lab.numbers [--check].
 
-A comment behind a number says which it is, by file and keys; the number keeps its decimals:
+A comment behind a number, or words in italics, says which it is, by file and keys; the number keeps
+its decimals:
 
-    A step makes 0.142<!-- energy/plain/level --> of heat.
+    A step makes 0.142<!-- energy/plain/level --> of heat, on an *AMD EPYC*<!-- energy/processor -->.
 
 `key=value` picks an entry of a list. A table between two comments is made as a whole:
 
@@ -30,8 +31,10 @@ from .results import FOLDER, load, outdated
 
 ROOT = FOLDER.parent.parent
 
-PLACED = re.compile(r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?))<!-- ([^>]+?) -->')
-"""A number and the comment behind it."""
+PLACED = re.compile(
+    r'(-?(?:\d{1,3}(?: \d{3})+|\d+(?:\.\d+)?(?:e[-+]?\d+)?)|\*[^*\n]+\*)<!-- ([^>]+?) -->'
+)
+"""A number, or words in italics, and the comment behind it."""
 
 TABLE = re.compile(r'<!-- table: ([^>]+?) -->\n.*?<!-- end -->', re.DOTALL)
 """A table and the comments around it."""
@@ -81,9 +84,11 @@ def _comment(found: re.Match[str]) -> str:
 
 
 def _number(printed: str, path: str, folder: Path) -> str:
-    """Return a number written like the one that is there."""
+    """Return a number, or words, written like those that are there."""
     value = _value(path, folder)
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if printed.startswith('*') and isinstance(value, str):
+        return f'*{value}*'
+    if printed.startswith('*') or isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f'{path} must be a number; got {value!r}')
     mantissa, power, _ = printed.partition('e')
     decimals = len(mantissa.partition('.')[2])

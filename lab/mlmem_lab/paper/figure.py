@@ -105,7 +105,8 @@ class Figure:
     """One figure of the paper, or one of ours beside it.
 
     The file that makes it gives it its functions by the decorators `data` and `drawing`, and
-    `claim` for every sentence that its data judge. A film has `film` instead of `drawing`.
+    `claim` for every sentence that its data judge. A film has `film` instead of `drawing`; where
+    only the claims matter there is neither.
 
     Attributes:
         name: What a person types, as '2a'.
@@ -113,6 +114,7 @@ class Figure:
         seconds: Rough cost at full quality: the long ones begin first.
         claims: The claims, in the order of the file.
         summary: Makes of the data what a result file keeps.
+        ending: Of the picture on a page; empty if there is none.
     """
 
     name: str
@@ -120,6 +122,8 @@ class Figure:
     seconds: float
     claims: list[Claim] = field(default_factory=list)
     summary: Callable[[Data], Mapping[str, Any]] | None = None
+    ending: str = ''
+    _save: Save = lambda data, stem: []
 
     def data(self, compute: Callable[[Quality], Data]) -> Callable[[Quality], Data]:
         """Take what computes the data, arrays or what becomes arrays."""
@@ -133,7 +137,7 @@ class Figure:
 
     def drawing(self, draw: Callable[[Data], Any]) -> Callable[[Data], Any]:
         """Take what draws the data and returns a Matplotlib figure."""
-        self._save: Save = lambda data, stem: save_figure(draw(data), stem)
+        self._save = lambda data, stem: save_figure(draw(data), stem)
         self.draw, self.ending = draw, 'png'
         return draw
 
@@ -178,7 +182,7 @@ class Figure:
         return self.compute.__module__.rpartition('.')[2]
 
     def save(self, data: Data, folder: Path) -> list[Path]:
-        """Write the data as .npz and the drawing as .png and .svg (or a film); return the files.
+        """Write the data as .npz, and a drawing as .png and .svg or a film; return the files.
 
         Args:
             data: What `compute` returned.

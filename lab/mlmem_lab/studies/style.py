@@ -66,6 +66,9 @@ SETTINGS: Any = {
 WIDTH = 7.2
 """Width of a picture in inches."""
 
+MIDDLE = 100.0
+"""The site that the paper calls x = 0."""
+
 TIME = 'time $t$ (1000 time units)'
 STRAIN = 'strain ($10^{-3}$)'
 
@@ -139,6 +142,28 @@ def schedule(axes: Any, t: np.ndarray, strain: np.ndarray) -> None:
     axes.axhline(0.0, color=FAINT, lw=0.8)
     axes.plot(t, 1e3 * strain, color=INK, lw=1.0)
     axes.set_ylabel(STRAIN)
+
+
+def driven(
+    figure: Any, t: np.ndarray, design: Design, field: np.ndarray, strain: np.ndarray
+) -> tuple[Any, Any]:
+    """Draw the configuration above the strain that drives it, as Fig. 4a; return both axes.
+
+    Args:
+        figure: Where to draw.
+        t: Times in 1000 time units, shape (m,).
+        design: Of the element.
+        field: Configuration, shape (m, N).
+        strain: Shape (m,).
+    """
+    upper, lower = stacked(figure)[:, 0]
+    mesh = contour(upper, t, design.sites - MIDDLE, field)
+    mark_defects(upper, design, MIDDLE)
+    upper.set_ylabel('$x = j - 100$, level')
+    phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
+    schedule(lower, t, strain)
+    lower.set(xlim=(t[0], t[-1]), xlabel=TIME)
+    return upper, lower
 
 
 def phase_bar(figure: Any, mesh: Any, axes: Any, states: Sequence[float]) -> None:

@@ -89,7 +89,7 @@ def test_all_of_them_with_their_result_file(tmp_path):
     assert set(found['fingerprints']) == {'case_1', 'case_2', 'fast', 'bits_4'}
     assert f'{len(FIGURES)}/{len(FIGURES)}' in done.stdout
     run.run_one('3a', Quality.DRAFT, tmp_path)
-    for figure in FIGURES:
+    for figure in filter(lambda one: one.ending, FIGURES):
         (drawn,) = (tmp_path / 'reproduction' / 'figures').glob(f'{figure.stem}.[gs]*')  # gif, svg
         if drawn.suffix == '.svg':
             assert len(list(ElementTree.parse(drawn).getroot().iter())) > 100

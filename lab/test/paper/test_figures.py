@@ -64,7 +64,7 @@ def test_the_film_moves_and_shows_what_has_succeeded(small, tmp_path):
 
 
 def test_the_committed_pictures_are_all_there_and_small():
-    for figure in FIGURES:
+    for figure in filter(lambda one: one.ending, FIGURES):
         file = DOCS / f'{figure.stem}.{figure.ending}'
         limit = 2_000_000 if file.suffix == '.gif' else 200_000
         assert file.stat().st_size < limit, file.name

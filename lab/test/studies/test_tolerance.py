@@ -3,7 +3,6 @@
 """Tolerance: random elements, the forecast, and the study."""
 
 import dataclasses
-import itertools
 import json
 import re
 
@@ -11,9 +10,9 @@ import numpy as np
 import pytest
 
 from mlmem_lab.studies import campaign
-from mlmem_lab.studies.style import axes_grid, new_figure, styled
+from mlmem_lab.studies.style import styled
 from mlmem_lab.studies.tolerance import point
-from mlmem_lab.studies.tolerance.draw import dress
+from mlmem_lab.studies.tolerance.draw import draw
 from mlmem_lab.studies.tolerance.element import Chance, chance, outcomes
 from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility
 from mlmem_lab.studies.tolerance.particle import StepForecast
@@ -178,15 +177,19 @@ def test_a_sample_of_levels_counts_as_all_of_them_do(monkeypatch):
     for levels in (0, 3):
         study = Tolerance(bits_4, Settings(), ('mass',), ('right',), levels=levels)
         rows = [values | point.evaluate(study.shared, values, seed) for seed in range(150)]
-        found[levels] = study.rate(rows), study.rates_by_level(rows)
-    (whole, _), (drawn, by_level) = found[0], found[3]
+        found[levels] = study.rate(rows), rows
+    (whole, _), (drawn, rows) = found[0], found[3]
+    tried, failed = (
+        np.array([sum(row[f'{what}_{level}'] for row in rows) for level in range(16)])
+        for what in ('tried', 'failed')
+    )
     assert whole.trials == 150 * 64
     assert drawn.trials == 150 * 21 * 3
-    assert sum(level.trials for level in by_level.values()) == drawn.trials
-    assert len({level.trials for level in by_level.values()}) > 1, 'drawn by chance'
-    assert sum(level.failures for level in by_level.values()) == drawn.failures
+    assert tried.sum() == drawn.trials
+    assert len(set(tried)) > 1, 'drawn by chance'
+    assert failed.sum() == drawn.failures
     assert drawn.value == pytest.approx(rate.mean(), rel=0.05)
-    assert [level.value for level in by_level.values()] == pytest.approx(rate, abs=0.07)
+    assert failed / tried == pytest.approx(rate, abs=0.07)
     assert drawn.clustering == pytest.approx(1.0, abs=0.1)
 
 
@@ -235,24 +238,13 @@ def test_the_command_leaves_table_picture_and_ledger_and_a_batch_runs_alone(
     assert 'moisture' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ('low', 'high'),
-    [(1e-4, 3e-2), (3e-4, 9e-4), (2e-2, 0.13), (1e-7, 1e-2), (1.2e-6, 9e-6), (6e-5, 6.1e-4)],
-)
-def test_labels_below_an_axis_do_not_overlap(low, high):
-    """In a panel as wide as the figure's, with at least two labels, or it could not be read."""
+def test_a_curve_has_its_name_and_a_mark_where_one_in_a_thousand_fails(tmp_path, monkeypatch):
+    monkeypatch.setattr('mlmem_lab.studies.tolerance.study.evaluate', false_counts)
+    study = Tolerance(SHORT, Settings(), ('alpha', 'mass'), ('step', 'right'), most=4000)
+    rows = counted(study, tmp_path)
     with styled():
-        figure = new_figure(2.6, 2.7)
-        axes = axes_grid(figure)[0, 0]
-        axes.plot([low, high], [1e-3, 1.0])
-        dress(axes, 'vibration')
-        figure.draw_without_rendering()
-    low, high = axes.get_xlim()
-    boxes = [
-        tick.label1.get_window_extent()
-        for tick in axes.xaxis.get_major_ticks()
-        if low <= tick.get_loc() <= high
-    ]
-    assert len(boxes) >= 2
-    for left, right in itertools.pairwise(boxes):
-        assert left.x1 + 2.0 < right.x0
+        upper, lower = draw(study, rows).axes
+    for axes, tried in ((upper, 'step'), (lower, 'right')):
+        assert [text.get_text() for text in axes.texts] == ['alpha', 'mass']
+        marks = [float(line.get_xdata()[0]) for line in axes.lines if line.get_marker() == 'v']
+        assert marks == [study.rare(rows, kind, tried)[0][0] for kind in study.kinds]

@@ -8,11 +8,8 @@ see `second_route`.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ...studies import style
 from ..figure import Data, Figure, Judged, Quality, judged
 from ..second_route import dynamics, statics
 
@@ -40,23 +37,6 @@ def compute(quality: Quality) -> Data:
     data['theirs'] = np.array([row.theirs for row in rows])
     data['route'] = np.array([row.route for row in rows])
     return data
-
-
-@FIGURE.drawing
-def draw(data: Data) -> Any:
-    """Draw both histories by both routes; the page has the table."""
-    figure = style.new_figure(3.0)
-    write, echo = style.axes_grid(figure, 1, 2)[0]
-    write.plot(data['t'], data['wall_theirs'], color=style.MARK, lw=4.0, label='SciPy DOP853')
-    write.plot(data['t'], data['wall_ours'], color=style.INK, label='our kernel')
-    write.set(xlabel='time $t$ (time units)', ylabel='wall $X$ (cells)')
-    write.legend()
-    style.label(write, 'a', 'a write cycle')
-    echo.semilogy(data['t_echo'], data['v_c_theirs'], color=style.MARK, lw=4.0)
-    echo.semilogy(data['t_echo'], data['v_c_ours'], color=style.INK)
-    echo.set(xlabel='time $t$ (time units)', ylabel='$v_c$ (cells)', ylim=(1e-6, 2e-2))
-    style.label(echo, 'b', 'an echo')
-    return figure
 
 
 @FIGURE.claim(

@@ -64,16 +64,10 @@ def draw(data: Data) -> Any:
     """Draw contour over strain schedule, and the step from x = 0 with its four numbers."""
     figure = style.new_figure(4.6)
     left, right = figure.subfigures(1, 2, width_ratios=(2.1, 1.0))
-    upper, lower = style.stacked(left)[:, 0]
     t = data['t'] / 1e3
-    mesh = style.contour(upper, t, CASE_II.sites - 100.0, data['field'])
-    style.mark_defects(upper, CASE_II, 100.0)
-    upper.plot(t, data['wall'] - 100.0, color=style.INK, lw=0.8)
-    upper.set_ylabel('$x = j - 100$, level')
+    upper, lower = style.driven(left, t, CASE_II, data['field'], data['strain'])
+    upper.plot(t, data['wall'] - style.MIDDLE, color=style.INK, lw=0.8)
     style.label(upper, 'a.i', r'configuration $\Delta_j$')
-    style.phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
-    style.schedule(lower, t, data['strain'])
-    lower.set(xlim=(t[0], t[-1]), xlabel=style.TIME)
     style.label(lower, 'a.ii', 'strain: compression below 0')
     _detail(right, data)
     return figure
@@ -83,12 +77,12 @@ def _detail(figure: Any, data: Data) -> None:
     """Draw the step that begins at x = 0: position and strain against time, numbered."""
     steps = list(data['levels'])
     step = steps.index(DETAIL + 1) if DETAIL + 1 in steps else len(steps) - 1
-    home = CASE_II.defect(int(steps[step]) - 1) - 100.0
+    home = CASE_II.defect(int(steps[step]) - 1) - style.MIDDLE
     begin = data['begun'][step]
     chosen = (data['t'] >= begin) & (data['t'] <= begin + 4200.0)
-    t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - 100.0
+    t, wall = (data['t'][chosen] - begin) / 1e3, data['wall'][chosen] - style.MIDDLE
     upper, lower = style.stacked(figure)[:, 0]
-    style.contour(upper, t, CASE_II.sites - 100.0, data['field'][chosen])
+    style.contour(upper, t, CASE_II.sites - style.MIDDLE, data['field'][chosen])
     upper.plot(t, wall, color=style.INK, lw=1.0)
     for y in (home, home + 25.0):
         upper.axhline(y, color=style.INK, lw=0.8, ls=':')

@@ -70,15 +70,8 @@ def draw(data: Data) -> Any:
     """Draw the erase of the last level as a contour, and the cost of every level."""
     figure = style.new_figure(4.2)
     left, right = figure.subfigures(1, 2, width_ratios=(2.3, 1.0))
-    upper, lower = style.stacked(left)[:, 0]
-    t = data['t'] / 1e3
-    mesh = style.contour(upper, t, CASE_II.sites - 100.0, data['field'])
-    style.mark_defects(upper, CASE_II, 100.0)
-    upper.set_ylabel('$x = j - 100$, level')
+    upper, lower = style.driven(left, data['t'] / 1e3, CASE_II, data['field'], data['strain'])
     style.label(upper, 'i', f'a kink erases level {data["levels"][-1]}')
-    style.phase_bar(left, mesh, upper, (CASE_II.D_s1, CASE_II.D_s2))
-    style.schedule(lower, t, data['strain'])
-    lower.set(xlim=(t[0], t[-1]), xlabel=style.TIME)
     style.label(lower, 'ii', 'strain')
     axes = style.axes_grid(right)[0, 0]
     colors = [style.S2 if blank == -1 else style.FAINT for blank in data['left']]

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from mlmem_ros.physics.excerpt import uniform
 from mlmem_ros.physics.held_wall import hold_walls
 from mlmem_ros.physics.potential import Array
 
-from ...studies import style
 from ...studies.trace import wall_path
 from ..figure import Data, Figure, Judged, Quality, judged
 
@@ -52,7 +50,6 @@ def compute(quality: Quality) -> Data:
         data[f'path_{name}'] = path
         data[f'speed_{name}'] = np.gradient(path, data['t'])
         looks = range(0, len(path), quality.pick(40, 10))
-        data['t_profile'] = data['t'][list(looks)]
         data[f'profile_{name}'] = np.array(
             [_departure(flat, fields[i], float(path[i]), name) for i in looks]
         )
@@ -93,33 +90,6 @@ def closed_form(data: Data, position: np.ndarray) -> np.ndarray:
     """
     alpha = 1.0 + data['gamma'] * position
     return np.asarray(-data['gamma'] / (2.0 * data['eta'] * alpha))
-
-
-@FIGURE.drawing
-def draw(data: Data) -> Any:
-    """Draw path, speed and change of profile of both walls."""
-    figure = style.new_figure(3.0)
-    path, speed, profile = style.axes_grid(figure, 1, 3)[0]
-    t = data['t'] / 1e3
-    for name, color, text in (('anti_kink', style.S2, 'anti-kink'), ('kink', style.S1, 'kink')):
-        path.plot(t, data[f'path_{name}'], color=color, label=text)
-        speed.plot(t, 1e3 * data[f'speed_{name}'], color=color)
-        profile.plot(data['t_profile'] / 1e3, 1e3 * data[f'profile_{name}'], color=color)
-    path.plot(t, data['path_defect'], color=style.FAINT, label='with the defect')
-    forecast = closed_form(data, data['path_anti_kink'])
-    speed.plot(
-        t, 1e3 * forecast, color=style.INK, lw=1.0, ls='--', label=r'$|\gamma|/(2\eta\alpha)$'
-    )
-    path.legend(loc='upper left')
-    speed.legend(loc='lower right')
-    for axes, letter, text, unit, top in (
-        (path, 'a', 'both move right', 'wall $X$ (cells)', 210.0),
-        (speed, 'b', 'at constant speed', r'cells per 1000 time units', None),
-        (profile, 'c', 'in one shape', r'rms departure ($10^{-3}$ cells)', None),
-    ):
-        axes.set(xlabel='$t$ (1000 time units)', ylabel=unit, ylim=(0.0, top))
-        style.label(axes, letter, text)
-    return figure
 
 
 @FIGURE.claim(

@@ -4,17 +4,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from mlmem_ros.device.motion import Cycle
-from mlmem_ros.device.settings import CycleSettings, WriteSettings
+from mlmem_ros.device.settings import CycleSettings
 from mlmem_ros.physics import CASE_II, Chain, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
-from ...studies import style
 from ...studies.trace import strain_chain, wall_position
 from ..figure import Data, Figure, Judged, Quality, judged
 
@@ -47,7 +43,7 @@ def cycle_once(level: int, peak: float, times: CycleSettings) -> tuple[int, floa
 @FIGURE.data
 def compute(quality: Quality) -> Data:
     """Return the levels and cells moved by one cycle (level x peak), of either sign."""
-    times, settings = CycleSettings(), WriteSettings()
+    times = CycleSettings()
     levels = range(CASE_II.levels)
     peaks = 1e-3 * quality.pick(
         np.array([-50.0, -34.0, -15.0, 20.0, 48.0]), np.arange(-72.0, 74.0, 2.0)
@@ -65,28 +61,7 @@ def compute(quality: Quality) -> Data:
         'moved': moved,
         'shift': shift,
         'by_compression': [CASE_II.freed_by_compression(m) for m in levels],
-        'device': [settings.compression, settings.tension],
     }
-
-
-@FIGURE.drawing
-def draw(data: Data) -> Any:
-    """Draw what one cycle does to every level, over the peak strain."""
-    figure = style.new_figure(3.3)
-    axes = style.axes_grid(figure)[0, 0]
-    colors = ListedColormap([style.INK, style.PALE, style.S2, '#56b4e9', style.MARK, style.S1])
-    mesh = axes.pcolormesh(
-        1e3 * data['peaks'], data['levels'], np.clip(data['moved'], -1, 4), cmap=colors,
-        norm=BoundaryNorm(np.arange(-1.5, 5.0), 6), edgecolors='w', lw=0.6, shading='nearest',
-    )  # fmt: skip
-    bar = figure.colorbar(mesh, ax=axes, ticks=range(-1, 5), pad=0.01)
-    bar.ax.set_yticklabels(['back', 'stays', '+1', '+2', '+3', 'lost or more'])
-    for peak in data['device']:
-        axes.axvline(1e3 * peak, color=style.MARK, lw=2.0, ls='--')
-    axes.set(xlabel=r'peak strain $\varepsilon$ ($10^{-3}$)', ylabel='level before the cycle')
-    axes.set_yticks(data['levels'])
-    style.label(axes, 'ours', 'levels moved by one cycle (dashed: the device)')
-    return figure
 
 
 @FIGURE.claim(

@@ -46,14 +46,14 @@ def dynamics(quality: Quality, data: Data) -> Iterator[TwoWays]:
     ]
     ours = np.array([wall_position(design, field) for field in trace.configuration])
     theirs = np.array([wall_position(design, field) for field in fields])
-    data |= {'t': clock, 'wall_ours': ours, 'wall_theirs': theirs}
+    data |= {'wall_ours': ours, 'wall_theirs': theirs}
     yield TwoWays('wall at the end of the schedule', ours[-1], theirs[-1], 'DOP853')
     moves = [_passage(clock, path, 35.0) for path in (ours, theirs)]
     yield TwoWays('time at which it passes j = 35', moves[0], moves[1], 'DOP853')
-    yield from _echo(data)
+    yield from _echo()
 
 
-def _echo(data: Data) -> Iterator[TwoWays]:
+def _echo() -> Iterator[TwoWays]:
     design = dataclasses.replace(CASE_II, N=110)
     v = resting_wall(Specimen(design), 1)
     pulse = Pulse(float(v[0]), PAPER)
@@ -74,7 +74,6 @@ def _echo(data: Data) -> Iterator[TwoWays]:
     kernel, _ = listen(design, v, PAPER, duration=duration, dt=dt, integrator=NOH_BATHE)
     fine, step = listen(design, v, PAPER, duration=duration, dt=dt / 10.0, integrator=NOH_BATHE)
     ours, finer = detect(kernel, dt, PAPER), detect(fine, step, PAPER)
-    data |= {'t_echo': echo.t, 'v_c_theirs': echo.v_c, 'v_c_ours': ours.v_c}
     late = echo.t > held_for + 60.0
     yield TwoWays('echo delay, wall at j = 50', _number(ours.delay), _number(echo.delay), 'DOP853')
     yield TwoWays('greatest v_c of the echo x 1e3', 1e3 * float(ours.v_c[late].max()),

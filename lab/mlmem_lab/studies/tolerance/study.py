@@ -152,39 +152,18 @@ class Tolerance:
         """
         what = rows[0]['kind'], rows[0]['tried']
         elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
-        failures = sum(_by_level(rows, 'failed').values())
+        failures = sum(row[name] for row in rows for name in row if name.startswith('failed_'))
         heaviest = HEAVIEST if screened(self.shared, *what) else 1.0
         return pooled(elements, size(self.shared, *what)[1], failures, squares, heaviest)
 
-    def rates_by_level(self, rows: Sequence[Row]) -> dict[int, Rate]:
-        """Return the rates by the level that a step starts from or a read is of.
-
-        An element has one trial of a level; a screen's weights apply here too.
-        """
-        weighted = screened(self.shared, rows[0]['kind'], rows[0]['tried'])
-        clustering = self.rate(rows).clustering if weighted else 1.0
-        failed = _by_level(rows, 'failed')
-        return {
-            level: Rate(failed[level], round(trials), clustering)
-            for level, trials in _by_level(rows, 'tried').items()
-            if trials
-        }
-
-    def curve(
-        self, rows: Sequence[Row], kind: str, tried: str
-    ) -> tuple[list[float], list[list[Row]]]:
-        """Return the amounts of a kind that were counted, rising, and their rows."""
+    def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
+        """Return the amounts of a kind that were counted, rising, and the rates at them."""
         found: dict[float, list[Row]] = {}
         for row in rows:
             if (row['kind'], row['tried']) == (kind, tried):
                 found.setdefault(row['scatter'], []).append(row)
         amounts = sorted(found)
-        return amounts, [found[amount] for amount in amounts]
-
-    def rates(self, rows: Sequence[Row], kind: str, tried: str) -> tuple[list[float], list[Rate]]:
-        """Return the amounts of a kind that were counted, rising, and the rates at them."""
-        amounts, counted = self.curve(rows, kind, tried)
-        return amounts, [self.rate(some) for some in counted]
+        return amounts, [self.rate(found[amount]) for amount in amounts]
 
     def rare(
         self, rows: Sequence[Row], kind: str, tried: str
@@ -204,10 +183,3 @@ class Tolerance:
         if failing < len(rates):
             words.append(f'{rates[failing].value:.2g} of all at {amounts[failing]:.2g}')
         return None, ', '.join(words)
-
-
-def _by_level(rows: Sequence[Row], name: str) -> dict[int, float]:
-    """Return the sum over points of a count by level, see `evaluate`."""
-    prefix = f'{name}_'
-    levels = [int(column.removeprefix(prefix)) for column in rows[0] if column.startswith(prefix)]
-    return {level: sum(row[f'{prefix}{level}'] for row in rows) for level in levels}
