@@ -11,7 +11,6 @@ ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / 'README.md',
     ROOT / 'docs' / 'testing.md',
-    ROOT / 'docs' / 'sessions.md',
     *sorted((ROOT / 'docs' / 'tutorials').glob('*.md')),
 ]
 
