@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Place the numbers of lab/results in the pages: python3 -m mlmem_lab.numbers [--check].
 
-A comment behind a number, or words in italics, says which it is, by file and keys; the number keeps
-its decimals:
+A comment behind a number, or behind words in italics, says which it is, by file and keys; the
+number keeps its decimals:
 
-    A step makes 0.142<!-- energy/plain/level --> of heat, on an *AMD EPYC*<!-- energy/processor -->.
+    A step makes 0.142<!-- energy/plain/level --> of heat. An *AMD EPYC*<!-- r/processor --> did.
 
 `key=value` picks an entry of a list. A table between two comments is made as a whole:
 

@@ -11,7 +11,10 @@ from mlmem_lab import numbers, results
 from mlmem_lab.numbers import placed
 from mlmem_ros.device import reading
 
-RESULT = {'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5, 'cases': [{'rail': 22.5, 'speed': 1.9}]}
+RESULT = {
+    'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5,
+    'cases': [{'rail': 22.5, 'speed': 1.9}],
+}  # fmt: skip
 
 
 @pytest.fixture

@@ -53,7 +53,7 @@ def draw_curve(
 ) -> None:
     """Draw counts with their intervals, and a name where the curve fitted to them is rare.
 
-    Where none failed the interval stands alone; without a curve the name is below the points.
+    Where none failed the interval stands alone; without a curve the name is at the lowest point.
     """
     shown = [i for i, rate in enumerate(rates) if rate.failures or rate.interval[1] < UNSEEN]
     for i in shown:
@@ -68,4 +68,4 @@ def draw_curve(
         place = curve.sigma(RARE), RARE
         axes.plot(*place, 'v', color=colour, markersize=6)
     if place is not None:
-        note(axes, text, place, (6, -13), color=colour)
+        note(axes, text, place, (-8, 3), color=colour, ha='right')
