@@ -9,7 +9,7 @@ import pytest
 
 from mlmem_lab import numbers, results
 from mlmem_lab.numbers import placed
-from mlmem_ros.device import reading
+from mlmem_ros.device import decoding
 
 RESULT = {
     'on': 'EPYC', 'heat': 0.14239, 'reads': 38400, 'rare': 9.6e-5,
@@ -100,7 +100,7 @@ def test_a_change_of_the_rules_of_reading_makes_counts_of_reads_old(rule, value,
     before = results.fingerprint('case_2'), results.fingerprint('case_2, read')
     results.fingerprint.cache_clear()
     assert results.fingerprint('case_2, read') == before[1]
-    monkeypatch.setattr(reading, rule, value)
+    monkeypatch.setattr(decoding, rule, value)
     results.fingerprint.cache_clear()
     after = results.fingerprint('case_2'), results.fingerprint('case_2, read')
     results.fingerprint.cache_clear()
