@@ -36,12 +36,8 @@ class Description:
 
 
 def described(default: Any, text: str, **more: Any) -> Any:
-    """Return a dataclass field with a default and a description.
-
-    Args:
-        default: The default value, or `dataclasses.MISSING` for a required field.
-        text: One descriptive phrase.
-        **more: Other attributes of `Description`.
+    """Return a dataclass field with a default (`dataclasses.MISSING` if it is required), and with
+    a `Description`.
     """
     return dataclasses.field(default=default, metadata={'description': Description(text, **more)})
 

@@ -113,7 +113,12 @@ LIBRARIES = {
 
 def version(library: str) -> str:
     """Return the installed version of a library; empty if it is not known."""
-    for package in LIBRARIES[library].packages:
+    return installed(*LIBRARIES[library].packages)
+
+
+def installed(*packages: str) -> str:
+    """Return the version of the first of some packages that is installed; empty without any."""
+    for package in packages:
         try:
             return metadata.version(package)
         except metadata.PackageNotFoundError:

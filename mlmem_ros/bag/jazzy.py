@@ -43,11 +43,7 @@ def definition(type_name: str) -> Definition:
 
 
 def message(type_name: str, **values: Any) -> Any:
-    """Make a message.
-
-    Args:
-        type_name: Name of the type.
-        **values: Every field of the type; arrays of numbers as numpy arrays.
+    """Make a message of a type from all its fields; arrays of numbers are numpy arrays.
 
     Returns:
         An object with the fields as attributes.

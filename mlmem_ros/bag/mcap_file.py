@@ -68,13 +68,8 @@ class McapFile:
         serialization_format: str,
         metadata: Mapping[str, str],
     ) -> int:
-        """Declare a channel; it is written with the first chunk that follows.
-
-        Args:
-            topic: Name of the topic.
-            definition: Its message type; written once for all channels that share it.
-            serialization_format: Encoding of the messages, such as ``cdr``.
-            metadata: Metadata of the channel.
+        """Declare a channel; it is written with the first chunk that follows, its type once for
+        all that share it.
 
         Returns:
             The channel's id, for `write`.

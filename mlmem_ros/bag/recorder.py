@@ -115,13 +115,8 @@ class Recorder:
         self._thread.start()
 
     def put(self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None) -> bool:
-        """Queue a message: cheap, never blocks, never raises. Any thread may call it.
-
-        Args:
-            topic: Name of a topic of the bag.
-            cdr: The encoded message.
-            log_time: When it was received, in nanoseconds.
-            publish_time: When it was sent, in nanoseconds; by default the log time.
+        """Queue a message, with times in nanoseconds: cheap, never blocks, never raises. Any
+        thread may call it.
 
         Returns:
             Whether the message was accepted. It is not when the queue is full, which is counted,

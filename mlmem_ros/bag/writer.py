@@ -146,13 +146,8 @@ class BagWriter:
     def write(
         self, topic: str, cdr: bytes, log_time: int, publish_time: int | None = None
     ) -> None:
-        """Write a message.
-
-        Args:
-            topic: Name of a topic that was added.
-            cdr: The encoded message.
-            log_time: When it was received, in nanoseconds.
-            publish_time: When it was sent, in nanoseconds; by default the log time.
+        """Write a message; times are in nanoseconds, and by default it was sent when it was
+        received.
 
         Raises:
             BagError: The topic was not added, the message is not bytes, a time is out of range,

@@ -26,12 +26,8 @@ CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, steps, echo
 def check(
     design: Design, settings: Settings | None = None, element: Element | None = None
 ) -> Report:
-    """Judge a design and the settings of its instrument, or one element of it.
-
-    Args:
-        design: The design.
-        settings: The instrument's settings, by default those for the paper's Case II.
-        element: An element of the design, with its pulses.
+    """Judge a design and the settings of its instrument (by default for the paper's Case II), or
+    one element of it.
     """
     settings = settings or Settings()
     subject = Subject(design, settings)

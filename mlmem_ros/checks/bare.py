@@ -57,13 +57,8 @@ def moved(design: Design, cycle: Cycle, level: int, *, dt: float = STEP) -> int:
 def configuration_after(
     specimen: Specimen, cycle: Cycle, level: int, *, dt: float = STEP
 ) -> Array | None:
-    """Return the configuration after a cycle and a rest, shape (N,).
-
-    Args:
-        specimen: The element.
-        cycle: The strain.
-        level: Where the wall starts, or `BLANK`.
-        dt: Time step, where it is stable.
+    """Return the configuration, shape (N,), after a cycle from a level, or `BLANK`, and a rest, in
+    steps of `dt` where they are stable.
 
     Returns:
         None if the chain diverges, or no wall rests at the level.

@@ -10,7 +10,6 @@ import shutil
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from importlib import metadata
 from pathlib import Path
 
 from .. import doors
@@ -70,12 +69,8 @@ class Diagnosis:
 
 
 def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
-    """Check everything, item by item.
-
-    Args:
-        node: Name of a memory node that may be running.
-        wait: How long to wait for it, in seconds.
-        records: Where sessions will be recorded.
+    """Check everything, item by item: a node that may be running, for so many seconds, and the
+    folder of sessions, too.
     """
     yield check_python(sys.version_info[:2])
     libraries = [check_library(name) for name in LIBRARIES]
@@ -232,12 +227,7 @@ def check_node(name: str, wait: float) -> Diagnosis:
 
 
 def _version(name: str) -> str:
-    for package in (name, f'ros-jazzy-{name}'):
-        try:
-            return metadata.version(package)
-        except metadata.PackageNotFoundError:
-            continue
-    return 'of unknown version'
+    return doors.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
 
 
 def _existing(folder: Path) -> Path:

@@ -60,13 +60,10 @@ def dashboard(view: View, width: int) -> Panel:
 
 
 def sparkline(values: Sequence[float], width: int) -> str:
-    """Return values as one line of blocks, each the largest of its slice.
+    """Return values as one line of blocks, each the largest of its slice; negative ones count as
+    zero.
 
     A square root makes small ones visible next to large ones.
-
-    Args:
-        values: Any number of values; negative ones count as zero.
-        width: Columns to fill.
     """
     top = max(values, default=0.0)
     if top <= 0.0:

@@ -26,10 +26,8 @@ SUBCOMMANDS = (
 
 
 def parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
-    """Return the parser of the command line.
-
-    Args:
-        names: The sub-commands to include; by default all. Importing all modules takes a while.
+    """Return the parser of the command line, of some sub-commands, since importing all modules
+    takes a while.
     """
     names = (*SUBCOMMANDS, *sorted(_added())) if names is None else names
     parser = argparse.ArgumentParser(
@@ -56,10 +54,7 @@ def _command(name: str) -> Command:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a sub-command.
-
-    Args:
-        arguments: Command line without the program's name; by default that of the process.
+    """Run a sub-command, by default that of the process's command line.
 
     Returns:
         Exit status: 0 on success.

@@ -33,11 +33,8 @@ def plain_console(aside: bool = False) -> Console:
 
 
 def plain_table(title: str, *headings: str) -> Table:
-    """Return a table that fits 80 columns: cells are folded, words of a heading never.
-
-    Args:
-        title: What it shows.
-        headings: Of the columns; one that begins with > is aligned to the right.
+    """Return a table that fits 80 columns: cells are folded, words of a heading never. A heading
+    that begins with > is aligned to the right.
     """
     from rich import box
     from rich.table import Table

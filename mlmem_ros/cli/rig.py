@@ -32,9 +32,14 @@ if TYPE_CHECKING:
 RK4 = 'rk4'
 
 
+def _number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
+    """Return an option for a number."""
+    return option(name, type=float, default=default, metavar=metavar, help=text)
+
+
 def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
     """Return an option for a standard deviation."""
-    return option(name, type=float, default=0.0, metavar='X', help=f'scatter of the {of}, {unit}')
+    return _number(name, f'scatter of the {of}, {unit}')
 
 
 @command(
@@ -45,21 +50,11 @@ def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
     option(
         '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
     ),
-    option('--latency', type=float, default=0.0, metavar='S', help='delay of every frame'),
-    option('--jitter', type=float, default=0.0, metavar='S', help='additional random delay'),
-    option(
-        '--loss', type=float, default=0.0, metavar='P', help='probability that a frame is lost'
-    ),
-    option(
-        '--drift', type=float, default=0.0, metavar='X', help='fraction by which its clock is fast'
-    ),
-    option(
-        '--restart',
-        type=float,
-        default=0.0,
-        metavar='S',
-        help='disconnect after this time; 0: never',
-    ),
+    _number('--latency', 'delay of every frame', 'S'),
+    _number('--jitter', 'additional random delay', 'S'),
+    _number('--loss', 'probability that a frame is lost', 'P'),
+    _number('--drift', 'fraction by which its clock is fast'),
+    _number('--restart', 'disconnect after this time; 0: never', 'S'),
     option(
         '--at-once',
         action='store_true',
@@ -70,35 +65,15 @@ def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
     _deviation('--scatter-mass', 'masses of the cells'),
     _deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
     _deviation('--gain', 'gain of either transducer'),
-    option(
-        '--noise', type=float, default=0.0, metavar='X', help='noise of a sample, in cells (s.d.)'
-    ),
-    option(
-        '--sample-jitter',
-        type=float,
-        default=0.0,
-        metavar='X',
-        help='jitter of the time of a sample, in samples (s.d.)',
-    ),
+    _number('--noise', 'noise of a sample, in cells (s.d.)'),
+    _number('--sample-jitter', 'jitter of the time of a sample, in samples (s.d.)'),
     option(
         '--integrator',
         choices=('noh_bathe', 'pefrl', RK4),
         help="of the element, by default the preset's",
     ),
-    option(
-        '--step',
-        type=float,
-        default=0.0625,
-        metavar='X',
-        help='step of rk4 in time units, at most',
-    ),
-    option(
-        '--friction',
-        type=float,
-        default=0.0,
-        metavar='X',
-        help='dry friction of a cell in k_r cells; with rk4',
-    ),
+    _number('--step', 'step of rk4 in time units, at most', default=0.0625),
+    _number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
     option('--relative-damping', action='store_true', help='damp v - V instead of v'),
     option('--truth', metavar='FILE', help='write the element as it was drawn to this JSON file'),
     option('--seed', type=int, default=0, help='seed of the random numbers'),

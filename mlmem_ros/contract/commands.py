@@ -37,14 +37,11 @@ Make = Callable[[Any, Units], Command]
 
 
 def follow(message: Any, units: Units) -> FollowTrajectory:
-    """Turn a JointTrajectory into a command; the device checks whether it can follow it.
+    """Turn a JointTrajectory, from rclpy or `rosbags`, into a command; the device checks whether
+    it can follow it.
 
     Positions are displacements of the substrate's end in m, as in `~/joint_states`, and velocities
     m/s. Stamp, accelerations and efforts are ignored: a trajectory begins when it is accepted.
-
-    Args:
-        message: A trajectory from rclpy or `rosbags`.
-        units: Of the device.
 
     Raises:
         Refused: A point does not have one position, or only some points have one velocity.
@@ -73,11 +70,7 @@ def follow(message: Any, units: Units) -> FollowTrajectory:
 
 
 def set_joint(message: Any, units: Units) -> SetStrain:
-    """Turn a JointState that sets a position into a command.
-
-    Args:
-        message: It names joints and their positions in m; all else is ignored.
-        units: Of the device.
+    """Turn a JointState that sets a position, in m, into a command; all else in it is ignored.
 
     Raises:
         Refused: It has no position of the device's joint.

@@ -95,11 +95,8 @@ class DelayTable:
         return max(self.delays if self.blank is None else (*self.delays, self.blank))
 
     def nearest(self, delay: float, without: int | None = None) -> tuple[int, float]:
-        """Return the entry nearest to a delay, and how clear the choice is.
-
-        Args:
-            delay: Measured delay.
-            without: An excluded entry: a level, or -1 for the blank entry.
+        """Return the entry nearest to a delay `without` a level, or -1 for the blank entry, and
+        how clear the choice is.
 
         Returns:
             The level, or -1 for the blank entry; and the level margin: 1 at the entry, 0 half-way

@@ -45,22 +45,22 @@ class DeviceSettings(Checked):
     )
 
 
+def _every(ticks: int, topic: str) -> Any:
+    return described(ticks, f'ticks between two {topic}', unit='ticks', low=0, high=10**6)
+
+
 @dataclass(frozen=True)
 class PublishSettings(Checked):
     """How often streams are published, in ticks; 0: never."""
 
-    field_every: int = described(20, 'ticks between two ~/field', unit='ticks', low=0, high=10**6)
-    wall_every: int = described(20, 'ticks between two ~/wall', unit='ticks', low=0, high=10**6)
-    joint_states_every: int = described(
-        20, 'ticks between two ~/joint_states', unit='ticks', low=0, high=10**6
-    )
-    image_every: int = described(50, 'ticks between two ~/image', unit='ticks', low=0, high=10**6)
+    field_every: int = _every(20, '~/field')
+    wall_every: int = _every(20, '~/wall')
+    joint_states_every: int = _every(20, '~/joint_states')
+    image_every: int = _every(50, '~/image')
     image_span: int = described(
         4000, 'ticks that ~/image reaches back', unit='ticks', low=1, high=10**7
     )
-    markers_every: int = described(
-        50, 'ticks between two ~/markers', unit='ticks', low=0, high=10**6
-    )
+    markers_every: int = _every(50, '~/markers')
     frame_id: str = described(
         'mlmem', "frame of stamped messages; by default the node's full name without its first /"
     )

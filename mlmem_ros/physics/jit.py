@@ -59,10 +59,8 @@ WIDEST = '"prefer-vector-width"="512"'
 
 
 def kernel(function: Function) -> Function:
-    """Compile a loop; it releases the GIL and is cached on disk if a place is writable.
-
-    Args:
-        function: A function of scalars, arrays, and tuples of them.
+    """Compile a loop over scalars, arrays, and tuples of them; it releases the GIL and is cached
+    on disk if a place is writable.
 
     Returns:
         The compiled function.
@@ -75,11 +73,8 @@ def kernel(function: Function) -> Function:
 
 
 def specialised(function: Function, **formulas: Callable[..., Any]) -> Function:
-    """Compile a loop with other formulas in place of those of its module.
-
-    Args:
-        function: A `kernel`.
-        **formulas: `inlined` functions by the names that the loop calls.
+    """Compile a `kernel` with other formulas in place of those of its module, `inlined` functions
+    by the names that it calls.
     """
     plain = cast(Dispatcher, function).py_func
     own = FunctionType(plain.__code__, plain.__globals__ | formulas, plain.__name__)
@@ -88,10 +83,8 @@ def specialised(function: Function, **formulas: Callable[..., Any]) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Write a function into each of its callers before they are compiled.
-
-    Args:
-        function: A scalar formula, or a loop that takes its caller's arrays.
+    """Write a function, a scalar formula or a loop that takes its caller's arrays, into each of
+    its callers before they are compiled.
 
     Returns:
         The compiled function.

@@ -26,11 +26,8 @@ class Link:
     """
 
     def __init__(self, send: Callable[[bytes], object], answers: bool = False) -> None:
-        """Begin with number 0 on both sides.
-
-        Args:
-            send: Puts bytes on the line.
-            answers: Whether this is the rig's side, which restarts with every hello.
+        """Begin with number 0 on both sides; the rig's side `answers`, and restarts with every
+        hello.
         """
         self._answers = answers
         self.asked = self.repeated = 0

@@ -64,12 +64,8 @@ class Serial:
     """A serial port in raw mode."""
 
     def __init__(self, path: str, baud: int, patience: float) -> None:
-        """Open a port.
-
-        Args:
-            path: Its device file.
-            baud: Bits per second.
-            patience: Longest time in seconds for which it may accept no data.
+        """Open a port by its device file, at so many bits per second; it may accept no data for
+        `patience` seconds.
 
         Raises:
             OSError: There is no such port, or no permission.

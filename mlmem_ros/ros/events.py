@@ -20,9 +20,6 @@ def events_executor(context: Context | None = None) -> Executor:
 
     It ignores callback groups, and without a time-out it waits for ever.
 
-    Args:
-        context: The ROS context, by default that of the process.
-
     Raises:
         ImportError: rclpy is too old for it, or has changed (see `doors`).
     """

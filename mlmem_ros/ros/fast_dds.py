@@ -37,10 +37,8 @@ def profile_variable(environment: Mapping[str, str]) -> str:
 
 
 def use_profile(environment: MutableMapping[str, str]) -> None:
-    """Make the process use the profile, unless it has one already.
-
-    Args:
-        environment: That of the process, which must not have loaded the middleware yet.
+    """Make a process that has not loaded the middleware yet use the profile, unless it has one
+    already.
     """
     given = any(environment.get(name) for name in NAMES)
     if not given and not any(Path(name).exists() for name in FILES):

@@ -12,14 +12,11 @@ from typing import Any
 
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
-    """Run one memory node until SIGINT or SIGTERM.
+    """Run one memory node, or as `memory_bank` several, until SIGINT or SIGTERM, with the
+    process's command line by default.
 
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
-
-    Args:
-        arguments: Command line, the program first; by default that of the process.
-        several: Whether it is the command line of `memory_bank`.
 
     Returns:
         Exit status, of `node.run`.

@@ -110,11 +110,8 @@ class SessionData:
     def reads(
         self, end: str = 'left', procedures: Collection[str] = ('read',)
     ) -> list[tuple[RecordedEcho, dict[str, str]]]:
-        """Return the last echo of every successful procedure, and its outcome.
-
-        Args:
-            end: The end that was probed.
-            procedures: Their names; a write ends with the echo that verifies it.
+        """Return the last echo of every successful procedure at an end, and its outcome; a write
+        ends with the echo that verifies it.
         """
         found = []
         for time, values in self.outcomes:
@@ -135,11 +132,8 @@ def _is_decoded(values: Mapping[str, str]) -> bool:
 
 
 def load(path: str | PathLike[str] | BagReader, node: str = '') -> SessionData:
-    """Read what a bag holds of a memory node.
-
-    Args:
-        path: The bag, or a reader that opened it.
-        node: Full name of the node; by default the only one in the bag.
+    """Read what a bag, or a reader that opened it, holds of a memory node, by default the only
+    one.
 
     Raises:
         BagError: The bag cannot be read, holds no node or several, or a message is not what its

@@ -14,9 +14,9 @@ import json
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import metadata
 from typing import Any
 
+from .. import doors
 from ..bag import jazzy
 from ..device import Command, MemoryElement, snapshot
 from ..physics import ARITHMETIC
@@ -83,12 +83,8 @@ class SessionTopics:
 
 
 def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:
-    """Return the message from which a replay starts, as CDR.
-
-    Args:
-        element: An idle device.
-        node: The node's full name.
-        parameters: The node's parameters; a replay uses design and settings instead.
+    """Return the message from which a replay starts, as CDR; the node's parameters are for
+    information.
 
     Raises:
         Refused: A procedure runs.
@@ -145,10 +141,7 @@ def versions() -> dict[str, str]:
 
 @functools.cache  # looked up on the disk, for which no tick may wait
 def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return 'unknown'
+    return doors.installed(package) or 'unknown'
 
 
 def _string(values: dict[str, Any]) -> bytes:

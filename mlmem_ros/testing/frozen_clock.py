@@ -56,10 +56,8 @@ class FrozenClock:
         self._publish()
 
     def advance(self, seconds: float) -> None:
-        """Let time pass, and let the element answer requests.
-
-        Args:
-            seconds: ROS time; a remainder below a tick is kept for the next call.
+        """Let ROS time pass, and let the element answer requests; a remainder below a tick is kept
+        for the next call.
 
         Raises:
             RequestError: The element has failed, or somebody has resumed its time.

@@ -43,12 +43,10 @@ class ReplayedSession:
         self.assert_agrees(incomplete)
 
     def assert_agrees(self, incomplete: bool = False) -> None:
-        """Fail unless the replay reproduces the whole recording.
+        """Fail unless the replay reproduces the whole recording, or if it is incomplete what there
+        is of it.
 
         That means every bit on the build that recorded, and every decoded level on another one.
-
-        Args:
-            incomplete: Accept a recording of which part is missing, if what there is agrees.
         """
         report = self.report
         assert report.levels_agree, (

@@ -103,11 +103,8 @@ class Forward:
         return self.exchanged([shot], duration)
 
     def exchanged(self, shots: Sequence[Shot], duration: float) -> Array:
-        """Return what `predict` does for pulses one after the other into the same element.
-
-        Args:
-            shots: The pulses, in their order; their samples end together.
-            duration: For how long after the first pulse began.
+        """Return what `predict` does for pulses one after the other into the same element; their
+        samples end together.
 
         Raises:
             StateError, DesignError: As in `predict`.

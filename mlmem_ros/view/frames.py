@@ -26,11 +26,8 @@ SAMPLES = 1200
 
 
 def packed(head: dict[str, Any], body: NDArray[Any] | None = None) -> bytes:
-    """Return a frame.
-
-    Args:
-        head: The header; non-finite numbers become null.
-        body: Integers (sent as int16) or reals (sent as float32), of any shape.
+    """Return a frame, in whose header numbers that are not finite become null; integers are sent
+    as int16, reals as float32.
     """
     data = b''
     if body is not None:
@@ -54,11 +51,8 @@ def finite(value: Any) -> Any:
 
 
 def counts(field: NDArray[Any], phases: tuple[float, float]) -> NDArray[np.int16]:
-    """Return a configuration as integers: 0 inactive, `COUNTS` active.
-
-    Args:
-        field: Configuration Delta_j, of any shape.
-        phases: Configuration of the inactive and of the active phase.
+    """Return a configuration Delta_j as integers: 0 inactive, `COUNTS` active; `phases` has that
+    of either.
     """
     inactive, active = phases
     scaled = (np.asarray(field, dtype=np.float32) - inactive) * (COUNTS / (active - inactive))

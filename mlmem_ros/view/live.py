@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..contract import topics
 from ..contract.errors import RequestError
 from ..contract.goals import action_types
-from ..ros.client.monitor import Status, listen
+from ..ros.client.monitor import Status, components, listen
 from ..ros.qos import RELIABLE
 from .about import WANTED, About, grouped
 from .activity import Activity
@@ -157,12 +157,7 @@ class Live:
             self._meet()
 
     def _on_diagnostics(self, message: Any) -> None:
-        prefix = f'{self._client.name[1:]}: '
-        parts = {
-            status.name.removeprefix(prefix): Status.of(status)
-            for status in message.status
-            if status.name.startswith(prefix)
-        }
+        parts = components(message, self._client.name)
         if 'loop' not in parts:
             return
         self._hear()

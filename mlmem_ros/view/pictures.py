@@ -37,12 +37,7 @@ class Pictures:
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, due: Callable[[], None]) -> None:
-        """Prepare.
-
-        Args:
-            loop: The server's event loop.
-            due: Called in it when it is time for a picture.
-        """
+        """Call `due` in the server's event loop when it is time for a picture."""
         self.clock = 0.0
         self._loop = loop
         self._due = due

@@ -206,14 +206,8 @@ def _of_ours(record: logging.LogRecord) -> bool:
 async def serve(
     server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
 ) -> None:
-    """Serve until stopped.
-
-    Args:
-        server: What is served.
-        host: Address to listen at.
-        port: Port; None for `DEFAULT_PORT`, or another one if that is taken.
-        ready: Called with the port when pages can come.
-        over: Set when it is time to stop.
+    """Serve at a port, or at `DEFAULT_PORT` or another one if that is taken, until it is `over`;
+    tell `ready` the port.
 
     Raises:
         OSError: The port is not available.

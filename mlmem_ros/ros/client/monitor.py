@@ -75,13 +75,19 @@ class View:
         return time.monotonic() - self.last_message
 
 
-def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
-    """Subscribe to a topic of a client's memory node, and return the subscription.
+def components(message: Any, node: str) -> dict[str, Status]:
+    """Return the status of every component of a node in a DiagnosticArray, by its name."""
+    prefix = f'{node[1:]}: '
+    return {
+        status.name.removeprefix(prefix): Status.of(status)
+        for status in message.status
+        if status.name.startswith(prefix)
+    }
 
-    Args:
-        client: Its node receives the messages; of a stream only the newest.
-        topic: The topic.
-        take: Called with each message in the thread that spins the client's node.
+
+def listen(client: MemoryClient, topic: topics.Topic, take: Callable[[Any], None]) -> Any:
+    """Subscribe to a topic of a client's memory node, of a stream to the newest message; `take` is
+    called in the thread that spins the client's node.
     """
     name = topic.name if topic.name[0] == '/' else f'{client.name}/{topic.name}'
     qos = SENSOR_DATA if topic.qos == topics.STREAM else profile(topic.qos)
@@ -107,7 +113,6 @@ class Monitor:
         )
         self._length = parameters['design.N'] * parameters['scale.length']
         self._gain_decay = parameters['probe.gain_decay']
-        self._prefix = f'{client.name[1:]}: '
         for topic, take in (
             (topics.LEVEL, self._on_level),
             (topics.OUTCOME, self._on_outcome),
@@ -137,7 +142,6 @@ class Monitor:
         self.view.last_message = time.monotonic()
 
     def _on_diagnostics(self, message: Any) -> None:
-        for status in message.status:
-            if status.name.startswith(self._prefix):
-                self.view.health[status.name.removeprefix(self._prefix)] = Status.of(status)
-                self.view.last_message = time.monotonic()
+        if found := components(message, self.view.name):
+            self.view.health |= found
+            self.view.last_message = time.monotonic()

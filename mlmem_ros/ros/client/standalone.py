@@ -37,11 +37,8 @@ def standalone(name: str = 'mlmem', patience: float = 10.0) -> Iterator[MemoryCl
             memory.write(5).wait()
 
     It has its own context and no signal handlers, so it does not disturb the program's rclpy.
-    Callbacks of subscriptions created on `memory.node` run in its thread.
-
-    Args:
-        name: Name of the memory node, with its namespace if it has one.
-        patience: How long the memory node may take to appear, in seconds.
+    Callbacks of subscriptions created on `memory.node` run in its thread. The memory node may take
+    `patience` seconds to appear.
     """
     context = Context()
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)

@@ -67,12 +67,8 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         parameters: Mapping[str, bool | int | float | str] | None = None,
         **options: Any,
     ) -> None:
-        """Declare parameters, services and command topics.
-
-        Args:
-            name: Name of the node, unless a remapping gives another.
-            parameters: Parameters by name, instead of those of the command line.
-            options: For `rclpy.lifecycle.LifecycleNode`, such as `namespace`.
+        """Declare parameters, services and command topics; given parameters take the place of
+        those of the command line, and options go to `rclpy.lifecycle.LifecycleNode`.
 
         Raises:
             SettingsError: A parameter has the wrong type or is out of range, or settings

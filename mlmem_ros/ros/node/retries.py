@@ -32,13 +32,7 @@ class Retries:
     """
 
     def __init__(self, node: Node, host: Host, interval: Callable[[], float]) -> None:
-        """Wait for nothing yet.
-
-        Args:
-            node: What to start.
-            host: Tells of the wait, in its log and as the reason of its stop.
-            interval: Returns the seconds between two attempts; 0 to give up.
-        """
+        """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
         self._node, self._host, self._interval = node, host, interval
         self.waiting = False
         self._attempts = 0

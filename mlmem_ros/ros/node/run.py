@@ -51,12 +51,7 @@ ONE: Sequence[Element] = ({},)
 
 
 def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = ONE) -> int:
-    """Run memory nodes until a signal has been received.
-
-    Args:
-        arguments: Command line with ROS arguments.
-        stop: The signals received so far; the handler adds to it.
-        elements: What distinguishes the nodes.
+    """Run memory nodes until a signal has been received, which its handler adds to `stop`.
 
     Returns:
         Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
@@ -169,12 +164,8 @@ def end(
     executor: GuardedExecutor,
     leaving: Callable[[int], None] = lambda status: None,
 ) -> int:
-    """Save, answer all requests, and leave the ROS graph; return the exit status.
-
-    Args:
-        nodes: The nodes.
-        executor: Theirs.
-        leaving: Called with the exit status once all is saved and answered.
+    """Save, answer all requests, then call `leaving`, and leave the ROS graph; return the exit
+    status.
     """
     executor.turn(MOMENT)  # takes what was sent during the start
     answered = sum(node.answered for node in nodes)
