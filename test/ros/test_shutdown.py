@@ -19,6 +19,8 @@ from mlmem_ros.ros.client.standalone import wait_until
 ROOT = Path(__file__).parents[2]
 QUICK = {'scale.time': 1e-5}
 SOON = 30.0
+RACE = r'Traceback .*\n(  .*\n)*OSError: Signal 2 ignored due to race condition\n'
+"""Python's own word on a signal in the microsecond in which it is set to be ignored."""
 
 
 def stop(*processes):
@@ -75,7 +77,8 @@ def test_nothing_cuts_the_end_of_the_example_short(start):
         while example.poll() is None:
             example.send_signal(signal.SIGINT)
             time.sleep(gap)
-        assert (example.returncode, example.stderr.read()) == (0, ''), gap
+        said = re.sub(RACE, '', example.stderr.read())
+        assert (example.returncode, said) == (0, ''), gap
 
 
 def test_who_waits_for_a_killed_node_is_told_soon(start):
