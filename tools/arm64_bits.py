@@ -26,6 +26,7 @@ import numpy as np
 import test_bits
 
 from mlmem_ros.physics import INTEGRATORS, jit
+from mlmem_ros.physics.inputs import Inputs
 
 TRIPLE = 'aarch64-unknown-linux-gnu'
 GCC = ('aarch64-linux-gnu-gcc', '-O1', '-ffreestanding', '-fno-builtin', '-w')
@@ -131,7 +132,7 @@ def main() -> int:
         ends = np.empty((2, len(inputs[0]) // chain.integrator.substeps))
         print(method, substrate, end=': ')
         with tempfile.TemporaryDirectory() as folder:
-            arguments = chain._arguments(*inputs, ends)
+            arguments = chain._arguments(Inputs(*inputs), ends)
             agree.append(same(INTEGRATORS[method].advance, arguments, Path(folder)))
         print('the same bits' if agree[-1] else 'OTHER BITS')
     return 0 if all(agree) else 1

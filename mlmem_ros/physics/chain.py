@@ -13,6 +13,7 @@ import numpy as np
 from .design import Design
 from .errors import DesignError, StateError
 from .held_cell import FREE, HeldCell
+from .inputs import Inputs
 from .jit import in_cache
 from .laws import Linear
 from .methods import NOH_BATHE, Integrator
@@ -246,19 +247,14 @@ class Chain:
             StateError: The inputs have the wrong shape, are not finite, or drive a cell so far
                 that the step becomes unstable. The chain is as it was before.
         """
-        self.check_inputs(V_N, held_cell, shake)
+        substeps, inputs = self.integrator.substeps, Inputs(_plain(V_N), held_cell, shake)
+        inputs.check(self.design.N, substeps)
         before = [row.copy() for row in self._rows()], self.V_N, self.steps_done
-        V_N = _plain(V_N)
-        steps = len(V_N) // self.integrator.substeps
+        steps = len(V_N) // substeps
         every = max(1, steps // looks) if looks else 0
-        ends, strayed = self._stretch(V_N, held_cell, shake, every)
+        ends, strayed = self._stretch(inputs, every)
         while not strayed and ends.shape[1] < steps:
-            done = self.integrator.substeps * ends.shape[1]
-            later = (
-                None if held_cell is None else HeldCell(held_cell.site, held_cell.motion[:, done:])
-            )
-            base = None if shake is None else shake[done:]
-            part, strayed = self._stretch(V_N[done:], later, base, every)
+            part, strayed = self._stretch(inputs.after(substeps * ends.shape[1]), every)
             ends = np.concatenate((ends, part), axis=1)
         # A non-finite value anywhere reaches a velocity of the metamaterial within the sub-step.
         finite = np.isfinite(self.velocity).all()
@@ -276,37 +272,23 @@ class Chain:
             )
         return ends
 
-    def _stretch(
-        self, V_N: Array, held_cell: HeldCell | None, shake: Array | None, every: int
-    ) -> tuple[Array, bool]:
+    def _stretch(self, inputs: Inputs, every: int) -> tuple[Array, bool]:
         """Advance until a rest begins or ends; `every` is the number of steps of a tick, or 0.
 
         Returns:
             Displacements v_1 and v_N after every step done, and whether a cell left its range.
         """
-        if steps := every * self._resting(V_N, held_cell, shake, every):
+        substeps = self.integrator.substeps
+        if every and self.calm and (ticks := inputs.still(self.V_N) // (substeps * every)):
+            steps = every * ticks
             self.pass_by(steps)
             return np.repeat([[self.end(1)], [self.end(self.design.N)]], steps, axis=1), False
-        ends = np.empty((2, len(V_N) // self.integrator.substeps))
-        steps, strayed = self.integrator.advance(
-            *self._arguments(V_N, held_cell, shake, ends, every)
-        )
+        ends = np.empty((2, len(inputs.V_N) // substeps))
+        steps, strayed = self.integrator.advance(*self._arguments(inputs, ends, every))
         if steps:
-            self.V_N = float(V_N[self.integrator.substeps * steps - 1])
+            self.V_N = float(inputs.V_N[substeps * steps - 1])
         self.steps_done += steps
         return ends[:, :steps], strayed
-
-    def _resting(
-        self, V_N: Array, held_cell: HeldCell | None, shake: Array | None, every: int
-    ) -> int:
-        """Return for how many ticks from now on the chain is at rest."""
-        if not every or (held_cell is not None and held_cell.motion.size) or not self.calm:
-            return 0
-        moved = V_N != self.V_N
-        if shake is not None:
-            moved |= shake != 0.0
-        nodes = int(moved.argmax()) if moved.any() else len(moved)
-        return nodes // (self.integrator.substeps * every)
 
     @property
     def calm(self) -> bool:
@@ -321,15 +303,9 @@ class Chain:
         substrate = None if self._substrate is None else self._substrate[0]
         return balanced(self._metamaterial[0], substrate, self._cells, self.V_N)
 
-    def _arguments(
-        self,
-        V_N: Array,
-        held_cell: HeldCell | None,
-        shake: Array | None,
-        ends: Array,
-        every: int = 0,
-    ) -> tuple[Any, ...]:
+    def _arguments(self, inputs: Inputs, ends: Array, every: int = 0) -> tuple[Any, ...]:
         """Return the arguments of the loop; `every` is the number of steps of a tick, or 0."""
+        V_N, held_cell, shake = inputs
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion, site = _plain((held_cell or FREE).motion), (held_cell or FREE).site
         look, slow = (every, REST) if every else (max(1, ends.shape[1]), 0.0)
@@ -356,33 +332,10 @@ class Chain:
         """Advance by whole steps with the substrate's end held where it is."""
         return self.advance(np.full(self.integrator.substeps * steps, self.V_N))
 
-    def check_inputs(self, V_N: Array, held_cell: HeldCell | None, shake: Array | None) -> None:
-        """Raise `StateError` for what `advance` would refuse."""
-        substeps = self.integrator.substeps
-        if V_N.ndim != 1 or len(V_N) % substeps:
-            raise StateError(f'V_N must have shape ({substeps} steps,); got {V_N.shape}')
-        if not np.isfinite(V_N).all():
-            raise StateError('V_N must be finite; got NaN or infinity')
-        if shake is not None and not (shake.shape == V_N.shape and np.isfinite(shake).all()):
-            raise StateError(f'shake must have shape {V_N.shape} and be finite')
-        if held_cell is None:
-            return
-        if held_cell.site not in (1, self.design.N):
-            raise StateError(f'site must be 1 or N = {self.design.N}; got {held_cell.site}')
-        if held_cell.motion.ndim != 2 or held_cell.motion.shape[0] != 2:
-            raise StateError(f'motion must have shape (2, m); got {held_cell.motion.shape}')
-        if held_cell.motion.shape[1] > len(V_N):
-            raise StateError(
-                f'motion must end with the run, {len(V_N)} sub-steps; '
-                f'got {held_cell.motion.shape[1]}'
-            )
-        if not np.isfinite(held_cell.motion).all():
-            raise StateError('motion must be finite; got NaN or infinity')
-
 
 def kernel_in_cache(design: Design, integrator: Integrator = NOH_BATHE) -> bool:
     """Return whether the loop for an element of a design is already compiled, here or on disk."""
-    nothing = np.empty(0), None, None, np.empty((2, 0))
+    nothing = Inputs(np.empty(0)), np.empty((2, 0))
     return in_cache(integrator.advance, *Chain(design, integrator=integrator)._arguments(*nothing))
 
 

@@ -14,9 +14,9 @@ def count(element):
     """Return a list that grows by the ticks of every call of the material's loop."""
     steps, arguments = [], element.chain._arguments
 
-    def asked(V_N, drive, shake, ends, every=0):
+    def asked(inputs, ends, every=0):
         steps.append(ends.shape[1] / element.steps_per_tick)
-        return arguments(V_N, drive, shake, ends, every)
+        return arguments(inputs, ends, every)
 
     element.chain._arguments = asked
     return steps

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
+from mlmem_ros.physics.inputs import Inputs
 
 INTEGRATOR = pytest.mark.parametrize('integrator', INTEGRATORS.values(), ids=INTEGRATORS)
 
@@ -30,7 +31,7 @@ def test_the_loops_are_vectorised(integrator, substrate):
     """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting."""
     fresh = numba.njit(**jit.SETTINGS)(integrator.advance.py_func)
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
-    nothing = chain._arguments(np.empty(0), None, None, np.empty((2, 0)))
+    nothing = chain._arguments(Inputs(np.empty(0)), np.empty((2, 0)))
     fresh.compile(tuple(numba.typeof(each) for each in nothing))
     code = fresh.inspect_asm(fresh.signatures[0])
     packed = r'\b(v?mulpd|vfn?m(add|sub)\d+pd|fml[as]\s+v\S+2d)'

@@ -11,6 +11,7 @@ from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
 from mlmem_ros.physics.energy import end_force, energy, moving_masses
+from mlmem_ros.physics.inputs import Inputs
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.statics import metamaterial_force
 
@@ -47,9 +48,9 @@ class MeteredChain(Chain):
         looks: int = 0,
     ) -> Array:
         """Advance by whole steps as `Chain.advance` does; it looks at its cells after each."""
-        self.check_inputs(V_N, held_cell, shake)
-        base = np.zeros_like(V_N) if shake is None else shake
         substeps = self.integrator.substeps
+        Inputs(V_N, held_cell, shake).check(self.design.N, substeps)
+        base = np.zeros_like(V_N) if shake is None else shake
         steps = len(V_N) // substeps
         states, end, ends = [self._moving()], [self.V_N], np.empty((2, steps))
         for k in range(steps):
