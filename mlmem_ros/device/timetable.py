@@ -87,15 +87,15 @@ class Timetable:
         A pending request in the box makes them end where it takes effect.
         """
         element = self._element
-        resting = element.at_rest
-        if self._watched() if resting else self._has_subscribers():
+        resting, every = element.at_rest, self._watched()
+        if every and (resting or self._has_subscribers()):
             in_time = self._at_once - element.ticks % self._at_once
             ticks = in_time if resting and self._at_once > 1 else in_time - 1
         elif resting and not box.shakes:
             ticks = self._most_asleep
         else:
             ticks = self._most_deferred
-            if every := self._watched():
+            if every:
                 beyond = (element.ticks + ticks) % every
                 ticks -= beyond if beyond < ticks else 0
         if self.slept:
