@@ -26,26 +26,10 @@ if TYPE_CHECKING:
     from .ros.node.node import MemoryNode
 
 __all__ = [
-    'BankFailed',
-    'Calibrated',
-    'Corrected',
-    'Decoded',
-    'Done',
-    'LostWord',
-    'MemoryBank',
-    'MemoryClient',
-    'MemoryNode',
-    'NoAnswer',
-    'Reply',
-    'RequestError',
-    'RequestFailed',
-    'RequestRefused',
-    'SelfTested',
-    'TornWord',
-    'Word',
-    '__version__',
-    'standalone',
-]
+    'BankFailed', 'Calibrated', 'Corrected', 'Decoded', 'Done', 'LostWord', 'MemoryBank',
+    'MemoryClient', 'MemoryNode', 'NoAnswer', 'Reply', 'RequestError', 'RequestFailed',
+    'RequestRefused', 'SelfTested', 'TornWord', 'Word', '__version__', 'standalone',
+]  # fmt: skip
 
 _HOMES = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),

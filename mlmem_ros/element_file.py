@@ -138,13 +138,8 @@ class Element:
                 Trims.from_dict(data['plan']) if 'plan' in data else None,
             )  # fmt: skip
         except (
-            LookupError,
-            TypeError,
-            ValueError,
-            AttributeError,
-            DesignError,
-            SettingsError,
-        ) as error:
+            LookupError, TypeError, ValueError, AttributeError, DesignError, SettingsError,
+        ) as error:  # fmt: skip
             raise ElementFileError(f'this is not an element: {error!r}') from error
 
 

@@ -255,17 +255,9 @@ class EchoDetector:
         n = len(self._v_c)
         t = np.arange(1.0, n + 1.0) * self._dt
         return Echo(
-            end,
-            self.probe,
-            t,
-            self._v_m[:n],
-            self._v_c,
-            self.delay,
-            self.threshold_margin,
-            self._floor,
-            shaken,
-            spoiled,
-        )
+            end, self.probe, t, self._v_m[:n], self._v_c, self.delay, self.threshold_margin,
+            self._floor, shaken, spoiled,
+        )  # fmt: skip
 
 
 @kernel

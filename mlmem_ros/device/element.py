@@ -230,17 +230,9 @@ class MemoryElement(Memory):
         run, self._running = self._running, None
         assert run is not None
         run.outcome = Outcome(
-            self.progress.procedure,
-            success,
-            error,
-            result.reading,
-            result.attempts,
-            self.progress.start_tick,
-            self.ticks,
-            result.checks,
-            result.delays,
-            result.found,
-        )
+            self.progress.procedure, success, error, result.reading, result.attempts,
+            self.progress.start_tick, self.ticks, result.checks, result.delays, result.found,
+        )  # fmt: skip
         self._events.append(run.outcome)
         return run.outcome
 

@@ -103,9 +103,7 @@ class Memory(Instrument):
         if self.reading.level != UNDECODABLE:  # all that is under way was seen
             for each in echoes:
                 self.transducer.reverberation[each].returned()
-        last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT
+        last = End.RIGHT if self.reading.end == End.RIGHT else End.LEFT  # which is reported
         for echo in sorted(echoes.values(), key=lambda echo: echo.end is last):
-            self._events.append(
-                EchoReceived(echo, self.reading)
-            )  # the end that is reported comes last
+            self._events.append(EchoReceived(echo, self.reading))
         return self.reading

@@ -15,29 +15,11 @@ from .stepping import default_step, stable_step, substep_times
 from .wall import Wall, level_of, walls
 
 __all__ = [
-    'ARITHMETIC',
-    'CASE_I',
-    'CASE_II',
-    'INTEGRATORS',
-    'NOH_BATHE',
-    'PEFRL',
-    'Chain',
-    'Design',
-    'DesignError',
-    'HeldCell',
-    'Integrator',
-    'Scatter',
-    'Specimen',
-    'StateError',
-    'Wall',
-    'default_step',
-    'kernel_in_cache',
-    'level_of',
-    'scattered',
-    'stable_step',
-    'substep_times',
+    'ARITHMETIC', 'CASE_I', 'CASE_II', 'INTEGRATORS', 'NOH_BATHE', 'PEFRL', 'Chain', 'Design',
+    'DesignError', 'HeldCell', 'Integrator', 'Scatter', 'Specimen', 'StateError', 'Wall',
+    'default_step', 'kernel_in_cache', 'level_of', 'scattered', 'stable_step', 'substep_times',
     'walls',
-]
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

@@ -17,15 +17,6 @@ from .running import RunningNode
 from .sessions import ReplayedSession, assert_replays, assert_written, replay_session, replayed
 
 __all__ = [
-    'FrozenClock',
-    'ReplayedSession',
-    'RunningNode',
-    'assert_replays',
-    'assert_written',
-    'faults',
-    'frozen_clock',
-    'isolate',
-    'memory_node',
-    'replay_session',
-    'replayed',
-]
+    'FrozenClock', 'ReplayedSession', 'RunningNode', 'assert_replays', 'assert_written', 'faults',
+    'frozen_clock', 'isolate', 'memory_node', 'replay_session', 'replayed',
+]  # fmt: skip
