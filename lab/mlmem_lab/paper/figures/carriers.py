@@ -132,6 +132,7 @@ def draw(data: Data) -> Any:
         style.note(
             lower, f'{text}:\n{probe.omega_c:.1f}, {probe.v_th:.1e}', (probe.omega_c, probe.v_th),
             (-9, shift), ha='right', va='center', arrowprops={'arrowstyle': '-'},
+            bbox={'boxstyle': 'square,pad=0.0', 'fc': 'w', 'lw': 0.0},
         )  # fmt: skip
     grid[1, 1].legend(loc='lower left')
     return figure

@@ -117,9 +117,9 @@ def draw(data: Data) -> Any:
         y = np.maximum(data['difference'][:, chosen].max(axis=1), 1e-6)
         right.loglog(s_min, y, color=style.FAINT, lw=1.0)
         right.loglog(s_min[good], y[good], marker, color=style.S2, ms=7, label=text)
-        right.loglog(
-            s_min[~good], y[~good], marker, color=style.S1, ms=7, mfc='none', label='it fails'
-        )
+        if not good.all():
+            failed = {'color': style.S1, 'mfc': 'none', 'label': f'{text} fails'}
+            right.loglog(s_min[~good], y[~good], marker, ms=7, **failed)
     right.loglog(s_min, data['echo'], '^', color=style.MARK, ms=6, label='echo over pulse')
     right.set(xlabel=r'least stiffness $s_{\min}/k_r$', ylabel='greatest difference (cells)')
     right.set_ylim(1e-8, 30.0)
