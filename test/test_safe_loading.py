@@ -29,9 +29,10 @@ def found(source):
         elif isinstance(node, ast.ImportFrom):
             names |= {(node.module or '').split('.')[0]} & MODULES
         elif isinstance(node, ast.Call):
-            names |= {ast.unparse(node.func)} & FUNCTIONS
-            if not {ast.unparse(argument) for argument in node.args[1:]} & SAFE:
-                names |= {ast.unparse(node.func)} & YAML
+            called = ast.unparse(node.func)
+            names |= {called} & FUNCTIONS
+            if called in YAML and not {ast.unparse(each) for each in node.args[1:]} & SAFE:
+                names.add(called)
             names |= {
                 f'{word.arg}={word.value.value}'
                 for word in node.keywords

@@ -124,6 +124,8 @@ class Unknowns:
     def substrate_rates(self, x: Array) -> Array:
         """Return the derivatives of V_j per V_N by substrate ratio and j_0, shape (2, N)."""
         step = 1e-4
+        x, ratio = x.copy(), self.shared('substrate_ratio')
+        x[ratio] = max(x[ratio], 1.0 + step)  # below 1 there is no element
         rows = []
         for name in ('substrate_ratio', 'j_0'):
             ends = []

@@ -108,6 +108,16 @@ def test_a_clock_that_is_off_is_simulated_by_masses_and_damping():
     assert np.abs(tape.shot(0.0, 0.0, 0.25).samples - foretold).max() < 1e-12
 
 
+def test_a_uniform_substrate_has_rates_too():
+    """The ratio of its springs cannot fall below 1, where a fit may pass."""
+    unknowns = Unknowns(DESIGN)
+    x = unknowns.mean
+    x[unknowns.shared('substrate_ratio')] = 1.0
+    by_ratio, by_j_0 = unknowns.substrate_rates(x)
+    assert np.isfinite(by_ratio).all()
+    assert np.abs(by_ratio).max() > 1e3 * np.abs(by_j_0).max()
+
+
 def header_of(element):
     return jazzy.deserialize(messages.header(element, '/mlmem', {}), messages.STRING).data
 
