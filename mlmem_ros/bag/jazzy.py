@@ -43,10 +43,8 @@ def definition(type_name: str) -> Definition:
 
 
 def message(type_name: str, **values: Any) -> Any:
-    """Make a message of a type from all its fields; arrays of numbers are numpy arrays.
-
-    Returns:
-        An object with the fields as attributes.
+    """Make a message of a type, an object with all its fields as attributes; arrays of numbers are
+    numpy arrays.
 
     Raises:
         BagError: Jazzy has no such type, or the fields are not its fields.

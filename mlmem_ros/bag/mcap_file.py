@@ -68,11 +68,8 @@ class McapFile:
         serialization_format: str,
         metadata: Mapping[str, str],
     ) -> int:
-        """Declare a channel; it is written with the first chunk that follows, its type once for
-        all that share it.
-
-        Returns:
-            The channel's id, for `write`.
+        """Declare a channel, and return its id; it is written with the first chunk that follows,
+        its type once for all that share it.
 
         Raises:
             BagError: The open chunk was full and could not be written.

@@ -153,10 +153,7 @@ def _check_bounds(text: str) -> None:
 
 
 def read_metadata(directory: Path) -> BagMetadata | None:
-    """Read ``metadata.yaml`` of a bag.
-
-    Returns:
-        The metadata, or None when the bag has none (``ros2 bag record`` writes it last).
+    """Read ``metadata.yaml`` of a bag; None when it has none (``ros2 bag record`` writes it last).
 
     Raises:
         BagError: The file cannot be read or is not rosbag2 metadata.

@@ -110,10 +110,7 @@ class BagReader:
         return replace(definition, hash=info.type_hash)
 
     def deserialize(self, message: Message) -> Any:
-        """Decode a message of this bag.
-
-        Returns:
-            An object with the fields as attributes; arrays of numbers are numpy arrays.
+        """Decode a message of this bag; see `jazzy.deserialize`.
 
         Raises:
             BagError: Its type does not ship with ROS 2 Jazzy, or is another one in this bag, or

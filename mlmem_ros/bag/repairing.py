@@ -32,13 +32,11 @@ class Repaired:
 
 
 def repair(source: str | PathLike[str], destination: str | PathLike[str]) -> Repaired:
-    """Copy all that can be read of a bag into a new one, whose directory must not exist.
+    """Copy all that can be read of a bag into a new one, whose directory must not exist; return
+    what was saved and what was not.
 
     Messages, times, definitions, QoS and custom data are kept; the new bag has one file, and its
     custom data lists what was lost.
-
-    Returns:
-        What was saved and what was not.
 
     Raises:
         BagError: Nothing can be read, or the destination exists or cannot be written.

@@ -58,10 +58,7 @@ def configuration_after(
     specimen: Specimen, cycle: Cycle, level: int, *, dt: float = STEP
 ) -> Array | None:
     """Return the configuration, shape (N,), after a cycle from a level, or `BLANK`, and a rest, in
-    steps of `dt` where they are stable.
-
-    Returns:
-        None if the chain diverges, or no wall rests at the level.
+    steps of `dt` where they are stable; None if the chain diverges, or no wall rests at the level.
     """
     chain = Chain(specimen.design, min(dt, 0.95 * stable_step(specimen)))
     chain.set_specimen(specimen)

@@ -54,11 +54,7 @@ def _command(name: str) -> Command:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a sub-command, by default that of the process's command line.
-
-    Returns:
-        Exit status: 0 on success.
-    """
+    """Run a sub-command, by default that of the process's command line; return its exit status."""
     # Read when a sub-command loads numpy. Our matrices are small, and threads of BLAS that wait
     # for each other take the cores: a figure took 12 s of them, not 5.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')

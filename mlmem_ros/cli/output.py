@@ -75,11 +75,7 @@ def show_progress(
 
 
 def complain(command: str, error: object, status: int) -> int:
-    """Print in one line on standard error why a sub-command failed.
-
-    Returns:
-        Its exit status.
-    """
+    """Print in one line on standard error why a sub-command failed; return its exit status."""
     print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
 

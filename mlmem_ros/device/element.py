@@ -81,10 +81,8 @@ class MemoryElement(Memory):
         return not (self._running or actuator.moving or actuator.strain)
 
     def apply(self, command: Command) -> Run | None:
-        """Take a command; it takes effect in the next tick.
-
-        Returns:
-            The procedure that it begins; None for other commands.
+        """Take a command, which takes effect in the next tick; return the procedure that it
+        begins, or None.
 
         Raises:
             Refused: A procedure runs, or a value is out of range; nothing is changed.

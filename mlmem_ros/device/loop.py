@@ -169,18 +169,14 @@ class Loop:
         return self._box.paused
 
     def pause(self, paused: bool) -> Future[int]:
-        """Pause or resume time.
-
-        Returns:
-            The number of ticks done; when pausing, including the one in progress.
+        """Pause or resume time; the answer is the number of ticks done, when pausing including the
+        one in progress.
         """
         return self._box.call(lambda: self.element.ticks, paused)
 
     def single_tick(self) -> Future[int]:
-        """Run one tick while paused.
-
-        Returns:
-            The number of ticks done after it; the exception `Refused` if time is running.
+        """Run one tick while paused; the answer is the number of ticks done after it, or the
+        exception `Refused` if time is running.
         """
         return self._box.single_tick()
 

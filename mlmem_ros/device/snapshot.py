@@ -62,12 +62,10 @@ MOST = 1e12
 
 
 def take(element: MemoryElement) -> dict[str, Any]:
-    """Return the state of a device: all that its future depends on, beside design and settings.
+    """Return the state of a device: all that its future depends on, beside design and settings, as
+    values for JSON that keep every bit.
 
     The content of a real element stays in the element.
-
-    Returns:
-        Values for JSON; floating-point numbers keep every bit.
 
     Raises:
         Refused: A procedure runs.

@@ -84,11 +84,7 @@ class LastSeconds(Transcript):
             self._segments.clear()
 
     def hold(self) -> list[Message]:
-        """Drop nothing until `release`; return what is kept, as one session.
-
-        Returns:
-            The messages from the header on; empty if there is none yet.
-        """
+        """Drop nothing until `release`; return what is kept as one session: a header first."""
         with self._lock:
             self._held = bool(self._segments)
             return self._session()

@@ -13,13 +13,10 @@ from typing import Any
 
 def main(arguments: Sequence[str] | None = None, several: bool = False) -> int:
     """Run one memory node, or as `memory_bank` several, until SIGINT or SIGTERM, with the
-    process's command line by default.
+    process's command line by default; return the exit status of `node.run`.
 
     We handle signals ourselves: rclpy's handler would shut the context down before the session
     file is closed and pending requests are answered.
-
-    Returns:
-        Exit status, of `node.run`.
     """
     received: list[int] = []
 

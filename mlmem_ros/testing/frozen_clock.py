@@ -125,9 +125,6 @@ def frozen_clock(node: RunningNode) -> Iterator[FrozenClock]:
             clock.advance(0.5)
             assert not writing.done()
             assert clock.finish(writing).level == 5
-
-    Yields:
-        The clock.
     """
     clock = FrozenClock(node)
     try:

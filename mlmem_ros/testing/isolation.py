@@ -59,13 +59,10 @@ FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
 
 @functools.cache
 def isolate() -> int:
-    """Keep this process and all that it starts out of other ROS graphs.
+    """Keep this process and all that it starts out of other ROS graphs; return the ROS domain.
 
     Call it in a `conftest.py`, before anything initialises rclpy. Each parallel run on a machine
     gets a domain of its own.
-
-    Returns:
-        The ROS domain.
 
     Raises:
         RuntimeError: No domain is left.

@@ -74,10 +74,8 @@ def replay_session() -> Callable[[str | PathLike[str]], ReplayedSession]:
 
 
 def assert_replays(bag: str | PathLike[str], incomplete: bool = False) -> ReplayedSession:
-    """Fail unless a replay reproduces a session; see `ReplayedSession.assert_agrees`.
-
-    Returns:
-        The session, for further checks.
+    """Fail unless a replay reproduces a session (see `ReplayedSession.assert_agrees`); return it,
+    for further checks.
     """
     session = replayed(bag)
     session.assert_agrees(incomplete)

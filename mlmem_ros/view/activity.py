@@ -31,10 +31,8 @@ class Activity:
         return {'doing': {**self._doing, 'for': round(time.monotonic() - self._begun, 2)}}
 
     def asked(self, asked: Mapping[str, Any]) -> bool:
-        """Note a page's request, unless a procedure runs, for then it will be refused.
-
-        Returns:
-            Whether it was noted.
+        """Note a page's request, unless a procedure runs, for then it will be refused; return
+        whether it was noted.
         """
         name = asked.get('do')
         if name not in PROCEDURES or (self._doing and name != 'abort'):

@@ -190,10 +190,8 @@ class MemoryClient:
         return self._request('record', Recorded, timeout, what, on=bool(on), path=path)
 
     def parameters(self, *names: str, timeout: float = 10.0) -> Reply[dict[str, Any]]:
-        """Ask for parameters of the node by their names, such as `design.N`.
-
-        Returns:
-            A reply with their values by name; it is refused if the node lacks one of them.
+        """Ask for parameters of the node, such as `design.N`, by name as in the answer; refused if
+        the node lacks one of them.
         """
 
         def understood(response: Any) -> dict[str, Any]:

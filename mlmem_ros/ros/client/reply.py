@@ -88,13 +88,10 @@ class Reply(Future, Generic[T]):
         return self._answer()
 
     def wait(self) -> T:
-        """Block this thread until the answer comes.
+        """Block this thread until the answer comes, and return it.
 
         The thread takes the answer itself. So this works whether or not anybody spins the node,
         even in a callback.
-
-        Returns:
-            The answer.
 
         Raises:
             RequestError: There is no answer, or it reports an error.

@@ -51,10 +51,8 @@ ONE: Sequence[Element] = ({},)
 
 
 def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Element] = ONE) -> int:
-    """Run memory nodes until a signal has been received, which its handler adds to `stop`.
-
-    Returns:
-        Exit status: `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
+    """Run memory nodes until a signal has been received, which its handler adds to `stop`; return
+    `ENDED`, `NOT_STARTED` or `NOT_SAVED`.
     """
     try:
         nodes, executor = begin(arguments, elements=elements)
