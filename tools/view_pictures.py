@@ -66,7 +66,6 @@ def live(browser: Browser, folder: Path, session: Path) -> None:
             calm = "document.getElementById('health').classList.contains('good')"
             browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view.png', 'light')
-            browser.until(calm, 'a healthy element', 120.0)
             take(browser, folder / 'view_dark.png', 'dark')
             browser.until(calm, 'a healthy element', 120.0)
             browser.resize(*PHONE, 2.0, phone=True)
