@@ -130,11 +130,6 @@ class Loop:
         """Run at a multiple of the scale's real time from now on; 0: as fast as possible."""
         self._box.set_speed(speed)
 
-    @property
-    def tick_seconds(self) -> float:
-        """Real time of a tick at speed 1, in seconds."""
-        return self.element.tick * self.element.settings.scale.time
-
     def cancel(self, request: Asked) -> Asked:
         """Abort the procedure of exactly this request in the next tick.
 

@@ -343,6 +343,11 @@ class Settings:
                         f'got {value:g}'
                     )
 
+    @property
+    def tick_seconds(self) -> float:
+        """Real time of a tick at speed 1, in seconds."""
+        return self.time.tick * self.scale.time
+
     def groups(self) -> dict[str, Checked]:
         """Return the groups by name."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}

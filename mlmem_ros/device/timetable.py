@@ -67,8 +67,7 @@ class Timetable:
     def set_speed(self, speed: float) -> None:
         """Set the period of a tick, and with it how many ticks a rest may defer."""
         self.speed = speed
-        element = self._element
-        tick_seconds = element.tick * element.settings.scale.time
+        tick_seconds = self._element.settings.tick_seconds
         self.period = period = tick_seconds / speed if speed > 0.0 else 0.0
         self._most_deferred, self._most_asleep = (
             int(min(MOST_DEFERRED, longest / period)) if period else 0

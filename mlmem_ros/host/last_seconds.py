@@ -50,7 +50,7 @@ class LastSeconds(Transcript):
     ) -> None:
         """Start with the present state of an idle device; for the others see `Transcript`."""
         super().__init__(plan, log, now)
-        self._tick_seconds = element.tick * element.settings.scale.time
+        self._tick_seconds = element.settings.tick_seconds
         self._ticks = round(plan.settings.last_seconds / self._tick_seconds)
         self._ticked = element.ticks
         self._lock = threads.Lock()  # held for only a few instructions

@@ -62,7 +62,7 @@ class Rig(Driver):
         self._link = Link(self._transport.send)
         self._received: deque[Frame] = deque()
         try:
-            self.lag = math.ceil(lead / (settings.time.tick * settings.scale.time))
+            self.lag = math.ceil(lead / settings.tick_seconds)
             self._begin(settings)
         except BaseException:
             self.close()

@@ -64,7 +64,7 @@ class EmulatedRig:
         self.element.advance(np.zeros(0))  # compiles it
         dt, unit = self.element.dt, self.sensors.unit
         self._samples = round(settings.time.tick / dt)
-        self.tick_seconds = settings.time.tick * scale.time / (1.0 + drift)
+        self.tick_seconds = settings.tick_seconds / (1.0 + drift)
         self._at_once = at_once
         self._hello = Hello(
             VERSION, 'emulated', dt, self._samples, dt * scale.time, unit * scale.length, BUFFER,

@@ -99,8 +99,7 @@ def replay_commands(
     report.foreign = True
     report.refused = [f'{time:.3f} s: {why}' for time, why in session.refused]
     player = _Player(element, report, session)
-    tick_seconds = element.tick * element.settings.scale.time
-    first = element.ticks
+    tick_seconds, first = element.settings.tick_seconds, element.ticks
     longest = MOST_TICKS * tick_seconds
     if any(time > longest for time, _ in session.commands):
         raise BagError(

@@ -24,6 +24,9 @@ from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.components import ERROR, OK, WARN, Health, Hysteresis
 from mlmem_ros.ros.node.diagnostics import Pace
 
+TICKING = SimpleNamespace(settings=Settings())
+"""An element of the default tick, as far as the pace reads it."""
+
 COMPONENTS = (
     'loop', 'material', 'actuator', 'transducer', 'memory', 'faults', 'twin', 'recorder'
 )  # fmt: skip
@@ -166,7 +169,7 @@ def test_a_loop_tells_why_it_stopped_or_what_it_lost():
     statistics, told = LoopStatistics(ticks=10, overruns=2), []
     log = SimpleNamespace(caught=0, warning=told.append)
     loop = SimpleNamespace(
-        statistics=statistics, tick_seconds=0.002, failure=None, paused=False,
+        statistics=statistics, element=TICKING, failure=None, paused=False,
         pacer=SteadyPacer(),
     )  # fmt: skip
     component = Pace(SimpleNamespace(refused=0, log=log))
@@ -191,7 +194,7 @@ def test_the_rate_of_a_loop_at_rest_counts_the_ticks_that_it_slept_through(monke
     component = Pace(SimpleNamespace(refused=0, log=SimpleNamespace(caught=0)))
     statistics = LoopStatistics(ticks=500)
     loop = SimpleNamespace(
-        statistics=statistics, paused=False, failure=None, tick_seconds=0.002, pacer=SteadyPacer()
+        statistics=statistics, paused=False, failure=None, element=TICKING, pacer=SteadyPacer()
     )
     component.health(loop, heard=False)
     component.health(loop, heard=False)  # asleep

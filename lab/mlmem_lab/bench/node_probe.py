@@ -99,7 +99,7 @@ def _watch(
         'p99': p99,
         'worst': worst,
         'ticks': statistics.ticks,
-        'factor': statistics.ticks * loop.tick_seconds / (now - begun),
+        'factor': statistics.ticks * loop.element.settings.tick_seconds / (now - begun),
         'overruns': statistics.overruns,
         'memory': _resident(),
     }

@@ -192,9 +192,7 @@ def _content_before(session: SessionData) -> str:
 def _schedule(session: SessionData) -> list[tuple[float, Command]]:
     if not session.stamped:
         return session.commands
-    settings = session.settings
-    tick_seconds = settings.time.tick * settings.scale.time
-    first = session.stamped[0][0]
+    tick_seconds, first = session.settings.tick_seconds, session.stamped[0][0]
     return [((tick - first) * tick_seconds, command) for tick, command in session.stamped]
 
 

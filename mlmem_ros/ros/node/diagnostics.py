@@ -58,7 +58,7 @@ class Pace:
             self._loop, self._told = loop, now
         values = {
             'rate': rate,
-            'real_time_factor': rate * loop.tick_seconds,
+            'real_time_factor': rate * loop.element.settings.tick_seconds,
             'ticks': statistics.ticks,
             'overruns': statistics.overruns,
             'clock_jumps': loop.pacer.jumps,

@@ -240,7 +240,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         self.get_logger().info(
             f'ready: {given.design.levels} levels, {given.design.N} cells, '
             f'{given.design.substrate} substrate, '
-            f'{1e3 * element.tick * given.settings.scale.time:g} ms ticks'
+            f'{1e3 * given.settings.tick_seconds:g} ms ticks'
         )
 
     def _activate(self) -> None:
