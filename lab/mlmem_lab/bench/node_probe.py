@@ -78,11 +78,16 @@ def _watch(
 ) -> dict[str, float]:
     """Return measurements of the process, and of the ticks of its first node."""
     loop = node.host.open_loop()
-    statistics = Watched()
+    statistics, own = Watched(), loop.statistics
     node.host.set_speed(speed)
 
+    def count(lateness: float, busy: float, ticks: int = 1) -> None:
+        LoopStatistics.count(own, lateness, busy, ticks)
+        statistics.count(lateness, busy, ticks)
+
     def begin() -> None:
-        loop.statistics = statistics
+        vars(own)['count'] = count
+        statistics.overruns = -own.overruns
 
     loop.call(begin).result()  # between two ticks; those of a rest before are done
     used, begun = time.process_time(), time.monotonic()
@@ -90,7 +95,8 @@ def _watch(
         executor.turn(begun + seconds - now)
     used = time.process_time() - used
     node.host.set_speed(1.0)
-    loop.call(lambda: None).result()
+    loop.call(lambda: vars(own).pop('count')).result()
+    statistics.overruns += own.overruns
     p50, p99, worst = statistics.percentiles(50.0, 99.0, 100.0)
     return {
         'share': 100.0 * used / (now - begun),
