@@ -11,7 +11,9 @@ import os
 import signal
 import subprocess
 import sys
-from itertools import groupby
+from dataclasses import replace
+from functools import partial
+from itertools import groupby, product
 from operator import itemgetter
 from pathlib import Path
 
@@ -82,6 +84,25 @@ def quick_disk():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, 'fsync', lambda descriptor: None)
         yield
+
+
+@pytest.fixture(scope='session', autouse=True)
+def loops(tmp_path_factory):
+    """Compile every loop in one worker alone: in a fresh clone all would compile all of them."""
+    if (worker := os.environ.get('PYTEST_XDIST_WORKER')) is None:
+        return
+    from computed import once
+
+    from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain
+
+    def compile_loop(substrate, name):
+        design = replace(CASE_II, N=75, substrate=substrate)
+        Chain(design, integrator=INTEGRATORS[name]).rest(1)
+
+    kinds = list(product(('rigid', 'elastic'), INTEGRATORS))
+    first = int(worker.removeprefix('gw')) % len(kinds)
+    for kind in kinds[first:] + kinds[:first]:
+        once(tmp_path_factory, f'loop-{"-".join(kind)}', partial(compile_loop, *kind))
 
 
 @contextlib.contextmanager
