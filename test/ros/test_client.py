@@ -548,6 +548,7 @@ def test_an_answer_names_the_requested_level(robot):
 
 
 def test_the_end_to_probe_is_given_for_one_read(client):
+    client.write(2).wait()
     assert client.read(end='right').wait().end == 'right'
     assert client.read(end='both').wait().details['walls'] == 1
     assert client.read().wait().end == 'left'
