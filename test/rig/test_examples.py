@@ -51,11 +51,11 @@ def remembers(address, level, name):
     assert element.perform(Read()).reading.level == -1
     written = element.perform(Write(level))
     assert written.success, written.error
+    assert element.driver.health()['skipped_bytes'] == 0
     element.driver.close()
     element = element_at(address)
     assert element.perform(Read('both')).reading.level == level
     assert element.driver.health()['rig'] == name
-    assert element.driver.health()['skipped_bytes'] == 0
     element.driver.close()
 
 
