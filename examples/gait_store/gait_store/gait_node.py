@@ -129,6 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         status = 1
     for number in (signal.SIGINT, signal.SIGTERM):  # Python takes its handlers away at the end
         signal.signal(number, signal.SIG_IGN)
+    executor.shutdown()
     node.destroy_node()  # leave the graph, or others keep sending for 20 s
     rclpy.try_shutdown()  # shutdown() sets the default handlers for a moment
     return status
