@@ -69,8 +69,12 @@ class Diagnosis:
 
 
 def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
-    """Check everything, item by item: a node that may be running, for so many seconds, and the
-    folder of sessions, too.
+    """Check everything, item by item.
+
+    Args:
+        node: Name of a memory node that may be running.
+        wait: How long to wait for it, in seconds.
+        records: Where sessions will be recorded.
     """
     yield check_python(sys.version_info[:2])
     libraries = [check_library(name) for name in LIBRARIES]

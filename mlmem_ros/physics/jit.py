@@ -14,7 +14,7 @@ only if its arrays do not overlap; ours have up to eighteen, more pairs than it 
 with the LLVM of numba 0.58 to 0.60 (Ubuntu 24.04 has it) they would run cell by cell, ten times
 slower. And loops take four vectors at a time: a cell's sine is one long chain of operations, in
 which each waits for the one before, and a processor looks ahead no further than the next few
-vectors.
+vectors. The last two hold for all that numba compiles in the process.
 """
 
 from __future__ import annotations
