@@ -14,12 +14,17 @@ QUIET = 10.0
 
 HERTZ = os.sysconf('SC_CLK_TCK')
 
-IDLE = (3, 4, 8, 9)
-"""Columns of /proc/stat that are not work, or are counted twice: idle, iowait and guests."""
+IDLE = (3, 4)
+"""Columns of /proc/stat in which no work is done: idle and iowait."""
 
 
 class Load:
-    """Measures from its start which share of a core others use."""
+    """Measures from its start which share of a core others use.
+
+    That is the time which has passed on all cores, less what they were idle, less our own. The
+    kernel measures idle time and that of a process, but samples the other columns of /proc/stat
+    at its ticks, at which work that a timer starts is always found.
+    """
 
     def __init__(self, processes: Iterable[int] = ()) -> None:
         """Begin to measure.
@@ -28,18 +33,28 @@ class Load:
             processes: Ids of the processes that are ours, beside this one. They must live on.
         """
         self._ours = [os.getpid(), *processes]
-        self._begun = time.monotonic(), self._others()
+        self._begun = time.monotonic(), self._known()
 
     def others(self) -> float:
         """Return the share of others since the start, in percent of a core."""
-        when, used = self._begun
-        return max(0.0, 100.0 * (self._others() - used) / (time.monotonic() - when))
+        when, known = self._begun
+        seconds = time.monotonic() - when
+        return max(0.0, 100.0 * (_cores() - (self._known() - known) / seconds))
 
-    def _others(self) -> float:
-        """Return the seconds that others have used since the machine started."""
-        first = Path('/proc/stat').read_text(encoding='ascii').split('\n', 1)[0].split()[1:]
-        busy = sum(int(ticks) for column, ticks in enumerate(first) if column not in IDLE)
-        return (busy - sum(map(_used, self._ours))) / HERTZ
+    def _known(self) -> float:
+        """Return the seconds, summed over cores, that were idle or ours."""
+        idle = sum(int(_lines()[0].split()[1:][column]) for column in IDLE)
+        return (idle + sum(map(_used, self._ours))) / HERTZ
+
+
+def _lines() -> list[str]:
+    """Return the lines of all cores together, and of each, from /proc/stat."""
+    lines = Path('/proc/stat').read_text(encoding='ascii').splitlines()
+    return [line for line in lines if line.startswith('cpu')]
+
+
+def _cores() -> int:
+    return len(_lines()) - 1
 
 
 def _used(process: int) -> int:
