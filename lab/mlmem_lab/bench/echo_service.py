@@ -1,6 +1,7 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""A node that refuses every `~/step` at once: what a request takes of client and middleware alone.
+"""A node that refuses every `~/step` at once, and receives `~/disturbance`: what a request and an
+IMU take of the middleware alone.
 
 It runs in the memory node's executor, and ends with its standard input.
 """
@@ -11,6 +12,7 @@ import sys
 import threading
 
 import rclpy
+from sensor_msgs.msg import Imu
 from std_srvs.srv import Trigger
 
 from mlmem_ros.ros.events import events_executor
@@ -26,6 +28,7 @@ def main() -> None:
         return response
 
     node.create_service(Trigger, '~/step', refuse)
+    node.create_subscription(Imu, '~/disturbance', lambda cdr: None, 10, raw=True)
     executor = events_executor(None)
     executor.add_node(node)
     ended = threading.Event()

@@ -44,7 +44,7 @@ class Load:
     def _known(self) -> float:
         """Return the seconds, summed over cores, that were idle or ours."""
         idle = sum(int(_lines()[0].split()[1:][column]) for column in IDLE)
-        return (idle + sum(map(_used, self._ours))) / HERTZ
+        return idle / HERTZ + sum(map(used, self._ours))
 
 
 def _lines() -> list[str]:
@@ -57,7 +57,7 @@ def _cores() -> int:
     return len(_lines()) - 1
 
 
-def _used(process: int) -> int:
-    """Return the ticks of the processor that a process has used, in its code and the system's."""
+def used(process: int) -> float:
+    """Return the seconds that a process has used, in its code and the system's."""
     fields = Path(f'/proc/{process}/stat').read_text(encoding='utf-8').rpartition(')')[2].split()
-    return int(fields[11]) + int(fields[12])
+    return (int(fields[11]) + int(fields[12])) / HERTZ

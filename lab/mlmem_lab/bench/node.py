@@ -4,7 +4,8 @@
 
 Requests come from another process. The time of a read beyond the ticks that the material needs is
 the latency of client, transport, command and loop; a request that is refused at once shows client
-and transport alone, and so does the same request to a node that does nothing else.
+and transport alone, and so does the same request to a node that does nothing else. That node
+receives the IMU, too: the rest of what an IMU takes is physics, and ours.
 
 Beside each figure stands which share of a core others took while it was measured. On a machine
 that was not quiet no figure is called good.
@@ -23,7 +24,7 @@ from typing import Any, NamedTuple
 from .comparison import Comparison
 from .machine_load import QUIET
 from .measure import Entry, Spread
-from .node_process import NodeProcess, beyond, echo_service, listen, write
+from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
 from .open_page import open_page
 
 TITLE = 'share of a core, tick lateness, read latency, start-up time and memory'
@@ -70,6 +71,7 @@ FIGURES = {
     'share': Figure('processor at rest, nobody listens, % of a core', 1.0),
     'heard': Figure('processor at rest, somebody listens to the streams, % of a core', 3.0),
     'shaken': Figure('processor, streams listened to, an IMU of 200 Hz, % of a core'),
+    'received': Figure('processor, a node that only receives that IMU, % of a core'),
     'lost': Figure('ticks skipped with the IMU', 0.0),
     'writing': Figure('processor, one write after another, % of a core', 6.0),
     'busy': Figure('work per tick while writing, us', 60.0),
@@ -144,7 +146,7 @@ def _reports(repeats: int) -> list[Seen]:
             seen |= _of(node.watch(SECONDS, speed=0.0), 'factor')
             seen |= _of(listen(node, SECONDS, shaken=False), heard='share')
             seen |= _of(listen(node, SECONDS, shaken=True), shaken='share', lost='overruns')
-            with standalone() as memory, echo_service():
+            with standalone() as memory, echo_service() as service:
                 memory.ready().wait()
                 report = node.watch(SECONDS, partial(write, memory))
                 seen |= _of(report, 'busy', writing='share')
@@ -159,6 +161,7 @@ def _reports(repeats: int) -> list[Seen]:
                     load = node.load()
                     median = statistics.median(beyond(ask) for _ in range(READS))
                     seen[key] = median, load.others()
+                seen['received'] = receive(echo, service, SECONDS)
             with open_page('mlmem'):
                 node.watch(SETTLED)
                 page = node.watch(SECONDS)

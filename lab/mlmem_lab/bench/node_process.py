@@ -14,9 +14,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from .machine_load import Load
+from .machine_load import Load, used
 
 if TYPE_CHECKING:
+    from rclpy.timer import Timer
+
     from mlmem_ros.ros.client.client import MemoryClient
 
 TICK = 2.0
@@ -90,8 +92,8 @@ class NodeProcess:
 
 
 @contextmanager
-def echo_service() -> Iterator[None]:
-    """Run the node `echo` in a process of its own."""
+def echo_service() -> Iterator[int]:
+    """Run the node `echo` in a process of its own; yield the process's id."""
     command = [sys.executable, '-m', f'{__package__}.echo_service']
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
@@ -99,7 +101,7 @@ def echo_service() -> Iterator[None]:
     assert process.stdout is not None
     process.stdout.readline()
     try:
-        yield
+        yield process.pid
     finally:
         process.__exit__(None, None, None)
 
@@ -136,7 +138,7 @@ def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
         shaken: Whether an IMU shakes the element.
     """
     from rclpy.qos import qos_profile_sensor_data
-    from sensor_msgs.msg import Imu, JointState
+    from sensor_msgs.msg import JointState
     from std_msgs.msg import Float32MultiArray, Float64MultiArray
 
     from mlmem_ros.ros.client.standalone import standalone
@@ -147,14 +149,36 @@ def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
         for name, kind in streams.items():
             topic = f'{memory.name}/{name}'
             robot.create_subscription(kind, topic, lambda _: None, qos_profile_sensor_data)
-        base = robot.create_publisher(Imu, f'{memory.name}/disturbance', 10)
-
-        def shake() -> None:
-            message = Imu()
-            message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
-            base.publish(message)
-
-        time.sleep(1.0)  # the node discovers them
         if shaken:
-            robot.create_timer(1.0 / IMU_RATE, shake)
+            _shake(memory)
+        time.sleep(1.0)  # they discover each other
         return node.watch(seconds, time.sleep)
+
+
+def receive(echo: MemoryClient, process: int, seconds: float) -> tuple[float, float]:
+    """Shake the node `echo`, which only receives it.
+
+    Returns:
+        The share of a core that its process takes, and that of others, in percent.
+    """
+    timer = _shake(echo)
+    time.sleep(1.0)  # they discover each other
+    load, before = Load([process]), used(process)
+    time.sleep(seconds)
+    taken = used(process) - before
+    echo.node.destroy_timer(timer)
+    return 100.0 * taken / seconds, load.others()
+
+
+def _shake(memory: MemoryClient) -> Timer:
+    """Send the accelerations of a base that shakes, until the timer is destroyed."""
+    from sensor_msgs.msg import Imu
+
+    base = memory.node.create_publisher(Imu, f'{memory.name}/disturbance', 10)
+
+    def shake() -> None:
+        message = Imu()
+        message.linear_acceleration.x = random.uniform(-SHAKE, SHAKE)
+        base.publish(message)
+
+    return memory.node.create_timer(1.0 / IMU_RATE, shake)
