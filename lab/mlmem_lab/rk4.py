@@ -17,8 +17,8 @@ from mlmem_ros.device import Driver, SettingsError
 from mlmem_ros.physics import HeldCell, Specimen, StateError
 from mlmem_ros.physics.energy import end_force
 from mlmem_ros.physics.equilibrium import relax
+from mlmem_ros.physics.formulas import on_site
 from mlmem_ros.physics.jit import inlined, kernel
-from mlmem_ros.physics.laws.multistable import amplified as on_site
 from mlmem_ros.physics.methods.arrays import Cells
 from mlmem_ros.physics.potential import Array
 
@@ -83,12 +83,13 @@ class Rk4Element(Driver):
         looks: int = 1,
     ) -> Array:
         """Return the samples of both ends; see `Driver.advance`."""
-        made, design = self.specimen, self.specimen.design
+        made = self.specimen
         site, motion = (held_cell.site, held_cell.motion) if held_cell else (1, np.empty((2, 0)))
         ends = np.empty((2, len(V_N)))
         v, velocity = self.v.copy(), self.velocity.copy()
+        p = made.potential
         cells = Cells(
-            made.law.constants(design.N), (), made.offsets + made.law.origin, 1.0 / made.masses,
+            (made.alpha * p.d, p.a, p.b), (), made.offsets - p.c, 1.0 / made.masses,
             made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
         )  # fmt: skip
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)

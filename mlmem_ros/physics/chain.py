@@ -15,7 +15,6 @@ from .errors import DesignError, StateError
 from .held_cell import FREE, HeldCell
 from .inputs import Inputs
 from .jit import in_cache
-from .laws import Linear
 from .methods import NOH_BATHE, Integrator
 from .methods.arrays import Cells, Chained, Forcing, aligned
 from .methods.rest import REST, balanced
@@ -23,9 +22,6 @@ from .potential import Array
 from .specimen import LARGEST_OFFSET, Specimen
 from .statics import metamaterial_force, substrate_force
 from .stepping import STABILITY_MARGIN, default_step, farthest_reach, stable_step
-
-COUPLING = Linear()
-"""The paper's, with k_r = 1."""
 
 
 class Chain:
@@ -208,11 +204,10 @@ class Chain:
         mobility = aligned(1.0 / made.masses)
         elastic = design.substrate == 'elastic'
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
-        height, *phase = made.law.constants(design.N)
+        p = made.potential
         self._cells = Cells(
-            (aligned(height), *phase), COUPLING.constants(),
-            aligned(made.offsets + made.law.origin), mobility, aligned(under),
-            np.flatnonzero(mobility == 0.0), made.eta,
+            (aligned(made.alpha * p.d), p.a, p.b), (), aligned(made.offsets - p.c), mobility,
+            aligned(under), np.flatnonzero(mobility == 0.0), made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET

@@ -72,16 +72,6 @@ def kernel(function: Function) -> Function:
     return cast(Function, compiled)
 
 
-def specialised(function: Function, **formulas: Callable[..., Any]) -> Function:
-    """Compile a `kernel` with other formulas in place of those of its module, `inlined` functions
-    by the names that it calls.
-    """
-    plain = cast(Dispatcher, function).py_func
-    own = FunctionType(plain.__code__, plain.__globals__ | formulas, plain.__name__)
-    own.__module__, own.__qualname__ = plain.__module__, plain.__qualname__
-    return cast(Function, kernel(own))
-
-
 def inlined(function: Function) -> Function:
     """Write a function, a scalar formula or a loop that takes its caller's arrays, into each of
     its callers before they are compiled.

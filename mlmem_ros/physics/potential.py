@@ -1,9 +1,8 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The multi-stable on-site potential (Pechac & Frazier 2023, page 3), and its twin in the loops.
+"""The multi-stable on-site potential (Pechac & Frazier 2023, page 3), for arrays of any shape.
 
-`Potential` takes arrays of any shape and gives ground states and barriers; `on_site` is the same
-force as the loops compute it: no branch, no table.
+`formulas.on_site` is the same force as the loops compute it.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import DesignError
-from .jit import fma, inlined
 
 Array = NDArray[np.float64]
 
@@ -130,46 +128,3 @@ def _depressed_cubic(p: float, q: float, *, smallest: bool) -> float:
     return min(
         (2.0 * scale * math.cos((phase - 2.0 * math.pi * k) / 3.0) for k in range(3)), key=abs
     )
-
-
-# --- in the loops ------------------------------------------------------------------------------
-
-INVERSE_TURN = 0.5 / math.pi
-
-# -sin(2 pi h) / h on |h| <= 1/4 as a polynomial in h^2, lowest power first (Remez fit in 50
-# digits: error 1.4e-16).
-S0 = -6.283185307179585
-S1 = 41.34170224039802
-S2 = -81.60524927551286
-S3 = 76.70585968329284
-S4 = -42.05868966743087
-S5 = 15.09449947633629
-S6 = -3.8172886541807443
-S7 = 0.6921569856570443
-
-
-@inlined
-def wave(turns: float) -> float:
-    """Return sin(2 pi turns) by a vectorisable polynomial; no branch, no table.
-
-    Whole turns are subtracted from the distance to the sine's crest, which is exact; the rest is
-    folded into the quarter turn next to a zero. The error is below 1e-15 plus the rounding of the
-    argument.
-    """
-    crest = turns - 0.25
-    whole: float = np.rint(crest)
-    h = abs(crest - whole) - 0.25
-    z = h * h
-    odd = fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, fma(z, S7, S6), S5), S4), S3), S2), S1), S0)
-    return h * odd
-
-
-@inlined
-def on_site(height: float, y: float, a: float, b: float) -> tuple[float, float]:
-    """Return two factors of height psi'(y - c) / d, the force of page 3 at y = D + c.
-
-    Adding it to something else rounds only once.
-    """
-    y2 = y * y
-    turns = y * fma(INVERSE_TURN * b, y2, INVERSE_TURN * a)
-    return height * fma(3.0 * b, y2, a), wave(turns)

@@ -14,7 +14,6 @@ import numpy as np
 from ..chance import Stream, generator
 from .design import Design, strain_shape
 from .errors import DesignError
-from .laws import Multistable
 from .potential import Array, Potential
 
 ARRAYS = ('alpha_factor', 's_factor', 'mass', 'offset')
@@ -124,11 +123,6 @@ class Specimen:
     def offsets(self) -> Array:
         """Shifts of the ground states, shape (N,)."""
         return np.asarray(self.offset)
-
-    @property
-    def law(self) -> Multistable:
-        """The on-site law of the cells, before their shifts."""
-        return Multistable(self.potential, self.alpha)
 
     @property
     def potential(self) -> Potential:

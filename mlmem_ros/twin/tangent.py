@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..physics.formulas import INVERSE_TURN, wave
 from ..physics.jit import inlined, kernel
 from ..physics.methods.pefrl import DRIFTS, KICKS
-from ..physics.potential import INVERSE_TURN, Array, wave
+from ..physics.potential import Array
 from ..physics.tridiagonal import solve
 
 Single = NDArray[np.float32]

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mlmem_ros.physics.formulas import on_site
 from mlmem_ros.physics.jit import kernel
-from mlmem_ros.physics.potential import Array, on_site
+from mlmem_ros.physics.potential import Array
 
 from .problem import Problem
 
@@ -45,7 +46,7 @@ def _rhs(y: Array, height: Array, eta: float, a: float, b: float, c: float) -> A
         x = y[j]
         left = y[j - 1] if j > 0 else x
         right = y[j + 1] if j < n - 1 else x
-        slope, sine = on_site(height[j], x + c, a, b)
+        slope, sine = on_site((height, a, b), j, x + c)
         out[j] = y[n + j]
         out[n + j] = left - 2.0 * x + right - slope * sine - eta * y[n + j]
     return out
@@ -179,7 +180,7 @@ def _mujoco(problem: Problem, duration: float) -> Peer:
 @kernel
 def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
     for j in range(len(u)):
-        slope, sine = on_site(height[j], u[j] + c, a, b)
+        slope, sine = on_site((height, a, b), j, u[j] + c)
         out[j] = -slope * sine
 
 

@@ -13,8 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mlmem_ros.physics.formulas import on_site
 from mlmem_ros.physics.jit import fma, inlined, kernel
-from mlmem_ros.physics.potential import Array, on_site
+from mlmem_ros.physics.potential import Array
 
 from .problem import Problem
 
@@ -26,7 +27,7 @@ def _kick_and_drift(
 ) -> None:  # fmt: skip
     for j in range(n):
         x = u[j + 1]
-        slope, sine = on_site(height[j], x + c, a, b)
+        slope, sine = on_site((height, a, b), j, x + c)
         force = fma(-slope, sine, fma(-2.0, x, u[j]) + u[j + 2])
         velocity = fma(decay, v[j], kick * force)
         v[j] = velocity

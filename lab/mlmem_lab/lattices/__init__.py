@@ -3,6 +3,8 @@
 """Chains of other laws than a memory's, one per file, stepped by the same two loops."""
 
 from .lattice import Lattice
+from .law import Coupling, Friction, OnSite
+from .linear import Linear
 from .phi4 import Phi4
 from .pieces import Pieces
 from .power_law import PowerLaw
@@ -10,4 +12,7 @@ from .springs import Springs
 from .toda import Toda
 from .wells import Wells
 
-__all__ = ['Lattice', 'Phi4', 'Pieces', 'PowerLaw', 'Springs', 'Toda', 'Wells']
+__all__ = [
+    'Coupling', 'Friction', 'Lattice', 'Linear', 'OnSite', 'Phi4', 'Pieces', 'PowerLaw', 'Springs',
+    'Toda', 'Wells',
+]  # fmt: skip

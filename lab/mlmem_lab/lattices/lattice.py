@@ -8,16 +8,21 @@ measured potential, magnets between the cells, dry friction.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
+from types import FunctionType
+from typing import Any
 
 import numpy as np
 
 from mlmem_ros.physics.errors import StateError
 from mlmem_ros.physics.held_cell import FREE, HeldCell
-from mlmem_ros.physics.laws import Coupling, Friction, OnSite
+from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.arrays import Cells, Forcing, aligned
 from mlmem_ros.physics.potential import Array
+
+from .law import Coupling, Friction, OnSite
 
 
 class Lattice:
@@ -76,7 +81,7 @@ class Lattice:
         )  # fmt: skip
         self._constants = integrator.constants(dt, mobility, damping)
         self._rub = None if friction is None else (friction.force, friction.creep)
-        self._advance = integrator.loop(on_site, coupling)
+        self._advance = _loop(integrator.advance, on_site.formula, coupling.formula)
 
     @property
     def displacement(self) -> Array:
@@ -148,3 +153,15 @@ class Lattice:
                 f'the lattice stopped being finite: a step of {self.dt:g} is too long'
             )
         return ends
+
+
+@cache
+def _loop(
+    advance: Any, on_site: Callable[..., Any], coupling: Callable[..., Any]
+) -> Callable[..., tuple[int, bool]]:
+    """Return a method's loop with other formulas in place of a memory's."""
+    plain = advance.py_func
+    formulas = {'on_site': on_site, 'coupling': coupling}
+    own = FunctionType(plain.__code__, plain.__globals__ | formulas, plain.__name__)
+    own.__module__, own.__qualname__ = plain.__module__, plain.__qualname__
+    return kernel(own)

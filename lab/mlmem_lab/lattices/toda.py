@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mlmem_ros.physics.jit import inlined
-from mlmem_ros.physics.laws import Coupling
 from mlmem_ros.physics.potential import Array
+
+from .law import Coupling
 
 
 @inlined

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mlmem_ros.physics import NOH_BATHE, HeldCell, Integrator, substep_times
-from mlmem_ros.physics.laws import Friction
 from mlmem_ros.physics.potential import Array
 
-from ..lattices import Lattice, PowerLaw, Wells
+from ..lattices import Friction, Lattice, PowerLaw, Wells
 from . import runs
 from .runs import Case
 from .shell import Shell

@@ -10,9 +10,8 @@ takes from 150 to 250.
 import numpy as np
 
 from mlmem_ros.physics import Integrator
-from mlmem_ros.physics.laws import Linear
 
-from ..lattices import Lattice, Phi4
+from ..lattices import Lattice, Linear, Phi4
 from .problem import Answers, Problem, passage
 
 N, HEIGHT, TILT, DAMPING = 300, 0.02, 0.004, 0.05

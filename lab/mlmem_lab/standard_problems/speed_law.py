@@ -12,9 +12,8 @@ every 0.1; *over the law*, that over gain v / (2 gamma). The exact value is 1.
 import numpy as np
 
 from mlmem_ros.physics import Integrator
-from mlmem_ros.physics.laws import Coupling, Linear
 
-from ..lattices import Lattice, Phi4, PowerLaw, Toda
+from ..lattices import Coupling, Lattice, Linear, Phi4, PowerLaw, Toda
 from .problem import Answers, Problem, crossing
 
 N, HEIGHT, TILT, DAMPING = 300, 0.05, 0.02, 0.1

@@ -6,29 +6,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..jit import specialised
-from ..laws import Coupling, Linear, Multistable, OnSite
 from ..potential import Array
 from .arrays import Chained
 
 Complex = NDArray[np.complex128]
-
-
-@cache
-def _loop(
-    advance: Callable[..., tuple[int, bool]],
-    on_site: Callable[..., Any],
-    coupling: Callable[..., Any],
-) -> Callable[..., tuple[int, bool]]:
-    if (on_site, coupling) == (Multistable.formula, Linear.formula):
-        return advance
-    return specialised(advance, on_site=on_site, coupling=coupling)
 
 
 class Integrator(ABC):
@@ -51,10 +37,6 @@ class Integrator(ABC):
     accurate_turn: float
     keeps_accelerations: bool
     advance: Callable[..., tuple[int, bool]]
-
-    def loop(self, on_site: OnSite, coupling: Coupling) -> Callable[..., tuple[int, bool]]:
-        """Return the loop for a kind of on-site law and of coupling; compiled once per kind."""
-        return _loop(self.advance, on_site.formula, coupling.formula)
 
     @abstractmethod
     def limit(self, omega: float, eta: float) -> float:

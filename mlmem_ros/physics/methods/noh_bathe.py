@@ -25,10 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..formulas import coupling, on_site, rub
 from ..jit import fma, kernel
-from ..laws.law import rub
-from ..laws.linear import neighbours as coupling
-from ..laws.multistable import amplified as on_site
 from ..potential import Array
 from .arrays import Cells, Chained, Forcing, displacements, per_cell
 from .integrator import Complex, Integrator

@@ -16,10 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..formulas import coupling, on_site, rub
 from ..jit import fma, kernel
-from ..laws.law import rub
-from ..laws.linear import neighbours as coupling
-from ..laws.multistable import amplified as on_site
 from ..portable import exponential
 from ..potential import Array
 from .arrays import Cells, Chained, Forcing, aligned, displacements, per_cell

@@ -4,9 +4,8 @@
 
 from __future__ import annotations
 
+from ..formulas import coupling, on_site
 from ..jit import fma, inlined, kernel
-from ..laws.linear import neighbours as coupling
-from ..laws.multistable import amplified as on_site
 from ..potential import Array
 from .arrays import Cells
 

@@ -10,7 +10,7 @@ import oracle
 import pytest
 
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.physics.potential import on_site, wave
+from mlmem_ros.physics.formulas import on_site, wave
 
 
 def exact(turns):
@@ -57,6 +57,7 @@ def test_the_on_site_force_is_the_papers():
     D = np.linspace(-3.0, 3.0, 10_001)
     p = CASE_II
     exact = oracle.psi_prime(p, D)
-    force = np.array([math.prod(on_site(p.d, float(x) + p.c, p.a, p.b)) for x in D])
+    constants = np.full(2, p.d), p.a, p.b
+    force = np.array([math.prod(on_site(constants, 1, float(x) + p.c)) for x in D])
     # An angle of 20 is known to 4e-15, and its sine multiplies a slope of at most 6.
     np.testing.assert_allclose(force, exact, rtol=0, atol=1e-13 * np.abs(exact).max())

@@ -1,10 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""What all laws have in common, and dry friction."""
+"""What all laws have in common, and dry friction.
+
+A law is a value. It knows its energy, force and stiffness for arrays, and the scalar formula of
+its force, which takes the place of the memory's (`mlmem_ros.physics.formulas`) in the loops.
+"""
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,8 +15,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ..jit import inlined
-from ..potential import Array
+from mlmem_ros.physics.potential import Array
 
 
 class Law(ABC):
@@ -64,13 +66,6 @@ class Coupling(Law):
     @abstractmethod
     def constants(self) -> tuple[float, ...] | tuple[Array, ...]:
         """Return what the formula takes."""
-
-
-@inlined
-def rub(constants: tuple[float, float], v: float) -> float:
-    """Return the dry friction at a velocity."""
-    force, creep = constants
-    return force * v / math.sqrt(v * v + creep * creep)
 
 
 @dataclass(frozen=True)

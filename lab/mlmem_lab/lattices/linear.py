@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Linear springs, the paper's coupling: energy e^2 / 2, in units of k_r."""
+"""Linear springs, a memory's coupling: energy e^2 / 2."""
 
 from __future__ import annotations
 
@@ -9,22 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..jit import fma, inlined
-from ..potential import Array
+from mlmem_ros.physics.formulas import coupling
+from mlmem_ros.physics.potential import Array
+
 from .law import Coupling
-
-
-@inlined
-def neighbours(constants: tuple[float, ...], left: float, x: float, right: float) -> float:
-    """Return the pull of both neighbours."""
-    return fma(-2.0, x, left) + right
 
 
 @dataclass(frozen=True)
 class Linear(Coupling):
     """Springs of stiffness 1."""
 
-    formula = staticmethod(neighbours)
+    formula = staticmethod(coupling)
 
     def energy(self, x: ArrayLike) -> Array:
         """Return e^2 / 2."""
