@@ -22,22 +22,6 @@ from .physics.potential import Array
 FORMAT = 1
 """Version of this format."""
 
-KEYS = {
-    'format': f'version of the format: {FORMAT}',
-    'design': 'the design, by parameter, with the fitted potential, damping and substrate',
-    'alpha': 'alpha_j of every cell; alpha_j d is its strength',
-    'alpha_std': 'standard deviation of each',
-    'mass': 'mass of every cell; absent: 1',
-    'offset': 'shift of the ground states of every cell in lattice constants; absent: 0',
-    'time_unit': "the instrument's time unit in true ones",
-    'transducers': 'zero, gain as a sensor and gain as a driver of the left and the right end',
-    'chi2': 'misfit per datum',
-    'data': 'number of data',
-    'untold': 'what the data could not tell',
-    'plan': 'trims of its pulses, as in a calibration; absent: not planned',
-}
-"""Keys of the file, and their meanings."""
-
 
 class ElementFileError(ValueError):
     """A file is not that of an element; the message says why."""

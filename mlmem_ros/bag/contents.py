@@ -87,6 +87,9 @@ class Loss:
         return f'{self.file}, byte {self.offset}: {size}{self.reason}'
 
 
+OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
+"""Keys in the metadata of every MCAP channel."""
+
 NOT_CLOSED = 'the file was not closed'
 """Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
 

@@ -27,7 +27,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from ..clipped import printable
-from .contents import NOT_CLOSED, Definition, Loss, Message, TopicInfo
+from .contents import NOT_CLOSED, OFFERED_QOS, TYPE_HASH, Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import METADATA_NAME
 
@@ -120,8 +120,8 @@ class McapPart:
                 name=channel.topic,
                 type=self._type(channel),
                 serialization_format=channel.message_encoding,
-                offered_qos=channel.metadata.get('offered_qos_profiles', ''),
-                type_hash=channel.metadata.get('topic_type_hash', ''),
+                offered_qos=channel.metadata.get(OFFERED_QOS, ''),
+                type_hash=channel.metadata.get(TYPE_HASH, ''),
             )
             count = info.message_count + counts[channel.id]
             topics[channel.topic] = replace(info, message_count=count)

@@ -26,11 +26,7 @@ FILE_NAME = 'metadata.yaml'
 
 DROPPED = 'dropped_messages'
 LOST = 'mlmem_ros.lost'
-CUSTOM_DATA = {
-    DROPPED: 'number of messages dropped from the recording; absent if there are none',
-    LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
-}
-"""Our keys in the custom data of a bag, and their meanings."""
+"""Our keys in the custom data of a bag."""
 
 _ROOT = 'rosbag2_bagfile_information'
 _NEVER = 2**63 - 1  # the starting time of a bag or file that holds no message

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ..durable import make_directory, write_atomically
 from . import jazzy
-from .contents import Definition, TopicInfo
+from .contents import OFFERED_QOS, TYPE_HASH, Definition, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_file import McapFile, check_library
 from .metadata import FILE_NAME, FileInfo, metadata_text
@@ -21,12 +21,6 @@ from .qos import RELIABLE
 
 _LATEST_TIME = 2**63 - 1
 _SMALLEST_SPLIT = 1024  # bytes, as rosbag2's MCAP storage requires
-
-CHANNEL_METADATA = {
-    'offered_qos_profiles': "QoS of the topic's publishers, as YAML",
-    'topic_type_hash': "RIHS01 hash of the topic's type",
-}
-"""Keys in the metadata of every MCAP channel, and their meanings."""
 
 
 @dataclass
@@ -238,7 +232,7 @@ class BagWriter:
             info.name,
             channel.definition,
             info.serialization_format,
-            dict(zip(CHANNEL_METADATA, (info.offered_qos, info.type_hash), strict=True)),
+            {OFFERED_QOS: info.offered_qos, TYPE_HASH: info.type_hash},
         )
 
     def _put(self, channel: _Channel, cdr: bytes, log_time: int, publish_time: int) -> None:

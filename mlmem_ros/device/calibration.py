@@ -29,22 +29,6 @@ DETECTOR = 'carrier 1'
 ABOUT = 3
 """Levels to either side whose spacing counts."""
 
-KEYS = {
-    'left': 'delay table of the left end, or null if it is not read from',
-    'right': 'delay table of the right end',
-    'trims': 'trims of the steps; absent if all pulses are as in the settings',
-}
-"""Keys of a calibration in a file, and their meanings."""
-
-TABLE_KEYS = {
-    'delays': 'echo delay of every level, in time units',
-    'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
-    'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
-    'null where it does not, and its greatest v_c over the threshold; absent in tables of older '
-    'releases',
-}
-"""Keys of a delay table in a file, and their meanings."""
-
 
 @dataclass(frozen=True)
 class DelayTable:

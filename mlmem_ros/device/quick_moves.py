@@ -25,12 +25,6 @@ QUICK = ('down_even', 'down_odd', 'up_even', 'up_odd', 'throw')
 MOST_LEVELS = 100_000
 """Above every level that settings can name."""
 
-KEYS = {
-    'peaks': 'by stroke or throw: levels from which it begins, factors on its peak; 0: not used',
-    'schedule': 'hash of the settings of strokes and throws; with others the factors are ignored',
-}
-"""Keys of quick moves in a file, and their meanings."""
-
 
 @dataclass(frozen=True)
 class QuickMoves:

@@ -31,27 +31,6 @@ from .motion import Profile, Ramp
 from .reading import UNDECODABLE, Reading
 from .reverberation import Returns
 
-KEYS = {
-    'design': 'the design, by parameter; it must be that of the device',
-    'ticks': 'ticks that the device has done',
-    'steps': 'time steps that the material has done (a simulated element only, as the next two)',
-    'V_N': "displacement of the substrate's end, in cells",
-    'state': 'displacement, velocity and acceleration of every cell, then the same of an elastic '
-    'substrate',
-    'recent': 'last samples of both ends, from which their rest positions are taken',
-    'returns': 'what is known of the waves that either end may still see',
-    'stirred': 'tick since when substrate, base and material have not moved or changed',
-    'actuator': 'strain, and the motion under way',
-    'linkage': 'state of the linkage between actuator and substrate',
-    'base': 'acceleration of the base, and when it was last heard of',
-    'faults': 'the active faults',
-    'reading': 'the content as last decoded, or null',
-    'calibration': 'echo delays and trims; see the calibration file',
-    'calibration_key': 'hash of the design and settings that the calibration is for',
-    'statistics': 'counts of writes, reads and strain cycles over the life of the element',
-}
-"""Keys of a snapshot, and their meanings. Arrays are float64 in base64, with their shape."""
-
 LINKAGE = {
     'told': 'commanded', 'drive': 'encoder_strain', 'strain': 'strain', 'slipping': 'slipping'
 }  # fmt: skip

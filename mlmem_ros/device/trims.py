@@ -23,13 +23,6 @@ from .errors import SettingsError
 from .quick_moves import QuickMoves
 from .settings import Checked, Settings, WriteSettings
 
-KEYS = {
-    'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
-    'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
-    'quick': 'strokes and throws that were planned for this element; absent if all are as set',
-}
-"""Keys of trims in a file, and their meanings."""
-
 
 @dataclass(frozen=True)
 class Trim(Checked):

@@ -12,12 +12,6 @@ from . import state_file
 KEPT = 32
 """Most calibrations in a file; a new one replaces the oldest."""
 
-KEYS = {
-    'format': f'version of the file: {state_file.FORMAT}',
-    'calibrations': f'the latest {KEPT} calibrations, by a hash of the design and settings',
-}
-"""Keys of the file, and their meanings."""
-
 _WHAT = 'calibrations', 'the calibrations', 'calibrate again'
 
 

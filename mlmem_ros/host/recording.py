@@ -51,15 +51,15 @@ class Recording(Transcript):
         for topic in plan.topics:
             qos = offered(topic.qos.reliability, topic.qos.durability)
             writer.add_topic(topic.name, topic.type, qos)
-        writer.add_topic(self.names.header, messages.STRING, LATCHED, latch=True)
-        for name in (self.names.command, self.names.state_hash):
-            writer.add_topic(name, messages.STRING)
+        writer.add_topic(self._own(messages.HEADER), messages.STRING, LATCHED, latch=True)
+        for name in (messages.COMMAND, messages.STATE_HASH):
+            writer.add_topic(self._own(name), messages.STRING)
         for message in before:
             writer.write(*message)
         writer.sync()
         self._recorder = Recorder(
             writer,
-            dropped_topic=f'{plan.node}/{messages.DROPPED}',
+            dropped_topic=self._own(messages.DROPPED),
             sync_interval=settings.sync_interval,
             on_error=self._log_error,
         )

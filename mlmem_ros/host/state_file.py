@@ -15,9 +15,6 @@ from ..physics import StateError
 FORMAT = 1
 """Version of the file."""
 
-KEYS = {'format': f'version of the file: {FORMAT}', 'snapshot': 'state of the idle device'}
-"""Keys of the file, and their meanings."""
-
 
 def save(path: Path, snapshot: Mapping[str, Any]) -> None:
     """Replace the file by what `snapshot.take` returned, or leave it as it was; make its folder.

@@ -25,7 +25,6 @@ class Transcript(ABC):
     def __init__(self, plan: SessionPlan, log: ThrottledLog, now: Callable[[], int]) -> None:
         """Create it empty; `now` returns the time of messages in nanoseconds."""
         self.plan = plan
-        self.names = messages.SessionTopics.of(plan.node)
         self._log = log
         self._now = now
         self._types = {topic.name: topic.type for topic in plan.topics}
@@ -50,9 +49,13 @@ class Transcript(ABC):
     def tick(self, element: MemoryElement, commands: Sequence[Stamped]) -> None:
         """Take the commands of a tick, and the state's hash if due."""
         for tick, command in commands:
-            self._put(self.names.command, messages.command(tick, command))
+            self._put(self._own(messages.COMMAND), messages.command(tick, command))
         if element.ticks % self.plan.settings.hash_every == 0:
             self._put_hash(element)
+
+    def _own(self, topic: str) -> str:
+        """Return the full name of one of a session's own topics."""
+        return f'{self.plan.node}/{topic}'
 
     def _header(self, element: MemoryElement) -> Message:
         """Return the present state, from which a replay starts.
@@ -62,11 +65,11 @@ class Transcript(ABC):
         """
         given = self.plan.parameters or {}
         header = messages.header(element, self.plan.node, given)
-        return self.names.header, header, self._now()
+        return self._own(messages.HEADER), header, self._now()
 
     def _put_hash(self, element: MemoryElement) -> None:
         if element.simulated:  # the state of a real element is unknown
-            self._put(self.names.state_hash, messages.state_hash(element))
+            self._put(self._own(messages.STATE_HASH), messages.state_hash(element))
 
     def _put(self, topic: str, cdr: bytes) -> None:
         self._keep((topic, cdr, self._now()))

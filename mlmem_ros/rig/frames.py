@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The frames between a driver and its rig as bytes.
 
-`docs/reference/rig.md` prints fields and kinds, with the rules in the docstring of the package.
+`docs/reference/rig.md` prints their fields, with the rules.
 """
 
 from __future__ import annotations
@@ -70,16 +70,6 @@ class Kind(IntEnum):
     SAMPLES = 3
     AGAIN = 4
     FAULT = 5
-
-
-PAYLOADS: dict[Kind, tuple[str, Fields, str]] = {
-    Kind.HELLO: ('both', (), 'one JSON object; restarts the conversation'),
-    Kind.PLAY: ('driver', PLAY_FIELDS, 'numbers V[n m], position[h], velocity[h]'),
-    Kind.SAMPLES: ('rig', SAMPLES_FIELDS, 'numbers left[n], right[n]'),
-    Kind.AGAIN: ('both', (), 'none; its number is not counted: send all frames from it on again'),
-    Kind.FAULT: ('rig', (), 'a text: the rig has stopped, and why'),
-}
-"""Of each kind: who sends it, the fields its payload begins with, and what follows them."""
 
 
 class Frame(NamedTuple):

@@ -77,22 +77,7 @@ WANTED: dict[str, tuple[str, Callable[[Any], bool]]] = {
 
 @dataclass(frozen=True)
 class Hello:
-    """Properties of a rig.
-
-    Attributes:
-        protocol: Version of the protocol.
-        name: A name for people.
-        dt: Time from sample to sample, in time units.
-        samples: Samples per tick.
-        seconds: Time from sample to sample by its own clock, in s.
-        length: Unit of its displacements, in m.
-        force: Unit of its force, in N.
-        zero: Its readings of the left and the right end at displacement 0.
-        nodes: When in a sample it needs set-points, as fractions of the sample.
-        numbers: Type of its numbers, one of `FORMATS`.
-        buffer: Samples of set-points that it can hold.
-        can: What it can do; see `NEEDED`.
-    """
+    """Properties of a rig, named and described in `WANTED`."""
 
     protocol: int
     name: str

@@ -13,7 +13,6 @@ import functools
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from .. import doors
@@ -29,57 +28,9 @@ HEADER = 'session'
 COMMAND = 'session/command'
 STATE_HASH = 'session/state_hash'
 DROPPED = 'session/dropped'
-TOPICS = {
-    HEADER: 'where the session begins: one message, repeated in every file of a split bag',
-    COMMAND: 'the commands, each with the tick at which it took effect',
-    STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the session',
-    DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
-}
 """Topics of a session below the node's name, besides those that the node publishes."""
 
-KEYS = {
-    HEADER: {
-        'format': f'version of the format: {FORMAT}',
-        'node': 'full name of the node',
-        'versions': 'versions that the bits may depend on, by name',
-        'seed': 'seed of all random numbers',
-        'design': 'the design, by parameter',
-        'settings': 'settings of the device, by group and parameter',
-        'parameters': 'parameters of the node, for information',
-        'initial': 'state of the device; see the snapshot in a state file',
-        'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
-        's_factor, mass, offset and eta_factor over a design, and damped_by_substrate if it is; '
-        'one number stands for equal ones',
-        'forecast': 'the calibration that a twin forecasts; absent without a twin',
-    },
-    COMMAND: {
-        'tick': 'tick at which it took effect',
-        'kind': 'name of the command, such as `Write`',
-        '...': 'its arguments, by name',
-    },
-    STATE_HASH: {
-        'tick': 'ticks that the device has done',
-        'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
-        'v': 'exact displacement of every cell, as hexadecimal numbers',
-    },
-}
-"""Keys of the JSON objects on the topics of a session, and their meanings."""
-
 STRING = 'std_msgs/msg/String'
-
-
-@dataclass(frozen=True)
-class SessionTopics:
-    """The full names of the three topics for a node's full name such as `/mlmem`."""
-
-    header: str
-    command: str
-    state_hash: str
-
-    @classmethod
-    def of(cls, node: str) -> SessionTopics:
-        """Return the topics of a node."""
-        return cls(*(f'{node}/{topic}' for topic in (HEADER, COMMAND, STATE_HASH)))
 
 
 def header(element: MemoryElement, node: str, parameters: Mapping[str, Any]) -> bytes:

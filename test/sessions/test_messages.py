@@ -27,17 +27,19 @@ COMMANDS = {
 def recorded(tmp_path):
     """Drive a device by hand for a hundred ticks; return its bag and what was recorded."""
     element = new_element(CASE_II)
-    topics = messages.SessionTopics.of(NODE)
+    header, command, state_hash = (
+        f'{NODE}/{topic}' for topic in (messages.HEADER, messages.COMMAND, messages.STATE_HASH)
+    )
     with BagWriter(tmp_path / 'bag') as writer:
-        for topic in (topics.header, topics.command, topics.state_hash):
+        for topic in (header, command, state_hash):
             writer.add_topic(topic, messages.STRING)
-        writer.write(topics.header, messages.header(element, NODE, {'autostart': True}), 0)
+        writer.write(header, messages.header(element, NODE, {'autostart': True}), 0)
         for tick in range(100):
             if tick in COMMANDS:
                 element.apply(COMMANDS[tick])
-                writer.write(topics.command, messages.command(tick, COMMANDS[tick]), tick)
+                writer.write(command, messages.command(tick, COMMANDS[tick]), tick)
             element.advance()
-        writer.write(topics.state_hash, messages.state_hash(element), 100)
+        writer.write(state_hash, messages.state_hash(element), 100)
     return load(tmp_path / 'bag'), element
 
 

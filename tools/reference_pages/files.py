@@ -5,19 +5,21 @@
 import dataclasses
 import inspect
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
 from mlmem_ros import element_file
-from mlmem_ros.bag import jazzy, mcap_file, metadata, writer
+from mlmem_ros.bag import jazzy, mcap_file
 from mlmem_ros.contract import word_code
-from mlmem_ros.device import Read, calibration, new_element, preset, quick_moves, snapshot, trims
+from mlmem_ros.device import Read, new_element, preset, quick_moves, snapshot, trims
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import messages
 
+from . import keys
 from .table import table
 
 
@@ -34,9 +36,9 @@ def files_page() -> str:
     hashed = _content(messages.state_hash(element))
     command = _content(messages.command(0, Read()))
     arguments = ['...'] if command.keys() - {'tick', 'kind'} else []
-    channel = [[f'`{key}`', meaning] for key, meaning in writer.CHANNEL_METADATA.items()]
-    custom = [[f'`{key}`', meaning] for key, meaning in metadata.CUSTOM_DATA.items()]
-    own = [[f'`~/{name}`', meaning] for name, meaning in messages.TOPICS.items()]
+    channel = [[f'`{key}`', meaning] for key, meaning in keys.CHANNEL.items()]
+    custom = [[f'`{key}`', meaning] for key, meaning in keys.CUSTOM_DATA.items()]
+    own = [[f'`~/{name}`', meaning] for name, meaning in keys.TOPICS.items()]
     fields = [[str(base), f'`{number:#x}`'] for base, number in word_code.POLYNOMIALS.items()]
     parts = [
         '# Files',
@@ -52,11 +54,11 @@ def files_page() -> str:
         table(['topic', 'messages'], own),
         'All but the last are std_msgs/String with a JSON object.',
         f'### `~/{messages.HEADER}`',
-        _keys(messages.KEYS[messages.HEADER], header),
+        _keys(keys.SESSION[messages.HEADER], header),
         f'### `~/{messages.COMMAND}`',
-        _keys(messages.KEYS[messages.COMMAND], ['tick', 'kind', *arguments]),
+        _keys(keys.SESSION[messages.COMMAND], ['tick', 'kind', *arguments]),
         f'### `~/{messages.STATE_HASH}`',
-        _keys(messages.KEYS[messages.STATE_HASH], hashed),
+        _keys(keys.SESSION[messages.STATE_HASH], hashed),
         '### Metadata',
         table(["key of a channel's metadata", 'meaning'], channel),
         table(['key of `custom_data` in `metadata.yaml`', 'meaning'], custom),
@@ -65,26 +67,26 @@ def files_page() -> str:
         'or that a failed device leaves, has the same format.',
         '## State',
         f'The file of `state.path`. {_about(state_file)}',
-        _keys(state_file.KEYS, state_file.KEYS),
+        _keys(keys.STATE, _written(state_file.save, taken)),
         'The snapshot:',
-        _keys(snapshot.KEYS, taken),
+        _keys(keys.SNAPSHOT, taken),
         'Beside the state file `NAME.json`, `.NAME.json.lock` names the node that uses it. It '
         'means nothing once that node has ended.',
         '## Calibration',
         f'`{calibration_file.beside(Path("NAME.json"))}` beside the state file `NAME.json`. '
         f'{_about(calibration_file)}',
-        _keys(calibration_file.KEYS, calibration_file.KEYS),
+        _keys(keys.CALIBRATIONS, _written(calibration_file.save, '', element.calibration)),
         'A calibration:',
-        _keys(calibration.KEYS, calibrated),
+        _keys(keys.CALIBRATION, calibrated),
         'A delay table:',
-        _keys(calibration.TABLE_KEYS, calibrated['right']),
+        _keys(keys.TABLE, calibrated['right']),
         'Trims:',
-        _keys(trims.KEYS, calibrated['trims']),
+        _keys(keys.TRIMS, calibrated['trims']),
         'Strokes and throws that were planned for one element:',
-        _keys(quick_moves.KEYS, quick.as_dict()),
+        _keys(keys.QUICK, quick.as_dict()),
         '## Fitted element',
         f'The file of `device.specimen` and `device.twin`. {_about(element_file)}',
-        _keys(element_file.KEYS, known.as_dict()),
+        _keys(keys.ELEMENT, known.as_dict()),
         '## Design checks',
         f'`{design_check.FILE_NAME}`. {_about(design_check, 1)} It is a JSON object '
         f'of the latest {design_check.MOST} designs: by a hash of sources, design and settings, a '
@@ -111,6 +113,14 @@ def _keys(meanings: Mapping[str, str], found: Iterable[str]) -> str:
 def _about(module: ModuleType, paragraph: int = 0) -> str:
     """Return a paragraph of a module's docstring."""
     return (inspect.getdoc(module) or '').split('\n\n')[paragraph].replace('\n', ' ')
+
+
+def _written(save: Callable[..., None], *content: Any) -> Any:
+    """Return what is in a file that was saved."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder, 'file.json')
+        save(path, *content)
+        return json.loads(path.read_text(encoding='utf-8'))
 
 
 def _content(cdr: bytes) -> Any:

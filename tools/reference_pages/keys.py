@@ -1,0 +1,137 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The keys of all files, and what they mean; `files` compares them with those that are written."""
+
+from mlmem_ros import element_file
+from mlmem_ros.bag import contents, metadata
+from mlmem_ros.host import calibration_file, state_file
+from mlmem_ros.session import messages
+
+TOPICS = {
+    messages.HEADER: 'where the session begins: one message, repeated in every file of a split '
+    'bag',
+    messages.COMMAND: 'the commands, each with the tick at which it took effect',
+    messages.STATE_HASH: 'hashes of the state, every `record.hash_every` ticks; the last ends the '
+    'session',
+    messages.DROPPED: 'running count of messages dropped from the recording (std_msgs/UInt64)',
+}
+"""Topics of a session below the node's name, besides those that the node publishes."""
+
+SESSION = {
+    messages.HEADER: {
+        'format': f'version of the format: {messages.FORMAT}',
+        'node': 'full name of the node',
+        'versions': 'versions that the bits may depend on, by name',
+        'seed': 'seed of all random numbers',
+        'design': 'the design, by parameter',
+        'settings': 'settings of the device, by group and parameter',
+        'parameters': 'parameters of the node, for information',
+        'initial': 'state of the device; see the snapshot in a state file',
+        'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
+        's_factor, mass, offset and eta_factor over a design, and damped_by_substrate if it is; '
+        'one number stands for equal ones',
+        'forecast': 'the calibration that a twin forecasts; absent without a twin',
+    },
+    messages.COMMAND: {
+        'tick': 'tick at which it took effect',
+        'kind': 'name of the command, such as `Write`',
+        '...': 'its arguments, by name',
+    },
+    messages.STATE_HASH: {
+        'tick': 'ticks that the device has done',
+        'hash': "BLAKE2b hash of the material's state and clock, 32 hexadecimal digits",
+        'v': 'exact displacement of every cell, as hexadecimal numbers',
+    },
+}
+"""The JSON objects on them."""
+
+CHANNEL = {
+    contents.OFFERED_QOS: "QoS of the topic's publishers, as YAML",
+    contents.TYPE_HASH: "RIHS01 hash of the topic's type",
+}
+"""The metadata of every MCAP channel."""
+
+CUSTOM_DATA = {
+    metadata.DROPPED: 'number of messages dropped from the recording; absent if there are none',
+    metadata.LOST: 'in a repaired bag: what of the damaged one could not be read, one line each',
+}
+"""Our custom data of a bag."""
+
+STATE = {
+    'format': f'version of the file: {state_file.FORMAT}',
+    'snapshot': 'state of the idle device',
+}
+"""A state file."""
+
+SNAPSHOT = {
+    'design': 'the design, by parameter; it must be that of the device',
+    'ticks': 'ticks that the device has done',
+    'steps': 'time steps that the material has done (a simulated element only, as the next two)',
+    'V_N': "displacement of the substrate's end, in cells",
+    'state': 'displacement, velocity and acceleration of every cell, then the same of an elastic '
+    'substrate',
+    'recent': 'last samples of both ends, from which their rest positions are taken',
+    'returns': 'what is known of the waves that either end may still see',
+    'stirred': 'tick since when substrate, base and material have not moved or changed',
+    'actuator': 'strain, and the motion under way',
+    'linkage': 'state of the linkage between actuator and substrate',
+    'base': 'acceleration of the base, and when it was last heard of',
+    'faults': 'the active faults',
+    'reading': 'the content as last decoded, or null',
+    'calibration': 'echo delays and trims; see the calibration file',
+    'calibration_key': 'hash of the design and settings that the calibration is for',
+    'statistics': 'counts of writes, reads and strain cycles over the life of the element',
+}
+"""A snapshot. Arrays are float64 in base64, with their shape."""
+
+CALIBRATIONS = {
+    'format': f'version of the file: {state_file.FORMAT}',
+    'calibrations': f'the latest {calibration_file.KEPT} calibrations, by a hash of the design '
+    'and settings',
+}
+"""A calibration file."""
+
+CALIBRATION = {
+    'left': 'delay table of the left end, or null if it is not read from',
+    'right': 'delay table of the right end',
+    'trims': 'trims of the steps; absent if all pulses are as in the settings',
+}
+"""A calibration."""
+
+TABLE = {
+    'delays': 'echo delay of every level, in time units',
+    'blank': 'echo delay of a blank element in time units, or null if it gives no echo',
+    'shapes': 'for every level the times at which its echo crosses 0.8 and 1.25 of the threshold, '
+    'null where it does not, and its greatest v_c over the threshold; absent in tables of older '
+    'releases',
+}
+"""A delay table."""
+
+TRIMS = {
+    'steps': 'by level: factors on the strains, the times and the launch speed of the pulse',
+    'schedule': 'hash of the settings that shape the pulses; with others the trims are ignored',
+    'quick': 'strokes and throws that were planned for this element; absent if all are as set',
+}
+"""Trims."""
+
+QUICK = {
+    'peaks': 'by stroke or throw: levels from which it begins, factors on its peak; 0: not used',
+    'schedule': 'hash of the settings of strokes and throws; with others the factors are ignored',
+}
+"""Quick moves."""
+
+ELEMENT = {
+    'format': f'version of the format: {element_file.FORMAT}',
+    'design': 'the design, by parameter, with the fitted potential, damping and substrate',
+    'alpha': 'alpha_j of every cell; alpha_j d is its strength',
+    'alpha_std': 'standard deviation of each',
+    'mass': 'mass of every cell; absent: 1',
+    'offset': 'shift of the ground states of every cell in lattice constants; absent: 0',
+    'time_unit': "the instrument's time unit in true ones",
+    'transducers': 'zero, gain as a sensor and gain as a driver of the left and the right end',
+    'chi2': 'misfit per datum',
+    'data': 'number of data',
+    'untold': 'what the data could not tell',
+    'plan': 'trims of its pulses, as in a calibration; absent: not planned',
+}
+"""The file of a fitted element."""
