@@ -12,6 +12,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
+from ... import threads
 from ...contract import messages, topics
 from ...contract.topics import Topic
 from ...contract.values import published
@@ -24,6 +25,9 @@ from ..views.markers import ChainMarkers
 
 if TYPE_CHECKING:
     from ...host.transcript import Transcript
+
+COUNTED = 0.02
+"""Seconds for which a count of subscribers holds: the middleware takes microseconds for each."""
 
 
 class Publishers:
@@ -48,8 +52,11 @@ class Publishers:
         self._messages = self._of_events(node.get_fully_qualified_name())
         self._periodic = self._streams()
         self._made: dict[Topic, tuple[int, Any]] = {}  # at rest, and since which tick
-        streaming = [topic for topic, _, _ in self._periodic if topic not in topics.VIEWS]
-        self._punctual = [self._publishers[topic] for topic in streaming]  # views may be late
+        self._punctual = [  # views may be late
+            topic for topic, _, _ in self._periodic if topic not in topics.VIEWS
+        ]
+        self._counts: dict[str, int] = {}
+        self._counted = -math.inf
         if element.reading is not None or not element.simulated:  # a real one's is not known yet
             self.publish(topics.LEVEL, messages.level(element.reading))
 
@@ -127,7 +134,7 @@ class Publishers:
     @property
     def has_subscribers(self) -> bool:
         """Whether anybody subscribes to a stream that must be on time."""
-        return any(publisher.get_subscription_count() for publisher in self._punctual)
+        return any(map(self._subscribers, self._punctual))
 
     @property
     def watched(self) -> int:
@@ -139,7 +146,16 @@ class Publishers:
     def _watched(self, topic: Topic) -> bool:
         """Return whether anybody takes a message that is not latched."""
         recorded = self._transcript(topic) is not None
-        return recorded or self._publishers[topic].get_subscription_count() > 0
+        return recorded or self._subscribers(topic) > 0
+
+    def _subscribers(self, topic: Topic) -> int:
+        """Return how many subscribe to a topic, or did a moment ago."""
+        if (now := threads.monotonic()) >= self._counted + COUNTED:
+            self._counts.clear()
+            self._counted = now
+        if (count := self._counts.get(topic.name)) is None:
+            count = self._counts[topic.name] = self._publishers[topic].get_subscription_count()
+        return count
 
     def _transcript(self, topic: Topic) -> Transcript | None:
         """Return what takes the messages of a topic, or None."""
