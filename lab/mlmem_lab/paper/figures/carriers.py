@@ -51,7 +51,7 @@ def compute(quality: Quality) -> Data:
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
         printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else (0.62, 0.7)
-        omega = np.unique(np.r_[np.linspace(low, high, quality.pick(2, 51)), printed])
+        omega = np.unique(np.r_[np.linspace(low, high, quality.pick(0, 51)), printed])
         rows = [_one_carrier(float(o), walls, end) for o in omega]
         data[f'omega_{end}'] = omega
         for name in ('echo', 'quiet', 'plain', 'compensated'):

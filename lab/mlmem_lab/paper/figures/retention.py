@@ -61,7 +61,7 @@ def compute(quality: Quality) -> Data:
     """
     omega = _frequencies(quality.pick(4, 30), quality.pick(1, 11))
     amplitude = np.geomspace(6e-5, 1e-2, quality.pick(5, 31))
-    levels = range(0, CASE_II.levels, quality.pick(4, 1))
+    levels = range(0, CASE_II.levels, quality.pick(8, 1))
     rest = {level: resting_wall(Specimen(CASE_II), level) for level in levels}
     kept = np.array([_kept(float(w), amplitude, rest) for w in omega])
     return {
