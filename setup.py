@@ -46,6 +46,7 @@ setup(
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
         f'{PACKAGE}.ros': ['*.xml'],
+        f'{PACKAGE}.testing': ['*.xml'],
         f'{PACKAGE}.view': ['static/*', 'static/*/*'],
     },
     data_files=[

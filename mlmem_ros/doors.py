@@ -14,35 +14,6 @@ from importlib import import_module, metadata
 from typing import Any, NamedTuple
 
 
-class Door(NamedTuple):
-    """A name inside a library.
-
-    Attributes:
-        home: Its module.
-        name: The name there, dotted: a method, or an attribute that instances have.
-        why: What we need it for, and have no other way to.
-    """
-
-    home: str
-    name: str
-    why: str
-
-    @property
-    def is_there(self) -> bool:
-        """Whether the library has it."""
-        try:
-            found: Any = import_module(self.home)
-        except ImportError:
-            return False
-        *above, last = self.name.split('.')
-        for part in above:
-            found = getattr(found, part, None)
-        if hasattr(found, last) or last in getattr(found, '__annotations__', ()):
-            return True
-        codes = (getattr(each, '__code__', None) for each in vars(found or object).values())
-        return any(last in code.co_names for code in codes if code is not None)
-
-
 class Library(NamedTuple):
     """A library with private doors.
 
@@ -50,18 +21,18 @@ class Library(NamedTuple):
         packages: Names under which it is installed.
         oldest: Oldest version tested.
         newest: Newest, as far as given: 7.1 stands for every 7.1.x.
-        doors: The names.
+        doors: Names inside it, as `module:Name.attribute`: methods, or attributes of instances.
         optional: Modules that not every user of the library loads.
     """
 
     packages: tuple[str, ...]
     oldest: str
     newest: str
-    doors: tuple[Door, ...]
+    doors: tuple[str, ...]
     optional: tuple[str, ...] = ()
 
 
-_CORE = 'rclpy.impl.implementation_singleton'
+_CORE = 'rclpy.impl.implementation_singleton:rclpy_implementation'
 
 LIBRARIES = {
     'numba': Library(
@@ -69,10 +40,10 @@ LIBRARIES = {
         '0.58',
         '0.68',
         (
-            Door('numba.core.dispatcher', 'Dispatcher._cache', 'cached loops know their formulas'),
-            Door('numba.core.caching', 'FunctionCache._index_key', 'the same'),
-            Door('numba.core.caching', 'Cache._cache_file', 'is a loop compiled already?'),
-            Door('numba.core.caching', 'IndexDataCacheFile._load_index', 'the same'),
+            'numba.core.dispatcher:Dispatcher._cache',  # cached loops know their formulas
+            'numba.core.caching:FunctionCache._index_key',
+            'numba.core.caching:Cache._cache_file',  # is a loop compiled already?
+            'numba.core.caching:IndexDataCacheFile._load_index',
         ),
     ),
     'rclpy': Library(
@@ -80,30 +51,18 @@ LIBRARIES = {
         '7.1.4',
         '7.1',
         (
-            Door(
-                _CORE, 'rclpy_implementation.EventsExecutor', 'an executor without a fault handler'
-            ),
-            Door(
-                _CORE, 'rclpy_implementation.RCLError', 'errors of its own services are answered'
-            ),
-            Door(
-                _CORE,
-                'rclpy_implementation.Service.service_take_request',
-                'requests after a broken one',
-            ),
-            Door(
-                _CORE,
-                'rclpy_implementation.Client.take_response',
-                'a waiting thread takes its answer itself',
-            ),
-            Door('rclpy.service', 'Service.send_response', 'responses are sent by coroutines'),
-            Door('rclpy.service', 'Service.handle', 'requests after a broken one'),
-            Door('rclpy.client', 'Client.handle', 'a waiting thread takes its answer itself'),
-            Door('rclpy.client', 'Client.get_pending_request', 'the same'),
-            Door('rclpy.client', 'Client.remove_pending_request', 'answers that nobody awaits'),
-            Door('rclpy.task', 'Future._set_executor', 'answers resume who waits, in any thread'),
-            Door('rclpy.node', 'Node._parameter_overrides', 'which parameters were given'),
-            Door('rclpy.lifecycle.node', 'LifecycleNodeMixin._state_machine', 'it leaves at once'),
+            f'{_CORE}.EventsExecutor',  # an executor without a fault handler
+            f'{_CORE}.RCLError',  # errors of its own services are answered
+            f'{_CORE}.Service.service_take_request',  # requests after a broken one
+            'rclpy.service:Service.handle',
+            f'{_CORE}.Client.take_response',  # a waiting thread takes its answer itself
+            'rclpy.client:Client.handle',
+            'rclpy.client:Client.get_pending_request',
+            'rclpy.client:Client.remove_pending_request',  # answers that nobody awaits
+            'rclpy.service:Service.send_response',  # responses are sent by coroutines
+            'rclpy.task:Future._set_executor',  # answers resume who waits, in any thread
+            'rclpy.node:Node._parameter_overrides',  # which parameters were given
+            'rclpy.lifecycle.node:LifecycleNodeMixin._state_machine',  # it leaves at once
         ),
         ('rclpy.lifecycle.node',),
     ),
@@ -140,14 +99,30 @@ def look(library: str) -> None:
         ImportError: One is not there.
     """
     known = LIBRARIES[library]
-    used = (each for each in known.doors if each.home not in {*known.optional} - {*sys.modules})
-    if missing := [door for door in used if not door.is_there]:
-        names = ', '.join(f'{door.home}.{door.name}' for door in missing)
+    unused = {*known.optional} - {*sys.modules}
+    used = (door for door in known.doors if door.partition(':')[0] not in unused)
+    if missing := [door.replace(':', '.') for door in used if not is_there(door)]:
         raise ImportError(
-            f'{library} {version(library)} lacks {names}; mlmem_ros is tested with {library} '
-            f'{known.oldest} to {known.newest}: install one of these',
+            f'{library} {version(library)} lacks {", ".join(missing)}; mlmem_ros is tested with '
+            f'{library} {known.oldest} to {known.newest}: install one of these',
             name=library,
         )
+
+
+def is_there(door: str) -> bool:
+    """Return whether a library has a door."""
+    home, _, name = door.partition(':')
+    try:
+        found: Any = import_module(home)
+    except ImportError:
+        return False
+    *above, last = name.split('.')
+    for part in above:
+        found = getattr(found, part, None)
+    if hasattr(found, last) or last in getattr(found, '__annotations__', ()):
+        return True
+    codes = (getattr(each, '__code__', None) for each in vars(found or object).values())
+    return any(last in code.co_names for code in codes if code is not None)
 
 
 def _numbers(version: str) -> tuple[int, ...]:

@@ -4,10 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -82,6 +81,11 @@ class Loss:
     size: int
     reason: str
 
+    @classmethod
+    def of(cls, file: Path, error: Exception) -> Loss:
+        """Return the loss of a whole file."""
+        return cls(file, 0, file.stat().st_size if file.is_file() else 0, str(error))
+
     def __str__(self) -> str:
         size = f'{self.size} bytes lost, ' if self.size else ''
         return f'{self.file}, byte {self.offset}: {size}{self.reason}'
@@ -92,39 +96,3 @@ OFFERED_QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
 
 NOT_CLOSED = 'the file was not closed'
 """Begins the reason of a loss: nothing is damaged, but the end of the recording is missing."""
-
-
-class Part(Protocol):
-    """One storage file of a bag, or several that are read as one."""
-
-    @property
-    def losses(self) -> list[Loss]:
-        """What cannot be read."""
-
-    @property
-    def span(self) -> tuple[int, int] | None:
-        """Earliest and latest log time in nanoseconds, or None without messages."""
-
-    @property
-    def metadata_text(self) -> str | None:
-        """The last metadata record in the file, or None without one."""
-
-    @property
-    def topics(self) -> Mapping[str, TopicInfo]:
-        """The topics by name, with the number of messages that can be read."""
-
-    @property
-    def definitions(self) -> Mapping[str, Definition]:
-        """The message definitions by the name of the type."""
-
-    def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
-        """Yield the messages of some topics.
-
-        Args:
-            topics: Their names.
-            as_written: In the order in which they were written, if the file tells it; otherwise
-                in that of their log times, ties as written.
-
-        Raises:
-            BagError: The file has changed since it was opened.
-        """

@@ -30,15 +30,12 @@ def check_library() -> None:
 class McapFile:
     """A new MCAP file of profile ``ros2``: chunks with CRC, indexes, statistics, summary.
 
-    Every method raises `BagError` on a file system error; after that only `abandon` is of use.
+    Every method raises `BagError` if the disk is full or fails, or if the file was deleted; after
+    that only `abandon` is of use.
     """
 
     def __init__(self, path: Path) -> None:
-        """Create the file, where there must be none.
-
-        Raises:
-            BagError: The file cannot be created.
-        """
+        """Create the file, where there must be none."""
         self.path = path
         self._schemas: dict[Definition, int] = {}
         with storage_errors(f'create {path}'):
@@ -70,9 +67,6 @@ class McapFile:
     ) -> int:
         """Declare a channel, and return its id; it is written with the first chunk that follows,
         its type once for all that share it.
-
-        Raises:
-            BagError: The open chunk was full and could not be written.
         """
         with storage_errors(f'write {self.path}'):
             if definition not in self._schemas:
@@ -84,37 +78,21 @@ class McapFile:
             )
 
     def write(self, channel: int, data: bytes, log_time: int, publish_time: int) -> None:
-        """Append a message to the open chunk, by the id of its channel; times are in nanoseconds.
-
-        Raises:
-            BagError: The chunk was full and could not be written.
-        """
+        """Append a message of a channel to the open chunk; times are in nanoseconds."""
         with storage_errors(f'write {self.path}'):
             self._writer.add_message(channel, log_time, data, publish_time)
 
     def write_metadata(self, text: str) -> None:
-        """Append rosbag2's metadata record, YAML text.
-
-        Raises:
-            BagError: The record could not be written.
-        """
+        """Append rosbag2's metadata record, YAML text."""
         with storage_errors(f'write {self.path}'):
             self._writer.add_metadata(METADATA_NAME, {'serialized_metadata': text})
 
     def sync(self) -> None:
-        """Finish the open chunk and wait until everything written is on the disk.
-
-        Raises:
-            BagError: The disk is full, failed, or the file was deleted meanwhile.
-        """
+        """Finish the open chunk and wait until everything written is on the disk."""
         self._settle(self._writer.flush)
 
     def close(self) -> None:
-        """Finish the file with its summary and make it durable.
-
-        Raises:
-            BagError: The disk is full, failed, or the file was deleted meanwhile.
-        """
+        """Finish the file with its summary and make it durable."""
         self._settle(self._writer.finish)
         with storage_errors(f'close {self.path}'):
             self._file.close()

@@ -70,7 +70,7 @@ class _Start(NamedTuple):
 
 
 class McapPart:
-    """What one MCAP file holds; see `contents.Part`. A few chunks of it are in memory at a time.
+    """What one MCAP file of a bag holds. A few chunks of it are in memory at a time.
 
     Attributes:
         path: The file.
@@ -138,7 +138,12 @@ class McapPart:
         }
 
     def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
-        """Yield the messages of some topics; see `contents.Part`.
+        """Yield the messages of some topics.
+
+        Args:
+            topics: Their names.
+            as_written: In the order in which they were written; otherwise in that of their log
+                times, ties as written.
 
         Raises:
             BagError: The file has changed since it was opened.

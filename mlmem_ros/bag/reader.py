@@ -12,14 +12,19 @@ from dataclasses import replace
 from operator import attrgetter
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..clipped import clipped
 from . import jazzy
-from .contents import Definition, Loss, Message, Part, TopicInfo
+from .contents import Definition, Loss, Message, TopicInfo
 from .errors import BagError, storage_errors
 from .mcap_part import McapPart
 from .metadata import FILE_NAME, BagMetadata, parse_metadata, read_metadata
+
+if TYPE_CHECKING:
+    from .rosbags_part import RosbagsPart
+
+    Part = McapPart | RosbagsPart
 
 
 class BagReader:
@@ -128,9 +133,7 @@ class BagReader:
         try:
             return read_metadata(self.path)
         except BagError as error:
-            file = self.path / FILE_NAME
-            size = file.stat().st_size if file.is_file() else 0
-            self._losses.append(Loss(file, 0, size, str(error)))
+            self._losses.append(Loss.of(self.path / FILE_NAME, error))
             return None
 
     def _files(self, metadata: BagMetadata | None) -> list[Path]:
@@ -159,8 +162,7 @@ class BagReader:
                 parts.append(kind(file))
             except BagError as error:
                 errors.append(error)
-                size = file.stat().st_size if file.is_file() else 0
-                self._losses.append(Loss(file, 0, size, str(error)))
+                self._losses.append(Loss.of(file, error))
         if not parts:
             raise errors[0]
         return parts

@@ -26,7 +26,7 @@ _ENCODINGS = {
 
 
 class RosbagsPart:
-    """Anything that `rosbags` can read; see `contents.Part`."""
+    """Anything that `rosbags` can read, as a `McapPart`."""
 
     def __init__(self, path: Path) -> None:
         """Read an SQLite file or a bag directory once, to learn what is there.
@@ -50,11 +50,10 @@ class RosbagsPart:
         except BagError as error:
             if not self._readable:
                 raise
-            size = path.stat().st_size if path.is_file() else 0
-            self.losses.append(Loss(path, 0, size, str(error)))
+            self.losses.append(Loss.of(path, error))
 
     def messages(self, topics: Collection[str], as_written: bool = False) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their log times; see `contents.Part`.
+        """Yield the messages of some topics in the order of their log times alone.
 
         Raises:
             BagError: The file has changed since it was opened.

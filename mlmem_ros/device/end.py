@@ -57,16 +57,3 @@ class End(str, Enum):
     def probe(self, settings: Settings) -> ProbeSettings:
         """Return its pulse and detector."""
         return settings.probe if self is End.LEFT else settings.probe_right
-
-
-def ends(word: str) -> tuple[End, ...]:
-    """Return the ends that a word names: 'left', 'right' or 'both'.
-
-    Raises:
-        ValueError: It is not one of these.
-    """
-    return tuple(End) if word == BOTH else (End(word),)
-
-
-BOTH = 'both'
-"""The word for both ends."""

@@ -5,9 +5,20 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..device import DriverError, Faults, MemoryElement, Refused, SettingsError, drivers
+from ..device import (
+    Calibration,
+    DriverError,
+    Faults,
+    MemoryElement,
+    Refused,
+    SettingsError,
+    drivers,
+    factory_calibration,
+)
+from ..device.factory import calibration_of
 from .design_check import check_design
 from .settings import Parameters
 from .throttled_log import ThrottledLog
@@ -52,10 +63,9 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Buil
         element = store.new_element(given.design, given.settings, driver)
         watcher = None
         if twin is not None:
-            from .elements import forecast
             from .watcher import Watcher  # most nodes have none
 
-            element.forecast = forecast(twin, given.design, given.settings, log)
+            element.forecast = _forecast(twin, given, log)
             watcher = Watcher(twin, element, log)
         _check_faults(element, given.faults)
         store.restore(element)
@@ -67,9 +77,25 @@ def _known(name: str, path: str, given: Parameters, disk: Worker) -> Element | N
     """Return the element in the file of a parameter, or None without one."""
     if not path:
         return None
-    from .elements import opened  # most nodes have none
+    from ..element_file import ElementFileError, of_design  # most nodes have none
 
-    return disk.done(f'reading {path}', lambda: opened(name, path, given.files, given.design))
+    def opened() -> Element:
+        try:
+            return of_design(given.files.confined(path), given.design)
+        except (ElementFileError, SettingsError) as error:
+            raise SettingsError(f'device.{name}: {error}') from error
+
+    return disk.done(f'reading {path}', opened)
+
+
+def _forecast(twin: Element, given: Parameters, log: ThrottledLog) -> Calibration:
+    """Return the calibration that a twin forecasts: delays of its echoes, and planned pulses."""
+    try:
+        delays = calibration_of(twin.timed, given.design, given.settings)
+    except SettingsError as error:
+        log.warning(f'device.twin: {error}; delays are those of the design')
+        delays = factory_calibration(given.design, given.settings)
+    return replace(delays, trims=twin.plan)
 
 
 def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | Unkept:

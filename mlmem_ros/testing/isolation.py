@@ -18,43 +18,8 @@ from ..ros.fast_dds import profile_variable
 PARTICIPANTS = 10
 """Discovery ports of a domain that are looked at."""
 
-# The defaults take up to 3 s to discover a peer and 20 s to miss one that was killed, and leave
-# segments in /dev/shm after a SIGKILL. Histories begin as small as a node's own do.
-FAST_DISCOVERY = """<?xml version="1.0" encoding="UTF-8"?>
-<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
-  <profiles>
-    <transport_descriptors>
-      <transport_descriptor>
-        <transport_id>loopback</transport_id>
-        <type>UDPv4</type>
-        <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
-        <maxInitialPeersRange>32</maxInitialPeersRange>
-      </transport_descriptor>
-    </transport_descriptors>
-    <participant profile_name="loopback" is_default_profile="true">
-      <rtps>
-        <useBuiltinTransports>false</useBuiltinTransports>
-        <userTransports><transport_id>loopback</transport_id></userTransports>
-        <builtin>
-          <discovery_config>
-            <leaseDuration><sec>4</sec></leaseDuration>
-            <leaseAnnouncement><sec>0</sec><nanosec>200000000</nanosec></leaseAnnouncement>
-            <initialAnnouncements>
-              <count>10</count><period><sec>0</sec><nanosec>50000000</nanosec></period>
-            </initialAnnouncements>
-          </discovery_config>
-        </builtin>
-      </rtps>
-    </participant>
-    <data_writer profile_name="writer" is_default_profile="true">
-      <topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>
-    </data_writer>
-    <data_reader profile_name="reader" is_default_profile="true">
-      <topic><resourceLimitsQos><allocated_samples>1</allocated_samples></resourceLimitsQos></topic>
-    </data_reader>
-  </profiles>
-</dds>
-"""
+FAST_DISCOVERY = Path(__file__).with_name('fast_discovery.xml')
+"""The profile of Fast DDS."""
 
 
 @functools.cache
@@ -69,8 +34,6 @@ def isolate() -> int:
     """
     home = Path(tempfile.mkdtemp(prefix='mlmem-ros-'))
     atexit.register(shutil.rmtree, home, ignore_errors=True)
-    profile = home / 'fast_discovery.xml'
-    profile.write_text(FAST_DISCOVERY, encoding='utf-8')
     domain = _claim_domain()
     os.environ.update(
         ROS_DOMAIN_ID=str(domain),
@@ -79,7 +42,7 @@ def isolate() -> int:
         RMW_IMPLEMENTATION='rmw_fastrtps_cpp',
     )
     os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')  # empty: as on a robot
-    os.environ[profile_variable(os.environ)] = str(profile)
+    os.environ[profile_variable(os.environ)] = str(FAST_DISCOVERY)
     return domain
 
 

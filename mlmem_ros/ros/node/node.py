@@ -90,7 +90,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
             raise
         self._subscribed = Subscriptions(self, self.host)
         self._actions = Actions(self, self.host)  # before ~/request: who sees it sees them
-        Services(self, self.host)
+        Services(self, self.host, lambda path: session_plan(self, self._given.values(), path))
         self._diagnostics = Diagnostics(self, self.host, callback_guard)
         self._duplicate_name_check = DuplicateNameCheck(self, self.host.log, callback_guard)
         self._published: Publishers | None = None
@@ -247,7 +247,7 @@ class MemoryNode(UnlistedParameters, LifecycleNode):
         given = self._given.values()
         self.host.activate(
             given,
-            session_plan(self, given.record),
+            session_plan(self, given),
             self._after_tick,
             self._pacer(),
             self.get_parameter('time.speed').value,

@@ -4,36 +4,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
 
 from rclpy.node import Node
 
 from ...contract import topics
 from ...device import drivers
 from ...host import SessionPlan
-from ...host.files import FileSettings
-from ...host.settings import RecordSettings
-
-T = TypeVar('T')
+from ...host.settings import Parameters
 
 
-def session_plan(
-    node: Node, settings: RecordSettings | None = None, path: str = ''
-) -> SessionPlan:
-    """Return what a session of a node records, by default as its parameters say; a path takes the
-    place of theirs.
-
-    Raises:
-        SettingsError: The parameters contradict each other.
+def session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
+    """Return what a session of a node records as its parameters say; a path takes the place of
+    theirs.
     """
-    if settings is None:
-        settings = _group(node, 'record', RecordSettings)
-    if path:
-        settings = replace(settings, path=path)
+    settings = replace(given.record, path=path) if path else given.record
     published = topics.STREAMS + (topics.VIEWS if settings.views else ())
-    if node.get_parameter('device.driver').value != drivers.SIMULATION:
+    if given.device.driver != drivers.SIMULATION:
         published = tuple(topic for topic in published if topic not in topics.OF_A_SIMULATION)
     return SessionPlan(
         node.get_fully_qualified_name(),
@@ -43,10 +30,5 @@ def session_plan(
             for topic in (*topics.COMMANDS, *published)
         ],
         {name: node.get_parameter(name).value for name in node.get_parameters_by_prefix('')},
-        _group(node, 'files', FileSettings),
+        given.files,
     )
-
-
-def _group(node: Node, prefix: str, kind: Callable[..., T]) -> T:
-    values = node.get_parameters_by_prefix(prefix)
-    return kind(**{name: item.value for name, item in values.items()})

@@ -17,11 +17,10 @@ from std_srvs.srv import SetBool, Trigger
 from ...contract import messages, outcomes
 from ...contract.commands import Record, name_of, requested
 from ...device import Command, Refused, SelfTest, Write
-from ...host import REFUSALS, Host
+from ...host import REFUSALS, Host, SessionPlan
 from ...procedures import PROCEDURES, Procedure
 from ..qos import EVERY_ONE
 from .callback_guard import settled
-from .recorded import session_plan
 
 Answered = Awaitable[tuple[bool, str]]
 """Whether a request succeeded, and the JSON object that answers it."""
@@ -30,9 +29,11 @@ Answered = Awaitable[tuple[bool, str]]
 class Services:
     """Answers requests while the loop runs: a waiting request is a suspended coroutine."""
 
-    def __init__(self, node: Node, host: Host) -> None:
+    def __init__(self, node: Node, host: Host, plan: Callable[[str], SessionPlan]) -> None:
+        """Serve; `plan` returns what a session records into a path, or into that of the node."""
         self._node = node
         self._host = host
+        self._plan = plan
         for name, row in PROCEDURES.items():
             if name != 'self_test':  # which answers in a type of its own
                 self._serve(Trigger, name, self._procedure(row))
@@ -90,7 +91,7 @@ class Services:
 
     async def _recorded(self, asked: Record) -> tuple[bool, str]:
         try:
-            plan = session_plan(self._node, path=asked.path) if asked.on else None
+            plan = self._plan(asked.path) if asked.on else None
             path = await settled(self._host.record(plan))
         except REFUSALS as refusal:
             return self._refused('record', refusal)

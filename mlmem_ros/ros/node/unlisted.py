@@ -8,28 +8,21 @@ preset or a parameter file. By name they are told and set like any; what was set
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-
-class Known(Protocol):
-    """What knows them."""
-
-    def told(self, name: str) -> tuple[Parameter, ParameterDescriptor] | None:
-        """Return a parameter that is not declared, and its description, if there is one."""
-
-    def admitted(self, names: Iterable[str]) -> list[str]:
-        """Declare those parameters that are not declared yet; return them."""
+if TYPE_CHECKING:
+    from .parameters import ParameterSet
 
 
 class UnlistedParameters(Node):
     """A node with such parameters; rclpy's services of parameters call these methods."""
 
-    known: Known | None = None
+    known: ParameterSet | None = None
 
     def get_parameter(self, name: str) -> Any:
         """Return a parameter, listed or not."""
