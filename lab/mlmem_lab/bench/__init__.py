@@ -8,7 +8,7 @@ import importlib
 from collections.abc import Sequence
 from types import ModuleType
 
-BENCHMARKS = ('kernel', 'solvers', 'step', 'ensemble', 'recorder', 'node')
+BENCHMARKS = ('kernel', 'solvers', 'step', 'node')
 """Those modules of this package, in the order they run."""
 
 

@@ -11,17 +11,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from mlmem_ros.cli.command import JSON, command, option
 from mlmem_ros.cli.output import complain, plain_console, print_json
 
-if TYPE_CHECKING:
-    from .comparison import Comparison
-
 
 @command(
-    'measure kernel, ensembles, recorder and node, beside their peers',
+    'measure kernel, solvers, step and node, beside their peers',
     option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
     option('--list', action='store_true', help='list the benchmarks'),
     option('--repeats', type=int, default=7, help='rounds per comparison'),
@@ -61,9 +57,10 @@ def bench(arguments: argparse.Namespace) -> int:
             comparisons = benchmark.run(arguments.repeats)
         for comparison in comparisons:
             console.print(comparison.table())
-            files = ', '.join(str(file) for file in keep(comparison, arguments.output))
-            console.print(f'{files}\n', highlight=False)
-            results.append(comparison.as_dict())
+            results.append(comparison.as_dict())  # with every sample
+            file = arguments.output / f'{comparison.name}.json'
+            file.write_text(json.dumps(results[-1], indent=1) + '\n', encoding='utf-8')
+            console.print(f'{file}\n', highlight=False)
             if comparison.name != 'node':
                 tables[comparison.name] = comparison.rows()
             elif arguments.result is not None:
@@ -82,14 +79,3 @@ def keep_tables(tables: dict[str, list[dict[str, str]]], file: Path) -> None:
 
     kept = load_result(file)['tables'] if file.exists() else {}
     save(file, {'tables': kept | tables}, 'mlmem bench --result FILE')
-
-
-def keep(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write every sample as JSON, and a picture where matplotlib is; return the files."""
-    file = folder / f'{comparison.name}.json'
-    file.write_text(json.dumps(comparison.as_dict(), indent=1) + '\n', encoding='utf-8')
-    try:
-        from .plot import draw
-    except ModuleNotFoundError:
-        return [file]
-    return [file, draw(comparison, file.with_suffix('.png'))]

@@ -1,6 +1,6 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""The kernel: nanoseconds per site and sub-step, on the same steps, and over the chain's length.
+"""The kernel: nanoseconds per site and sub-step, on the same steps.
 
 The C program is compiled by gcc -O3 -march=native -ffast-math with the vector sine of libmvec,
 once with gcc's default vector width and once with the widest. It may contract and reorder; ours
@@ -9,7 +9,6 @@ may not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -21,27 +20,23 @@ from .comparison import Comparison
 from .measure import Contender, measure
 from .problem import COEFFICIENTS, STEP, Problem, Runner
 
-TITLE = 'ns per site and sub-step compared with C and NumPy; scaling with the length'
-
-LENGTHS = (100, 225, 1_000, 3_000, 10_000, 30_000, 100_000)
+TITLE = 'ns per site and sub-step compared with C and NumPy'
 
 SITES = 450_000
 """Site steps per call: enough to make call overhead negligible."""
 
 
 def run(repeats: int) -> list[Comparison]:
-    """Measure the kernels at N = 225, and ours and C over N."""
-    return [_at_the_papers_length(repeats), _over_the_length(repeats)]
-
-
-def _at_the_papers_length(repeats: int) -> Comparison:
+    """Measure the kernels at N = 225."""
     problem = Problem.of_size(CASE_II.N)
     steps = SITES // CASE_II.N
     fourth, skipped = problem.chain(integrator=PEFRL), {}
+    ours, elastic = problem.chain(dt=STEP), problem.chain('elastic')
+    work = 2.0 * steps * CASE_II.N
     contenders = [
-        _contender('ours, rigid', problem.chain(dt=STEP).rest, steps, CASE_II.N),
-        _contender('ours, elastic', problem.chain('elastic').rest, steps, CASE_II.N),
-        Contender('ours, PEFRL, rigid', partial(fourth.rest, steps // 2), 2.0 * steps * CASE_II.N),
+        Contender('ours, rigid', partial(ours.rest, steps), work),
+        Contender('ours, elastic', partial(elastic.rest, steps), work),
+        Contender('ours, PEFRL, rigid', partial(fourth.rest, steps // 2), work),
     ]
     for name, flags in (('C', ()), ('C, widest vectors', (WIDEST,))):
         try:
@@ -49,41 +44,20 @@ def _at_the_papers_length(repeats: int) -> Comparison:
         except NoCompiler as error:
             skipped[name] = str(error)
         else:
-            contenders.append(_contender(name, runner.advance, steps, CASE_II.N))
+            contenders.append(Contender(name, partial(runner.advance, steps), work))
     naive = numpy_runner(problem)
-    contenders.append(_contender('NumPy', naive.advance, steps // 20, CASE_II.N))
-    return Comparison(
-        'kernel',
-        f'Kernel at N = {CASE_II.N}',
-        'ns / site and sub-step',
-        f'the same Noh-Bathe steps (step {STEP:g}) from the same state, one core; the elastic '
-        'one moves two chains and counts a site once; a step of PEFRL has four sub-steps',
-        measure(contenders, repeats, scale=1e9),
-        skipped,
-    )
-
-
-def _over_the_length(repeats: int) -> Comparison:
-    contenders, skipped = [], {}
-    for n in LENGTHS:
-        problem, steps = Problem.of_size(n), max(2, SITES // n)
-        contenders += [
-            _contender('ours, rigid', problem.chain(dt=STEP).rest, steps, n, n),
-            _contender('ours, elastic', problem.chain('elastic').rest, steps, n, n),
-        ]
-        try:
-            contenders.append(_contender('C', c_runner(problem).advance, steps, n, n))
-        except NoCompiler as error:
-            skipped['C'] = str(error)
-    return Comparison(
-        'kernel_scaling',
-        'Kernel over the length of the chain',
-        'ns / site and sub-step',
-        'a flat line is a cost linear in N',
-        measure(contenders, repeats, scale=1e9),
-        skipped,
-        axis='sites N',
-    )
+    contenders.append(Contender('NumPy', partial(naive.advance, steps // 20), work / 20.0))
+    return [
+        Comparison(
+            'kernel',
+            f'Kernel at N = {CASE_II.N}',
+            'ns / site and sub-step',
+            f'the same Noh-Bathe steps (step {STEP:g}) from the same state, one core; the elastic '
+            'one moves two chains and counts a site once; a step of PEFRL has four sub-steps',
+            measure(contenders, repeats, scale=1e9),
+            skipped,
+        )
+    ]
 
 
 def numpy_runner(problem: Problem) -> Runner:
@@ -104,9 +78,3 @@ def numpy_runner(problem: Problem) -> Runner:
             A = A_new
 
     return Runner(advance, lambda: u)
-
-
-def _contender(
-    name: str, advance: Callable[[int], object], steps: int, n: int, x: float | None = None
-) -> Contender:
-    return Contender(name, lambda: advance(steps), 2.0 * steps * n, x)

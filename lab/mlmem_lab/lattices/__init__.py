@@ -8,11 +8,10 @@ from .linear import Linear
 from .phi4 import Phi4
 from .pieces import Pieces
 from .power_law import PowerLaw
-from .springs import Springs
 from .toda import Toda
 from .wells import Wells
 
 __all__ = [
-    'Coupling', 'Friction', 'Lattice', 'Linear', 'OnSite', 'Phi4', 'Pieces', 'PowerLaw', 'Springs',
-    'Toda', 'Wells',
+    'Coupling', 'Friction', 'Lattice', 'Linear', 'OnSite', 'Phi4', 'Pieces', 'PowerLaw', 'Toda',
+    'Wells',
 ]  # fmt: skip

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What all laws have in common, and dry friction.
 
-A law is a value. It knows its energy, force and stiffness for arrays, and the scalar formula of
+A law is a value. It knows its energy and force for arrays, and the scalar formula of
 its force, which takes the place of the memory's (`mlmem_ros.physics.formulas`) in the loops.
 """
 
@@ -34,10 +34,6 @@ class Law(ABC):
     @abstractmethod
     def slope(self, x: ArrayLike) -> Array:
         """Return its derivative."""
-
-    @abstractmethod
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return its second derivative."""
 
 
 class OnSite(Law):

@@ -29,10 +29,6 @@ class Linear(Coupling):
         """Return e."""
         return np.array(x, dtype=np.float64)
 
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return 1."""
-        return np.ones(np.shape(x))
-
     def constants(self) -> tuple[float, ...]:
         """Return nothing."""
         return ()

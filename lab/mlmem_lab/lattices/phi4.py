@@ -46,11 +46,6 @@ class Phi4(OnSite):
         D = np.asarray(x, dtype=np.float64)
         return np.asarray(4.0 * self.height * D * (D * D - 1.0) - self.tilt)
 
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return its stiffness."""
-        D = np.asarray(x, dtype=np.float64)
-        return np.asarray(4.0 * self.height * (3.0 * D * D - 1.0))
-
     def constants(self, n: int) -> tuple[Any, ...]:
         """Return height and tilt."""
         return self.height, self.tilt

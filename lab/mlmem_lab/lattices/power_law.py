@@ -56,11 +56,6 @@ class PowerLaw(Coupling):
         """Return their attraction, over that at rest."""
         return np.asarray(self.A * (self.distance**self.power - self._distance(x) ** self.power))
 
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return its derivative."""
-        r = self._distance(x)
-        return np.asarray(-self.A * self.power * r ** (self.power - 1.0) * (r > self.touch))
-
     def _distance(self, x: ArrayLike) -> Array:
         return np.maximum(self.distance + np.asarray(x, dtype=np.float64), self.touch)
 

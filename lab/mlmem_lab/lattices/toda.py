@@ -45,10 +45,6 @@ class Toda(Coupling):
         """Return its tension."""
         return np.asarray(-self.k / self.b * np.expm1(-self.b * np.asarray(x)))
 
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return its stiffness."""
-        return np.asarray(self.k * np.exp(-self.b * np.asarray(x)))
-
     def constants(self) -> tuple[float, ...]:
         """Return k / b and b."""
         return self.k / self.b, self.b

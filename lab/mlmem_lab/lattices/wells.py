@@ -46,10 +46,6 @@ class Wells(OnSite):
         """Return its slope."""
         return np.asarray(self._derivative(x, 1) + self.tilt)
 
-    def stiffness(self, x: ArrayLike) -> Array:
-        """Return its stiffness."""
-        return self._derivative(x, 2)
-
     def _derivative(self, x: ArrayLike, order: int) -> Array:
         if isinstance(self.each, Pieces):
             return self.each.derivative(x, order)

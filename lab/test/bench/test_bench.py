@@ -6,21 +6,20 @@ import itertools
 import json
 import shutil
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from mlmem_lab.bench import BENCHMARKS, load, peers, recorder, select, solvers
+from mlmem_lab import bench
+from mlmem_lab.bench import BENCHMARKS, load, peers, select, solvers
 from mlmem_lab.bench.c_program import NoCompiler, c_runner
-from mlmem_lab.bench.command import keep
 from mlmem_lab.bench.comparison import Comparison
 from mlmem_lab.bench.kernel import numpy_runner
 from mlmem_lab.bench.measure import Contender, Entry, Spread, measure
 from mlmem_lab.bench.node_process import NodeProcess
 from mlmem_lab.bench.problem import STEP, Problem
-from mlmem_lab.bench.session_traffic import traffic
 from mlmem_lab.bench.verlet import verlet
-from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.cli.main import main
 
 
@@ -85,18 +84,6 @@ def test_a_ladder_begins_with_a_stable_step(problem, name):
     assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
 
 
-@pytest.mark.parametrize('name', recorder.WRITERS)
-def test_every_writer_records_all_messages(tmp_path, name):
-    messages = traffic(1.0)
-    with recorder.WRITERS[name](tmp_path / 'bag') as put:
-        for message in messages:
-            put(message)
-    reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
-    counts = {topic: info.message_count for topic, info in reader.topics.items()}
-    assert sum(counts.values()) == len(messages) == 303
-    assert counts['/mlmem/field'] == 100
-
-
 def test_contenders_take_turns(monkeypatch):
     calls = []
     ticks = itertools.count()
@@ -112,14 +99,15 @@ def test_a_ratio_is_taken_round_by_round():
     assert slow.over(fast) == Spread(2.0, 2.0, 2.0)
 
 
-def test_a_comparison_is_kept_whole(tmp_path):
+def test_a_comparison_is_kept_whole(tmp_path, monkeypatch):
     entries = [Entry('a', (1.0, 2.0, 3.0), x=1.0), Entry('b', (2.0, 4.0, 6.0), x=2.0)]
     for axis, measured in itertools.product(('', 'length'), (True, False)):
         made = Comparison('c', 'C', 's', 't', entries, {'d': 'no'}, axis, measured)
         assert made.table().row_count == 2
-        data, plot = keep(made, tmp_path)
-        kept = json.loads(data.read_text(encoding='utf-8'))
-        assert plot.stat().st_size > 1000
+        ours = SimpleNamespace(TITLE='C', run=lambda repeats, made=made: [made])
+        monkeypatch.setattr(bench, 'load', lambda name, ours=ours: ours)
+        assert main(['bench', 'kernel', '--output', str(tmp_path)]) == 0
+        kept = json.loads((tmp_path / 'c.json').read_text(encoding='utf-8'))
         assert kept['entries'][1]['samples'] == [2.0, 4.0, 6.0]
         assert kept['skipped'] == {'d': 'no'}
         assert kept['host']['versions']['numpy'] == np.__version__
@@ -128,16 +116,16 @@ def test_a_comparison_is_kept_whole(tmp_path):
 
 def test_benchmarks_are_found_by_name(capsys):
     assert select([]) == list(BENCHMARKS)
-    assert select(['recorder', 'kernel']) == ['kernel', 'recorder']
+    assert select(['step', 'kernel']) == ['kernel', 'step']
     with pytest.raises(KeyError, match=r"benchmark must be one of .*; got 'x'"):
         select(['x'])
     for name in BENCHMARKS:
         module = load(name)
         assert module.TITLE
         assert callable(module.run)
-    assert main(['bench', '--list', 'recorder', 'kernel']) == 0
+    assert main(['bench', '--list', 'step', 'kernel']) == 0
     listed = ' '.join(capsys.readouterr().out.split())  # rich folds long lines
-    assert f'kernel {load("kernel").TITLE} recorder {load("recorder").TITLE}' == listed
+    assert f'kernel {load("kernel").TITLE} step {load("step").TITLE}' == listed
     assert main(['bench', 'x']) == 2
 
 
