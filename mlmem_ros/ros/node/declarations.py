@@ -23,6 +23,9 @@ LIVE = {
 }  # fmt: skip
 """Parameters that may be set at any time, like those of `parameters.LIVE_GROUPS`."""
 
+DIGEST = 'design.digest'
+"""What tells one element from another."""
+
 OF_THE_NODE = {
     'autostart': (True, Description('configure and activate at start')),
     'view': (False, Description(
@@ -39,7 +42,7 @@ OF_THE_NODE = {
     'design.file': ('', Description(
         'parameter file that brings the element instead of a preset; set at the start'
     )),
-    'design.digest': ('', Description(
+    DIGEST: ('', Description(
         'hash of the present design and settings: elements with one are the same'
     )),
     'design.check': ('refuse', Description(

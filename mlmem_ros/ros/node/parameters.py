@@ -7,7 +7,6 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import sys
-from collections.abc import Iterable
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -28,7 +27,15 @@ from ...device.settings import Settings
 from ...host import Host
 from ...host.settings import Parameters
 from ...physics import DesignError
-from .declarations import LIVE, OF_A_PRESET, OF_THE_NODE, declarations, groups, is_listed
+from .declarations import (
+    DIGEST,
+    LIVE,
+    OF_A_PRESET,
+    OF_THE_NODE,
+    declarations,
+    groups,
+    is_listed,
+)
 
 ARTICLES = {bool: 'a bool', int: 'an integer', float: 'a double', str: 'a string'}
 """The types of parameters, for messages."""
@@ -42,8 +49,8 @@ LIVE_GROUPS = ('record', 'faults')
 PACE = 'record.hash_every'
 """Of these groups, but the running loop counts on it."""
 
-PRESET, FILE, DIGEST = 'design.preset', 'design.file', 'design.digest'
-"""What brings an element, and what tells one from another."""
+PRESET, FILE = 'design.preset', 'design.file'
+"""What brings an element."""
 
 PATHS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
 """Parameters that name files of the node."""
@@ -52,7 +59,9 @@ PATHS = ('record.path', 'state.path', 'device.specimen', 'device.twin')
 class ParameterSet:
     """Knows all parameters of the contract, validates them, and puts changes into effect.
 
-    It declares those that every node lists and those that are given; see `unlisted`.
+    Attributes:
+        hidden: Those that the node does not list; see `unlisted`.
+        locked: Whether the node is configured, so that only live parameters may be set.
     """
 
     def __init__(self, node: Node, host: Host) -> None:
@@ -66,13 +75,17 @@ class ParameterSet:
         self._host = host
         self._given: dict[str, Parameter] = node._parameter_overrides  # no public way to ask
         self._choices: dict[str, tuple[str, ...]] = {}
-        self._admitting = False
+        self._asked = set[str]()  # by name, in the request under way
         self.locked = False
-        """Whether the node is configured, so that only live parameters may be set."""
-        self._bring(self._first())
-        for name, (default, description) in self._known.items():
-            if (name in self._given or is_listed(name)) and not node.has_parameter(name):
-                self._declare(name, default, description)
+        first = self._first()
+        self._defaults = groups(first)
+        own = {'publish.frame_id': node.get_fully_qualified_name()[1:]}
+        self.hidden = set[str]()
+        for name, default, description in declarations(first):
+            if not node.has_parameter(name):
+                self._declare(name, own.get(name, default), description)
+            if not (is_listed(name) or name in self._given):
+                self.hidden.add(name)
         started = node.get_parameter('device.driver').value  # no client can import other classes
         allowed = dict.fromkeys((drivers.SIMULATION, *drivers.SHIPPED, started))
         self._choices['device.driver'] = tuple(allowed)
@@ -103,29 +116,6 @@ class ParameterSet:
             return ''
         return Preset(values.design, values.settings).digest
 
-    def told(self, name: str) -> tuple[Parameter, ParameterDescriptor] | None:
-        """Return a parameter that is not declared, and its description, if there is one."""
-        if name == DIGEST and self._node.has_parameter(name):
-            default, description = self.digest(), OF_THE_NODE[DIGEST][1]
-        elif name in self._known and not self._node.has_parameter(name):
-            default, description = self._known[name]
-        else:
-            return None
-        parameter, described = Parameter(name, value=default), descriptor(description, default)
-        described.name, described.type = name, parameter.type_.value
-        return parameter, described
-
-    def admitted(self, names: Iterable[str]) -> list[str]:
-        """Declare those parameters that are not declared yet; return them."""
-        new = [
-            n for n in dict.fromkeys(names) if n in self._known and self.told(n) and n != DIGEST
-        ]
-        self._admitting = True  # rclpy asks our callbacks about a default, too
-        for name in new:
-            self._declare(name, *self._known[name])
-        self._admitting = False
-        return new
-
     def lock(self, levels: int) -> None:
         """Allow only live parameters from now on, and levels below `levels`."""
         self._limit_level(levels)
@@ -148,18 +138,8 @@ class ParameterSet:
             )
         return chosen
 
-    def _bring(self, chosen: Preset) -> None:
-        """Take the values of an element for all parameters that are not declared."""
-        own = {'publish.frame_id': self._node.get_fully_qualified_name()[1:]}
-        self._defaults = groups(chosen)
-        self._known = {
-            name: (own.get(name, default), description)
-            for name, default, description in declarations(chosen)
-        }
-
     def _value(self, name: str) -> Any:
-        declared = self._node.has_parameter(name)
-        return self._node.get_parameter(name).value if declared else self._known[name][0]
+        return self._node.get_parameter(name).value
 
     def _compare_digest(self) -> None:
         """Warn if a file that names a digest, as a dump does, is no longer of this element."""
@@ -223,8 +203,6 @@ class ParameterSet:
         self._node.set_descriptor('target_level', described)
 
     def _check(self, changed: list[Parameter]) -> SetParametersResult:
-        if self._admitting:
-            return SetParametersResult(successful=True)
         try:
             for parameter in changed:
                 self._check_one(parameter.name, parameter.value)
@@ -275,27 +253,25 @@ class ParameterSet:
 
     def _apply(self, changed: list[Parameter]) -> None:
         """Put changes into effect while time runs."""
-        if self._admitting:
-            return
+        self.hidden -= self._asked
         with self._host.log.guarded('parameters'):
             given = ', '.join(f'{each.name} = {clipped(each.value)}' for each in changed)
             self._host.log.info(f'set {given}', 'parameters')
             if any(map(_is_fault, changed)):
                 self._host.set_faults(self._group('faults'))
-            if {PRESET, FILE} & {each.name for each in changed} and not self._value(FILE):
-                self._bring(preset(self._value(PRESET)))
             for parameter in changed:
                 if parameter.name == 'time.speed':
                     self._host.set_speed(parameter.value)
 
     def _meant(self, changed: list[Parameter]) -> list[Parameter]:
-        """Return the parameters to set, including all those declared of a preset among them.
+        """Return the parameters to set, including all those of a preset among them.
 
         Explicit values override the preset's; all are accepted together, or none. A file goes on
         to bring the element until it is left for nothing or for another preset than its own.
         """
         changed = [self._double(parameter) for parameter in changed]
         given = {parameter.name: parameter.value for parameter in changed}
+        self._asked = set(given)
         file = self._value(FILE)
         leaving = bool(file) and given.get(FILE) == ''
         name = given.get(PRESET, self._value(PRESET) if leaving else None)
@@ -310,13 +286,12 @@ class ParameterSet:
                 Parameter(key, value=value)
                 for key, value, _ in declarations(preset(name))
                 if key.split('.')[0] in OF_A_PRESET and key not in others
-                if self._node.has_parameter(key)
             ),
         ]
 
     def _warn_of_strangers(self) -> None:
         """Warn of given parameters that do not exist, such as misspelt ones."""
-        known = sorted({*self._known, *self._node.list_parameters([], 0).names})
+        known = sorted(self._node.get_parameters_by_prefix(''))
         for name in sorted(self._given):
             if name in known or name.startswith('qos_overrides.'):
                 continue

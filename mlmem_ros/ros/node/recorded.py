@@ -29,6 +29,6 @@ def session_plan(node: Node, given: Parameters, path: str = '') -> SessionPlan:
             topic._replace(name=node.resolve_topic_name(f'~/{topic.name}'))
             for topic in (*topics.COMMANDS, *published)
         ],
-        {name: node.get_parameter(name).value for name in node.get_parameters_by_prefix('')},
+        {name: node.get_parameter(name).value for name in node.list_parameters([], 0).names},
         given.files,
     )
