@@ -8,7 +8,7 @@ import dataclasses
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -88,12 +88,6 @@ def print_json(result: Any) -> None:
             text. JSON has no infinity and no NaN: these become null.
     """
     print(json.dumps(plain(result), indent=2), flush=True)
-
-
-def markdown(lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table; the first line has the headings."""
-    heading, *rows = ('| ' + ' | '.join(line) + ' |\n' for line in lines)
-    return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))
 
 
 def plain(value: Any) -> Any:

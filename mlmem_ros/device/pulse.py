@@ -6,24 +6,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from ..physics.portable import cosine, exponential, sine
 from ..physics.potential import Array
 from .settings import ProbeSettings
-
-
-class BoundaryMotion(Protocol):
-    """A motion that a boundary cell can be made to follow."""
-
-    @property
-    def duration(self) -> float:
-        """Time for which the cell is held, in time units; then it is released."""
-
-    def at(self, t: Array) -> Array:
-        """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""
 
 
 @dataclass(frozen=True)
@@ -45,11 +33,11 @@ class Pulse:
 
     @property
     def duration(self) -> float:
-        """The pulse is prescribed for t <= 2 t_0."""
+        """Time for which the cell is held, in time units: 2 t_0."""
         return 2.0 * self.t_0
 
     def at(self, t: Array) -> Array:
-        """Return displacement and velocity at times t."""
+        """Return displacement and velocity at times t, stacked: shape (2,) + t.shape."""
         p = self.probe
         x = (t - self.t_0) / p.sigma
         envelope = p.A * exponential(-0.5 * x * x)
@@ -74,3 +62,7 @@ class Move:
         """Return displacement and velocity at times t."""
         velocity = math.copysign(self.speed, self.target - self.start)
         return np.stack((self.start + velocity * t, np.full_like(t, velocity)))
+
+
+BoundaryMotion = Pulse | Move
+"""The motions that a boundary cell can be made to follow; then it is released."""

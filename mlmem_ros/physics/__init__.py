@@ -7,7 +7,7 @@ from typing import Any
 from .chain import Chain, kernel_in_cache
 from .design import CASE_I, CASE_II, Design
 from .errors import DesignError, StateError
-from .held_cell import HeldCell
+from .inputs import HeldCell
 from .jit import ARITHMETIC
 from .methods import INTEGRATORS, NOH_BATHE, PEFRL, Integrator
 from .specimen import Scatter, Specimen, scattered

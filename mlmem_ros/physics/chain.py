@@ -12,8 +12,7 @@ import numpy as np
 
 from .design import Design
 from .errors import DesignError, StateError
-from .held_cell import FREE, HeldCell
-from .inputs import Inputs
+from .inputs import FREE, HeldCell, Inputs
 from .jit import in_cache
 from .methods import NOH_BATHE, Integrator
 from .methods.arrays import Cells, Chained, Forcing, aligned

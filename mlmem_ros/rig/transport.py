@@ -9,7 +9,6 @@ import select
 import socket
 import termios
 import tty
-from typing import Protocol
 from urllib.parse import SplitResult, parse_qs, urlsplit
 
 from ..device import DriverError, SettingsError
@@ -18,26 +17,8 @@ MOST = 1 << 16
 """Most bytes read in one call."""
 
 
-class Transport(Protocol):
-    """Bytes to and from a rig."""
-
-    def send(self, data: bytes) -> None:
-        """Send bytes; raise `OSError` if the line is broken."""
-
-    def receive(self, seconds: float) -> bytes:
-        """Return the bytes that have arrived; none if the time is up.
-
-        Raises:
-            OSError: The line is broken.
-            EOFError: The other side has closed it.
-        """
-
-    def close(self) -> None:
-        """Close the line."""
-
-
 class Tcp:
-    """A TCP connection."""
+    """A TCP connection. Calls raise `OSError` if it is broken."""
 
     def __init__(self, connection: socket.socket) -> None:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -48,7 +29,11 @@ class Tcp:
         self._connection.sendall(data)
 
     def receive(self, seconds: float) -> bytes:
-        """Return the bytes that have arrived."""
+        """Return the bytes that have arrived; none if the time is up.
+
+        Raises:
+            EOFError: The other side has closed it.
+        """
         if not select.select([self._connection], [], [], max(0.0, seconds))[0]:
             return b''
         if data := self._connection.recv(MOST):
@@ -61,7 +46,7 @@ class Tcp:
 
 
 class Serial:
-    """A serial port in raw mode."""
+    """A serial port in raw mode, used as a `Tcp`."""
 
     def __init__(self, path: str, baud: int, patience: float) -> None:
         """Open a port by its device file, at so many bits per second; it may accept no data for
@@ -113,6 +98,9 @@ class Serial:
         if port >= 0:
             os.close(port)
 
+
+Transport = Tcp | Serial
+"""A line to a rig."""
 
 FORMS = 'tcp://HOST:PORT or serial:///dev/PORT?baud=BAUD'
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -43,11 +42,6 @@ class Unknowns:
     masses: bool = False
     offsets: bool = False
     friction: bool = False
-
-    def with_(self, *terms: str) -> Unknowns:
-        """Return these unknowns and more: 'masses', 'offsets', 'friction'."""
-        added: dict[str, Any] = dict.fromkeys(terms, True)
-        return replace(self, **added)
 
     @property
     def size(self) -> int:

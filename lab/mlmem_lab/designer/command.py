@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem_ros.cli.command import element_of
 from mlmem_ros.cli.design import print_report
-from mlmem_ros.cli.output import complain, markdown, plain_console, plain_table, print_json
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.parameter_file import load, text_of
 
@@ -121,10 +122,16 @@ def _show(
     if arguments.json:
         print_json({'passed': passed, 'proofs': proofs})
     if table_file is not None:
-        table_file.write_text(markdown(columns), encoding='utf-8')
+        table_file.write_text(_markdown(columns), encoding='utf-8')
     if result_file is not None:
         made = ' '.join(['mlmem design prove', *names])
         proven = {name: dict(proof) for name, proof in zip(names, proofs, strict=True)}
         of = with_reads(name for name in names if name in PRESETS)
         save(result_file, {'presets': proven}, made, of=of)
     return 0 if passed else 1
+
+
+def _markdown(lines: Sequence[Sequence[str]]) -> str:
+    """Return a Markdown table; the first line has the headings."""
+    heading, *rows = ('| ' + ' | '.join(line) + ' |\n' for line in lines)
+    return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))

@@ -18,7 +18,7 @@ from .descent import AGAIN, CELLS, LAST, SCHEDULE, SLOWER, WHOLE, Stage, minimis
 from .fitted import Fit, inverse, posterior
 from .locating import located, ranked, relocated
 from .misfit import Misfit
-from .missing import ADDED, missing_term, widened
+from .missing import ADDED, missing_term, widened, with_terms
 from .prior import Prior
 
 LARGEST = 1.1
@@ -160,7 +160,7 @@ def _explained(found: Fit, told: Report) -> Fit:
                 'the model does not describe this element: the misfit is '
                 f'{found.chi2:.3g} per datum, where {LARGEST:g} is allowed{_where(found)}; {why}'
             )
-        misfit = replace(found.misfit, unknowns=found.unknowns.with_(term))
+        misfit = replace(found.misfit, unknowns=with_terms(found.unknowns, term))
         found = _descend(misfit, widened(found, misfit.unknowns), LAST, told)
     return found
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -33,13 +34,19 @@ WHITE = 0.3
 some samples."""
 
 
+def with_terms(unknowns: Unknowns, *terms: str) -> Unknowns:
+    """Return unknowns with more of them, by keys of `TERMS`."""
+    added: dict[str, Any] = dict.fromkeys(terms, True)
+    return replace(unknowns, **added)
+
+
 def missing_term(own: Fit) -> tuple[str, str]:
     """Return which missing term would lower the misfit most: a key of `TERMS`, and in words.
 
     Each term is added to the linearised model, with its prior. The key is empty if none helps.
     """
     misfit = own.misfit
-    full = misfit.unknowns.with_(*TERMS)
+    full = with_terms(misfit.unknowns, *TERMS)
     at = widened(own, full)
     fuller = replace(misfit, unknowns=full)
     normal, precision = fuller.normal(at, WHOLE), fuller.precision

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.physics.errors import StateError
-from mlmem_ros.physics.held_cell import FREE, HeldCell
+from mlmem_ros.physics.inputs import FREE, HeldCell
 from mlmem_ros.physics.jit import kernel
 from mlmem_ros.physics.methods import NOH_BATHE, Integrator
 from mlmem_ros.physics.methods.arrays import Cells, Forcing, aligned
