@@ -211,9 +211,9 @@ def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]
         return []
     from rich.text import Text
 
-    from ..session.redecode import calibration_of, redecode
+    from ..session.redecode import redecode
 
-    settings, calibration = session.settings, calibration_of(session)
+    settings, calibration = session.settings, session.header.calibration
     table = plain_table(
         'echoes, decoded again from their waveforms',
         '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',

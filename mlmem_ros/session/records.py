@@ -64,6 +64,14 @@ class Header:
         """Whether it holds the state of a material, which a real element cannot give."""
         return 'state' in self.initial
 
+    @property
+    def calibration(self) -> Calibration:
+        """The calibration with which it began; raises BagError without one."""
+        with naming('the calibration in the session header'):
+            calibration = Calibration.from_dict(self.initial['calibration'])
+            calibration.check(self.design.levels)
+        return calibration
+
 
 @dataclass(frozen=True)
 class StateHash:

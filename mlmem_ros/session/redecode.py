@@ -14,8 +14,7 @@ from ..device.end import End
 from ..device.pulse import Pulse
 from ..device.reading import confidence
 from ..device.settings import ProbeSettings
-from .data import RecordedEcho, SessionData
-from .records import naming
+from .data import RecordedEcho
 
 
 @dataclass(frozen=True)
@@ -47,19 +46,6 @@ class Redecoded:
         An echo alone does not show the phases of the ends, which can make it undecodable.
         """
         return recorded is None or recorded < BLANK or self.level == recorded
-
-
-def calibration_of(session: SessionData) -> Calibration:
-    """Return the calibration with which a session began.
-
-    Raises:
-        BagError: Its header has none.
-    """
-    header = session.require_header()
-    with naming('the calibration in the session header'):
-        calibration = Calibration.from_dict(header.initial['calibration'])
-        calibration.check(header.design.levels)
-    return calibration
 
 
 def redecode(echo: RecordedEcho, settings: Settings, calibration: Calibration) -> Redecoded:

@@ -80,14 +80,14 @@ def load(path: str | Path) -> Recorded:
     reader = BagReader(path)
     node, header = _header(reader)
     groups = {'design': asdict(header.design), **header.settings.as_dict()}
-    about = About.of(groups, node)
+    about, known = About.of(groups, node), header.calibration
     collector = _Collector(about)
     collector.take(reader)
     head = {
         'k': 'session',
         'name': Path(path).resolve().name,
         'element': about.json,
-        'delays': _delays(header),
+        'delays': {end: known.table(end).delays for end in known.ends},
         'lost': list(map(str, reader.losses)),
         'duration': collector.duration,
     }
@@ -110,13 +110,6 @@ def _header(reader: BagReader) -> tuple[str, Header]:
         f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
         f'got {clipped(sorted(reader.topics), 300)}'
     )
-
-
-def _delays(header: Header) -> dict[str, list[float]]:
-    """Return the echo delay of every level by end, at the session's start."""
-    with naming('calibration'):
-        tables = header.initial['calibration']
-        return {end: [float(delay) for delay in tables[end]['delays']] for end in tables}
 
 
 class _Collector:

@@ -24,7 +24,7 @@ from mlmem_ros.rig.emulated import EmulatedRig
 from mlmem_ros.rig.server import Line, Server
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.session.data import load
-from mlmem_ros.session.redecode import calibration_of, redecode
+from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay
 
 UNKNOWN = -2
@@ -110,7 +110,7 @@ def check_session(bag):
     assert not {'/mlmem/field', '/mlmem/wall'} & set(BagReader(bag).topics)
     with pytest.raises(BagError, match='a session of a real element cannot be replayed'):
         replay(session)
-    calibration = calibration_of(session)
+    calibration = session.require_header().calibration
     assert len(session.echoes) >= 3
     for echo in session.echoes:
         assert redecode(echo, Settings(), calibration).agrees(echo.level)

@@ -3,12 +3,17 @@
 """A recorded session as it is sent to the page."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.writer import BagWriter
+from mlmem_ros.device import new_element, preset
+from mlmem_ros.device.trims import AS_SET, Trims
+from mlmem_ros.session import messages
 from mlmem_ros.view import recorded
 from mlmem_ros.view.differences import differences
 from mlmem_ros.view.frames import COUNTS, counts, packed
@@ -43,6 +48,19 @@ def test_its_configuration_is_sent_as_integers_between_the_phases(life):
     assert abs(held[:65].mean() / COUNTS - 1.0) < 0.01
     assert abs(held[85:].mean() / COUNTS) < 0.01
     assert abs(columns[-1].mean() / COUNTS) < 0.01
+
+
+def test_the_delays_of_an_element_that_has_learnt_its_pulses_are_sent(tmp_path):
+    """Its right end alone is read from."""
+    element = new_element(preset('bits_1'))
+    trims = Trims((AS_SET,) * element.design.levels, 'a schedule')
+    element.calibration = replace(element.calibration, left=None, trims=trims)
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add_topic(f'/mlmem/{messages.HEADER}', messages.STRING)
+        header = messages.header(element, '/mlmem', {})
+        writer.write(f'/mlmem/{messages.HEADER}', header, 0)
+    head, _ = unpacked(load(tmp_path / 'bag').frame)
+    assert head['delays'] == {'right': list(element.calibration.right.delays)}
 
 
 def test_a_long_session_is_thinned_out_evenly():

@@ -14,7 +14,6 @@ from mlmem_ros.device.end import End
 from mlmem_ros.device.units import Units
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import SessionData
-from mlmem_ros.session.redecode import calibration_of
 
 from .style import (
     INK,
@@ -114,7 +113,7 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
 
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
-    calibration = calibration_of(session)
+    calibration = session.require_header().calibration
     calibrated = calibration.table(calibration.ends[0]).delays
     axes.plot(range(len(calibrated)), calibrated, '+', color=INK, ms=10, label='calibrated')
     axes.plot(list(delays), list(delays.values()), 'o', color=S2, ms=5, label='measured')
