@@ -26,7 +26,7 @@ from .peers import PEERS, Peer
 from .problem import STEP, Problem
 from .verlet import verlet
 
-TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
+TITLE = 'milliseconds at equal error compared with SciPy'
 
 DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
@@ -39,33 +39,27 @@ def run(repeats: int) -> list[Comparison]:
     """Measure at the error of our default step and at a hundredth of it."""
     problem = Problem.of_size(225)
     reference = PEERS['SciPy DOP853'](problem, DURATION).solve(1e-13)
-    peers, skipped = entrants(problem)
+    peers = entrants(problem)
     errors = {
         name: [_error(peer.solve(setting), reference) for setting in peer.ladder]
         for name, peer in peers.items()
     }
     default = errors[OURS][0]
     return [
-        _at(target, label, peers, errors, skipped, repeats)
+        _at(target, label, peers, errors, repeats)
         for target, label in ((default, 'default'), (0.01 * default, 'hundredth'))
     ]
 
 
-def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
-    """Return all solvers by name, ours first, and why others do not take part."""
+def entrants(problem: Problem) -> dict[str, Peer]:
+    """Return all solvers by name, ours first."""
     longest = stable_step(Specimen(problem.design), PEFRL)
-    peers = {
+    return {
         OURS: Peer(_ladder(STEP), _ours(problem, NOH_BATHE)),
         'ours, PEFRL': Peer(_ladder(longest), _ours(problem, PEFRL)),
         'velocity Verlet': Peer(_ladder(STEP), verlet(problem, DURATION)),
+        **{name: make(problem, DURATION) for name, make in PEERS.items()},
     }
-    skipped = {}
-    for name, make in PEERS.items():
-        try:
-            peers[name] = make(problem, DURATION)
-        except ModuleNotFoundError as error:
-            skipped[name] = f'{error.name} is not installed: pip install "mlmem_lab[bench]"'
-    return peers, skipped
 
 
 def _ladder(longest: float) -> tuple[float, ...]:
@@ -79,10 +73,9 @@ def _at(
     label: str,
     peers: dict[str, Peer],
     errors: dict[str, list[float]],
-    skipped: dict[str, str],
     repeats: int,
 ) -> Comparison:
-    contenders, skipped = [], dict(skipped)
+    contenders, skipped = [], {}
     for name, peer in peers.items():
         good = [each for each in zip(peer.ladder, errors[name], strict=True)
                 if each[1] <= 1.001 * target]  # fmt: skip
