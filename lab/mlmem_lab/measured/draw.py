@@ -9,18 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..studies.style import (
-    FAINT,
-    INK,
-    MARK,
-    S1,
-    S2,
-    SMALL,
-    axes_grid,
-    new_figure,
-    save_figure,
-    styled,
-)
+from ..studies import style
 from .fits import rest
 from .runs import AUTHORS, CASES, RAILS, SILENT, SPACINGS, Case, runs
 from .shell import shell
@@ -28,7 +17,7 @@ from .study import Study
 from .wave import FIRST, LAST, launch
 
 CREDIT = 'Measured: Nadkarni et al., Phys. Rev. Lett. 116, 244501 (2016), CC BY 4.0'
-ORDER = (S2, MARK, '#009e73', '#cc79a7')
+ORDER = (style.S2, style.MARK, '#009e73', '#cc79a7')
 """Colours of the four tracked elements."""
 
 
@@ -39,23 +28,23 @@ def draw_all(study: Study, folder: Path) -> list[Path]:
         OSError: One cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with styled():
+    with style.styled():
         return [
-            *save_figure(draw_speeds(study), folder / 'measured_speeds'),
-            *save_figure(draw_fronts(study), folder / 'measured_fronts'),
+            *style.save_figure(draw_speeds(study), folder / 'measured_speeds'),
+            *style.save_figure(draw_fronts(study), folder / 'measured_fronts'),
         ]
 
 
 def draw_speeds(study: Study) -> Any:
     """Return the figure of all speeds against the spacing, a panel per rail."""
-    figure = new_figure(3.4)
-    for axes, rail in zip(axes_grid(figure, 1, 3, sharey=True)[0], RAILS, strict=True):
+    figure = style.new_figure(3.4)
+    for axes, rail in zip(style.axes_grid(figure, 1, 3, sharey=True)[0], RAILS, strict=True):
         cases = [Case(rail, spacing) for spacing in SPACINGS]
         axes.plot(
             SPACINGS,
             [AUTHORS[c] for c in cases],
             's',
-            color=FAINT,
+            color=style.FAINT,
             ms=5,
             label="authors' simulation",
         )
@@ -63,7 +52,7 @@ def draw_speeds(study: Study) -> Any:
             SPACINGS,
             [study.viscous.speed(c) for c in cases],
             ':',
-            color=FAINT,
+            color=style.FAINT,
             label='damping alone, fitted at 6 cm',
         )
         for case in cases:
@@ -88,25 +77,26 @@ def _speed(axes: Any, study: Study, case: Case) -> None:
         axes.plot(
             [x, x],
             [band.low, min(band.high, 9.0)],
-            color=S2,
+            color=style.S2,
             lw=6,
             alpha=0.25,
             label='nine of ten random chains',
         )
     axes.plot(
-        x, study.steady.speed(case), 'D' if fitted else 'o', mfc=S2 if fitted else 'white', mec=S2,
-        ms=7, label='ours, fitted to this' if fitted else 'ours, predicted',
+        x, study.steady.speed(case), 'D' if fitted else 'o', ms=7,
+        mfc=style.S2 if fitted else 'white', mec=style.S2,
+        label='ours, fitted to this' if fitted else 'ours, predicted',
     )  # fmt: skip
     if case in SILENT:
-        axes.plot(x, 0.08, 'x', color=S1, ms=8, label='measured: no wave')
+        axes.plot(x, 0.08, 'x', color=style.S1, ms=8, label='measured: no wave')
     for run in runs(case):
-        axes.plot(x + 0.12, run.speed, '_', color=S1, ms=10, mew=2, label='measured')
+        axes.plot(x + 0.12, run.speed, '_', color=style.S1, ms=10, mew=2, label='measured')
 
 
 def draw_fronts(study: Study) -> Any:
     """Return the figure of the measured fronts with ours, a panel per lattice that propagates."""
-    figure = new_figure(7.0)
-    grid = axes_grid(figure, 3, 3, sharex=True)
+    figure = style.new_figure(7.0)
+    grid = style.axes_grid(figure, 3, 3, sharex=True)
     for axes, case in zip(grid.T.ravel(), sorted(CASES), strict=True):
         if case in SILENT:
             axes.axis('off')
@@ -120,7 +110,9 @@ def draw_fronts(study: Study) -> Any:
         )
         if np.isfinite(wave.speed):
             for j in range(FIRST, LAST + 1):
-                axes.plot(wave.t - wave.arrivals.mean(), wave.u[:, j], '--', color=INK, lw=0.8)
+                axes.plot(
+                    wave.t - wave.arrivals.mean(), wave.u[:, j], '--', color=style.INK, lw=0.8
+                )
         told = 'fitted' if case in study.steady.fitted else 'predicted'
         axes.set_title(f'{case}: speed {told}')
         axes.set_ylim(-0.4, 1.15 * rest(case).max())
@@ -129,5 +121,5 @@ def draw_fronts(study: Study) -> Any:
         axes.set_ylabel('displacement (cm)')
     for axes in grid[-1]:
         axes.set_xlabel('time (ms)')
-    figure.supxlabel(f'Dashed: ours. {CREDIT}', fontsize=SMALL - 2, color=INK)
+    figure.supxlabel(f'Dashed: ours. {CREDIT}', fontsize=style.SMALL - 2, color=style.INK)
     return figure

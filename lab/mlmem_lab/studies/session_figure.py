@@ -15,20 +15,7 @@ from mlmem_ros.device.units import Units
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import SessionData
 
-from .style import (
-    INK,
-    MARK,
-    S2,
-    axes_grid,
-    contour,
-    label,
-    mark_defects,
-    new_figure,
-    phase_bar,
-    schedule,
-    stacked,
-    styled,
-)
+from . import style
 
 ROWS = 8
 """Most echoes that are shown; of more levels every second, third ..."""
@@ -54,7 +41,7 @@ def draw(session: SessionData, path: str | Path) -> Path:
     Returns:
         The path.
     """
-    with styled():
+    with style.styled():
         figure_of(session).savefig(path)
     return Path(path)
 
@@ -67,12 +54,12 @@ def figure_of(session: SessionData) -> Any:
     reads = {level: last[level] for level in sorted(last) if level >= 0}
     chosen = list(reads)[:: -(-len(reads) // ROWS) or 1]
     height = 0.8 + 0.45 * max(3, len(chosen))
-    figure = new_figure(4.2 + height)
+    figure = style.new_figure(4.2 + height)
     upper, lower = figure.subfigures(2, 1, height_ratios=(4.2, height))
     _draw_history(upper, session)
     left, right = lower.subfigures(1, 2, width_ratios=(1.5, 1.0))
-    axes = axes_grid(left)[0, 0]
-    label(axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end')
+    axes = style.axes_grid(left)[0, 0]
+    style.label(axes, 'b', f'{"last echoes" if reads else "no echo gave a level"}, {end} end')
     probe = end.probe(session.settings)
     for row, level in enumerate(chosen):
         echo, delay = reads[level]
@@ -80,25 +67,29 @@ def figure_of(session: SessionData) -> Any:
     axes.set(xlabel='time since the pulse (time units)', ylabel='level')
     axes.set_yticks(range(len(chosen)), [session.design.code(level) for level in chosen])
     left.legend(*axes.get_legend_handles_labels(), loc='outside lower center', ncols=3)
-    _draw_delays(axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()})
+    _draw_delays(
+        style.axes_grid(right)[0, 0], session, {level: d for level, (_, d) in reads.items()}
+    )
     return figure
 
 
 def _draw_history(figure: Any, session: SessionData) -> None:
     design = session.design
-    upper, lower = stacked(figure)[:, 0]
+    upper, lower = style.stacked(figure)[:, 0]
     if session.configuration:
         field = np.array(session.configuration)
-        mesh = contour(upper, np.array(session.field_time), design.sites, field)
-        mark_defects(upper, design)
+        mesh = style.contour(upper, np.array(session.field_time), design.sites, field)
+        style.mark_defects(upper, design)
         upper.set_ylabel('site $j$, level')
-        phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
+        style.phase_bar(figure, mesh, upper, (design.D_s1, design.D_s2))
     else:  # of a real element
         upper.set_axis_off()
     what = 'configuration' if session.configuration else 'configuration not recorded'
-    label(upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}')
+    style.label(upper, 'a', f'{session.node}, {design.levels} levels, {design.N} cells: {what}')
     length = Units(design, session.settings.scale).elongation
-    schedule(lower, np.array(session.strain_time), np.array(session.end_displacement) / length)
+    style.schedule(
+        lower, np.array(session.strain_time), np.array(session.end_displacement) / length
+    )
     lower.set_xlabel('time (s)')
 
 
@@ -106,17 +97,19 @@ def _draw_echo(axes: Any, row: int, t: Array, ratio: Array, delay: float) -> Non
     """Draw v_c over its threshold, on a logarithmic scale about a row."""
     height = row + DECADE * np.log10(np.clip(ratio, *SHOWN))
     first = row == 0
-    axes.axhline(row, color=MARK, ls='--', label='threshold' if first else None)
-    axes.plot(t, height, color=S2, label='$v_c$, logarithmic' if first else None)
-    axes.fill_between(t, row, height, where=height > row, color=S2, alpha=0.25, lw=0.0)
-    axes.plot([delay] * 2, [row - 0.4, row + 0.4], color=INK, label='delay' if first else None)
+    axes.axhline(row, color=style.MARK, ls='--', label='threshold' if first else None)
+    axes.plot(t, height, color=style.S2, label='$v_c$, logarithmic' if first else None)
+    axes.fill_between(t, row, height, where=height > row, color=style.S2, alpha=0.25, lw=0.0)
+    axes.plot(
+        [delay] * 2, [row - 0.4, row + 0.4], color=style.INK, label='delay' if first else None
+    )
 
 
 def _draw_delays(axes: Any, session: SessionData, delays: dict[int, float]) -> None:
     calibration = session.require_header().calibration
     calibrated = calibration.table(calibration.ends[0]).delays
-    axes.plot(range(len(calibrated)), calibrated, '+', color=INK, ms=10, label='calibrated')
-    axes.plot(list(delays), list(delays.values()), 'o', color=S2, ms=5, label='measured')
+    axes.plot(range(len(calibrated)), calibrated, '+', color=style.INK, ms=10, label='calibrated')
+    axes.plot(list(delays), list(delays.values()), 'o', color=style.S2, ms=5, label='measured')
     axes.set(xlabel='level', ylabel=r'echo delay $\Delta t$ (time units)')
     axes.legend()
-    label(axes, 'c', 'delay of every level')
+    style.label(axes, 'c', 'delay of every level')

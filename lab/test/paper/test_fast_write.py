@@ -5,8 +5,8 @@
 import dataclasses
 
 import pytest
+from bare_writes import writes
 
-from mlmem_lab.paper.figures.fast_write import writes
 from mlmem_lab.studies.proof import Proof, Tally
 from mlmem_ros.checks import Verdict, check
 from mlmem_ros.checks.bare import scaled
