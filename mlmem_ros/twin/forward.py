@@ -80,6 +80,7 @@ class Forward:
         self.specimen = unknowns.specimen(x)
         self._integrator = integrator
         self._rest: dict[tuple[float, float], Array] = {}
+        self._chains: dict[float, Chain] = {}
 
     def rest(self, shot: Shot) -> Array:
         """Return the displacements before a shot, shape (N,).
@@ -112,8 +113,7 @@ class Forward:
         first, design, unit = shots[0], self.specimen.design, self._of('time_unit')
         clock, steps = self._course(first, duration)
         dt = first.dt * clock.stride / clock.parts
-        chain = Chain(design, dt * unit, clock.integrator)
-        chain.set_specimen(self.specimen)
+        chain = self._chain(dt * unit, clock.integrator)
         v = self.rest(first)
         chain.place(v, design.end_displacement(first.strain))
         begins = [self.begin(first, shot) * clock.parts for shot in shots]
@@ -130,6 +130,14 @@ class Forward:
             )
         zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))
         return np.asarray(zero + gain * np.concatenate(parts, axis=1))
+
+    def _chain(self, dt: float, integrator: Integrator) -> Chain:
+        """Return the element as a chain, made once a step: its limits take longer than a shot."""
+        if dt not in self._chains:
+            chain = Chain(self.specimen.design, dt, integrator)
+            chain.set_specimen(self.specimen)
+            self._chains[dt] = chain
+        return self._chains[dt]
 
     def begin(self, first: Shot, shot: Shot) -> int:
         """Return after how many compared samples of the first shot another one began."""
