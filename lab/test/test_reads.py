@@ -3,11 +3,12 @@
 """Reads in a row, counted: the wall tells what is true, whatever the device says."""
 
 import json
+from collections import Counter
 
 import pytest
 
 from mlmem_lab.reads import command, count
-from mlmem_lab.reads.count import IN_A_ROW, bad_cells, names, rows, total, true_level
+from mlmem_lab.reads.count import IN_A_ROW, Counts, bad_cells, names, rows, total, true_level
 from mlmem_lab.reads.elements import DESIGNED, known
 from mlmem_lab.results import APART, fingerprint, with_reads
 from mlmem_ros.cli.main import main
@@ -23,6 +24,17 @@ def mlmem_reads(*arguments):
 def lies(monkeypatch):
     """Walls are one level beside the place that the device is right about."""
     monkeypatch.setattr(count, 'true_level', lambda element: 1 - true_level(element))
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Rows that are right and take no time."""
+
+    def right(name, count, seed, finer=1, specimen=None):
+        reads = count * IN_A_ROW
+        return Counts(Counter(right=reads), count, ticks=[1] * reads)
+
+    monkeypatch.setattr(command, 'rows', right)
 
 
 @pytest.mark.parametrize('finer', [1, 2])
@@ -75,7 +87,7 @@ def test_all_presets_but_those_apart_are_counted():
     ]
 
 
-def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys):
+def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys, quick):
     """Among it their fingerprints: what is stale stays so."""
     path = tmp_path / 'reads.json'
     assert mlmem_reads('bits_1', '--rows', 1, '--output', path) == 0
@@ -95,7 +107,7 @@ def test_the_command_keeps_what_the_file_has_of_other_elements(tmp_path, capsys)
     assert 'undecodable' in capsys.readouterr().out
 
 
-def test_a_wrong_read_is_the_exit_status(monkeypatch):
+def test_a_wrong_read_is_the_exit_status(monkeypatch, quick):
     found = {'bits_1': {'wrong': 1, 'rows': 4, 'wrong rows': 1, 'reasons': {}}}
     monkeypatch.setattr(command, 'total', lambda counted: total(found))
     assert mlmem_reads('bits_1', '--rows', 1) == 1

@@ -66,9 +66,12 @@ def jittering(shots):
 
 
 def test_friction_is_refused_and_named():
-    rubbed = measured(hidden(2, friction=3e-5), duration=120.0)
+    """By the blank element already: two levels and five shots do."""
+    short = replace(SMALL, N=36)
+    shots = (*SHOTS[:4], SHOTS[6])
+    rubbed = measured(hidden(2, short, friction=3e-5), shots, duration=120.0)
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
-        fit(SMALL, rubbed)
+        fit(short, rubbed)
 
 
 JITTER = r'times jitter by (9|10|11) ?% of a sample'

@@ -50,7 +50,8 @@ def compute(quality: Quality) -> Data:
     data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
-        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else (0.62, 0.7)
+        ours = quality.pick((0.7,), (0.62, 0.7))
+        printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else ours
         omega = np.unique(np.r_[np.linspace(low, high, quality.pick(0, 51)), printed])
         rows = [_one_carrier(float(o), walls, end) for o in omega]
         data[f'omega_{end}'] = omega
