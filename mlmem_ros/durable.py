@@ -27,7 +27,6 @@ class DurableFile:
     """
 
     def __init__(self, descriptor: int) -> None:
-        """Take over a file open for writing."""
         self._descriptor = descriptor
         self._written = 0
 

@@ -192,7 +192,6 @@ def _parameters(text: str, name: str) -> dict[str, Any]:
 
 
 def _flat(parameters: Mapping[str, Any], name: str, above: str = '') -> Iterator[tuple[str, str]]:
-    """Yield dotted names and the text of their values."""
     for key, value in parameters.items():
         if isinstance(value, Mapping):
             yield from _flat(value, name, f'{above}{key}.')

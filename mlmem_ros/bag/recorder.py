@@ -217,7 +217,6 @@ class Recorder:
         self._safe()
 
     def _safe(self) -> None:
-        """Note that everything written is safe on the disk."""
         self._longest_wait = max(self._longest_wait, self._waited())
         self._oldest = None
 

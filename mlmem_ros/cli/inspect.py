@@ -60,7 +60,6 @@ def inspect(arguments: argparse.Namespace) -> int:
 
 
 def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
-    """Repair a bag; return what was saved and what was lost."""
     from ..bag.repairing import repair
 
     report = repair(source, destination)
@@ -70,7 +69,6 @@ def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]
 
 
 def _list_losses(console: Console, losses: Sequence[Loss]) -> list[str]:
-    """Print and return what could not be read."""
     from rich.text import Text
 
     for loss in losses:
@@ -79,7 +77,6 @@ def _list_losses(console: Console, losses: Sequence[Loss]) -> list[str]:
 
 
 def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
-    """Print and return the content of any bag."""
     span = reader.span
     duration = (span[1] - span[0]) / 1e9 if span else 0.0
     console.print(
@@ -111,7 +108,6 @@ def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
 def _inspect_session(
     console: Console, reader: BagReader, arguments: argparse.Namespace
 ) -> dict[str, Any]:
-    """Print and return the content of a bag for one node."""
     from ..session.data import load
     from ..session.messages import as_dict
 
@@ -206,7 +202,6 @@ def _rounded(text: str) -> str:
 
 
 def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
-    """Print and return every echo, decoded again."""
     if session.header is None or not session.echoes:
         return []
     from rich.text import Text

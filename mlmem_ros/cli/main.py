@@ -40,7 +40,6 @@ def parser(names: Iterable[str] | None = None) -> argparse.ArgumentParser:
 
 
 def _added() -> set[str]:
-    """Return the names of other packages' commands."""
     return laboratory.added(laboratory.COMMANDS).keys() - set(SUBCOMMANDS)
 
 

@@ -64,7 +64,6 @@ def _as_dict(answer: Answer) -> dict[str, Any]:
 
 
 def _decoded(answer: Decoded) -> str:
-    """Return a decoded content as one line."""
     text = describe_level(answer.level)
     if answer.code:
         text += f' (code {answer.code})'

@@ -33,12 +33,10 @@ RK4 = 'rk4'
 
 
 def _number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
-    """Return an option for a number."""
     return option(name, type=float, default=default, metavar=metavar, help=text)
 
 
 def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
-    """Return an option for a standard deviation."""
     return _number(name, f'scatter of the {of}, {unit}')
 
 
@@ -107,7 +105,6 @@ def rig(arguments: argparse.Namespace) -> int:
 
 
 def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
-    """Return the rig that was asked for, and what a measurement of it should find."""
     from ..chance import Stream, generator
     from ..device.simulation import Simulation, steps_per_tick
     from ..physics import Scatter, scattered

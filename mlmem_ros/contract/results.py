@@ -44,7 +44,6 @@ def said(name: str, result: Any) -> Mapping[str, Any]:
 
 
 def _is_absent(field: str, value: Any) -> bool:
-    """Return whether an answer leaves out this field."""
     return (
         field in ('error_code', *DELAYS.values())
         or (field in ('error', 'reason') and value == '')

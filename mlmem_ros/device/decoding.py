@@ -105,7 +105,6 @@ def _decode(
     echo: Echo,
     phases: tuple[int | None, int | None],
 ) -> Reading:
-    """Decode the echo at one end."""
     nothing = Reading(
         UNDECODABLE, '', echo.end.value, echo.delay, 0.0, echo.threshold_margin, math.inf,
         shapes={echo.end: echo.shape}, **_delay(echo),
@@ -158,7 +157,6 @@ def _decode(
 
 
 def _delay(echo: Echo) -> dict[str, Any]:
-    """Return the delay of an echo, by the field for its end."""
     return {f'{echo.end.value}_delay': echo.delay}
 
 

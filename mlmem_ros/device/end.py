@@ -17,7 +17,6 @@ class End(str, Enum):
     RIGHT = 'right'
 
     def __str__(self) -> str:
-        """Return the word."""
         return self.value
 
     @property

@@ -41,7 +41,6 @@ class Progress:
     """
 
     def __init__(self, procedure: str = '', tick: int = 0) -> None:
-        """Begin at a tick."""
         self.procedure = procedure
         self.phase = ''
         self.attempts = 1

@@ -41,7 +41,6 @@ class Simulation(Driver):
     chain: Chain
 
     def __init__(self, chain: Chain) -> None:
-        """Drive a chain."""
         self.chain = chain
         self.dt = chain.dt
         self.nodes = chain.integrator.nodes

@@ -104,7 +104,6 @@ class Timetable:
         return min(ticks, self._passed(late)) if ticks and pending else ticks
 
     def _passed(self, late: float) -> int:
-        """Return how many ticks have passed in some time."""
         return int(max(0.0, late) / self.period)
 
     def wake(self, due: float, deferred: int) -> float:

@@ -99,7 +99,6 @@ def _forecast(twin: Element, given: Parameters, log: ThrottledLog) -> Calibratio
 
 
 def _store(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Store | Unkept:
-    """Return what keeps the element's state."""
     if not given.state.path:
         return Unkept(disk)
     from .store import Store

@@ -266,7 +266,6 @@ class Host(Requests):
 
 
 def _line(outcome: Outcome) -> str:
-    """Return a log line on how a procedure ended."""
     ticks = outcome.end_tick - outcome.start_tick
     if not outcome.success:
         return f'{outcome.procedure} failed after {ticks} ticks: {outcome.error}'

@@ -31,7 +31,6 @@ class Watcher:
     """
 
     def __init__(self, twin: Element, element: MemoryElement, log: ThrottledLog) -> None:
-        """Watch an element that is known as its twin."""
         integrator = INTEGRATORS[element.settings.time.integrator] if element.simulated else None
         self.twin, self.text = twin, ''
         self.compared = self.skipped = 0

@@ -165,7 +165,6 @@ class Rig(Driver):
     # --- samples -------------------------------------------------------------------------
 
     def _take(self, samples: int) -> Array:
-        """Return the next samples, as soon as they have arrived."""
         self._listen(samples)
         found, self._line = self._line[:, :samples], self._line[:, samples:]
         self._last = found[:, -1]
@@ -173,7 +172,6 @@ class Rig(Driver):
         return found
 
     def _listen(self, samples: int) -> None:
-        """Wait until this many samples have arrived."""
         while (missing := samples - self._line.shape[1]) > 0:
             frame = self._receive(missing * self._said.seconds)
             kind = _known(frame)

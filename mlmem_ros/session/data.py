@@ -123,7 +123,6 @@ class SessionData:
 
 
 def _is_decoded(values: Mapping[str, str]) -> bool:
-    """Return whether an outcome is a success with a level and its delay."""
     try:
         int(values['level'])
         return 'error' not in values and math.isfinite(float(values['delay']))
@@ -305,7 +304,6 @@ def _lost(reader: BagReader, node: str) -> Iterator[str]:
 
 
 def _only_node(reader: BagReader) -> str:
-    """Return the full name of the only memory node in a bag."""
     marks = {HEADER: STRING}
     marks |= {topic.name: topic.type for topic in topics.COMMANDS}
     found = {

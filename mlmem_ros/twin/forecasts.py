@@ -49,7 +49,6 @@ class Forecasts:
     """
 
     def __init__(self, element: Element, integrator: Integrator | None) -> None:
-        """Forecast reads of an element; for the integrator see `Watch`."""
         self.forward = forward_of(element, integrator)
         self._element = element
         self._integrator = integrator

@@ -95,7 +95,6 @@ class Live:
     # --- what the node publishes -------------------------------------------------------------
 
     def _listen(self) -> None:
-        """Subscribe to everything but the streams."""
         for topic, take in (
             (topics.LEVEL, self._on_level),
             (topics.OUTCOME, self._on_outcome),
@@ -121,7 +120,6 @@ class Live:
         return hand_over
 
     def _watch(self, on: bool) -> None:
-        """Start or stop receiving the streams."""
         if on and not self._streams:
             self._streams = [
                 listen(self._client, topic, partial(self._pictures.take, topic))

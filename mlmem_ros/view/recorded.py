@@ -100,7 +100,6 @@ def load(path: str | Path) -> Recorded:
 
 
 def _header(reader: BagReader) -> tuple[str, Header]:
-    """Return the node of a session, and its first record."""
     names = [name for name in reader.topics if name.endswith(f'/{HEADER}')]
     for message in reader.messages(names):
         with naming(message.topic):
@@ -191,7 +190,6 @@ class _Collector:
 
 
 def _words(command: Command) -> str:
-    """Describe a command in words."""
     name = NAMES[type(command)]
     match command:
         case Write(level=level):

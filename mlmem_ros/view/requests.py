@@ -139,7 +139,6 @@ def _number(asked: Asked, name: str, low: float, high: float) -> float:
 
 
 def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
-    """Return the arguments of a procedure that a page names."""
     names = [name for name, *_ in row.arguments]
     given = {name: asked[name] for name in names if name in asked}
     if missing := [name for name in row.required if name not in given]:
@@ -150,7 +149,6 @@ def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
 
 
 def _fault(asked: Asked) -> dict[str, Any]:
-    """Return a fault as its parameter, in the type of that."""
     name = f'faults.{asked.get("name")}'
     if name not in HEALTHY:
         raise ValueError('name must be the name of a fault')

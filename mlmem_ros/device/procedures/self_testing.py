@@ -124,7 +124,6 @@ def _felt(element: Memory) -> Procedure[float]:
 
 
 def _level(element: Memory, level: int) -> Procedure[Tested]:
-    """Write a level and read it again."""
     written = yield from write(element, level)
     reading = yield from look(element)
     delays = {'left_delay': reading.left_delay, 'right_delay': reading.right_delay}

@@ -138,7 +138,6 @@ def _shoot_all(element: Memory, wall: float, aims: tuple[Aim, ...]) -> Procedure
 
 
 def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
-    """Fire one pulse into a resting element and report the shot."""
     limit, times = element.settings.actuator.max_strain, element.settings.erase
     if aim.strain:
         yield from ramp(element, max(-limit, min(aim.strain, limit)), times.ramp)

@@ -241,7 +241,6 @@ class MemoryClient:
     def _request(
         self, name: str, kind: type[SomeAnswer], timeout: float, what: str = '', **arguments: Any
     ) -> Reply[SomeAnswer]:
-        """Send one of the `requests`, with its arguments."""
         return Reply(
             self._connection, what or name, self._requested(name, kind, arguments), timeout
         )
@@ -279,7 +278,6 @@ class MemoryClient:
     def _call(
         self, service: str, kind: type[Any], request: Any, understood: Callable[[Any], T]
     ) -> Steps[T]:
-        """Call a service, and return its response as understood."""
         return understood((yield Call(self._client(service, kind), request)))
 
     def _client(self, service: str, kind: type[Any]) -> Any:

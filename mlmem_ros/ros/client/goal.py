@@ -190,7 +190,6 @@ class Goal(Reply[T]):
             self._wake()
 
     def _wake(self) -> None:
-        """Resume whoever waits for feedback."""
         waits, self._ended = self._ended, None
         if waits is not None:
             waits.set_result(None)

@@ -126,7 +126,6 @@ class Reply(Future, Generic[T]):
             self._go_on()
 
     def _look(self) -> None:
-        """Check clock and graph."""
         self._settle(self._do(self._watch))
 
     def _go_on(self, _: Future | None = None) -> None:
@@ -231,7 +230,6 @@ class Reply(Future, Generic[T]):
         return ''
 
     def _release(self) -> None:
-        """Clean up the timer and the pending request."""
         self._connection.node.destroy_timer(self._timer)
         self._steps.close()
         if isinstance(self._step, Call) and self._sent is not None:

@@ -47,7 +47,6 @@ class Actions:
     """The actions of a node, if their types are built."""
 
     def __init__(self, node: Node, host: Host) -> None:
-        """Serve them."""
         self._host = host
         self._open: dict[Goal, Action] = {}  # goals whose procedure has not ended
         self._reported = 0.0

@@ -68,7 +68,6 @@ def bank_parser() -> argparse.ArgumentParser:
 
 
 def _parser(program: str, description: str) -> argparse.ArgumentParser:
-    """Return a parser of the common options."""
     parser = argparse.ArgumentParser(
         program,
         description=description,

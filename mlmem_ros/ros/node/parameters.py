@@ -151,7 +151,6 @@ class ParameterSet:
             )
 
     def _declare(self, name: str, default: Any, description: Description) -> Any:
-        """Declare a parameter; return its value."""
         try:
             value = self._node.declare_parameter(name, default, descriptor(description, default))
         except InvalidParameterTypeException as error:

@@ -128,7 +128,6 @@ def begin(
 
 
 def _made(kind: type[MemoryNode], context: Context | None, element: Element) -> MemoryNode:
-    """Return a node distinguished from others."""
     given = dict(element)
     namespace = given.pop('namespace', None)
     return kind(context=context, namespace=namespace, parameters=given)

@@ -54,8 +54,6 @@ class Services:
         return answer
 
     def _serve(self, kind: type[Any], name: str, answer: Callable[[Any], Answered]) -> None:
-        """Create a service of std_srvs."""
-
         async def serve(request: Any, response: Any) -> Any:
             response.success, response.message = await answer(request)
             return response
