@@ -91,6 +91,11 @@ def load(path: Path) -> dict[str, Any]:
     return result
 
 
+def load_kept(path: Path) -> dict[str, Any]:
+    """Return a result file, whose other entries a new result keeps; nothing if there is none."""
+    return load(path) if path.exists() else {}
+
+
 def outdated(result: Mapping[str, Any]) -> list[str]:
     """Return what a result measured and the code does otherwise by now."""
     made = result.get('fingerprints', {})

@@ -18,7 +18,7 @@ from mlmem_ros.device import MemoryElement, Write, factory_calibration
 from mlmem_ros.device.presets import preset
 from mlmem_ros.physics import Design, Specimen, level_of
 
-from .results import FOLDER, load, save
+from .results import FOLDER, load_kept, save
 from .rk4 import Rk4Element
 
 WAYS: Mapping[str, tuple[float, ...]] = {
@@ -105,17 +105,12 @@ def main(names: list[str]) -> int:
                 print(trials[-1], flush=True)
                 if not trials[-1].passed:
                     break
-        kept = load(path) if path.exists() else {'trials': []}
-        others = [each for each in kept['trials'] if each['preset'] != name]
+        kept = load_kept(path)
+        others = [each for each in kept.get('trials', ()) if each['preset'] != name]
         result = {'trials': [*others, *(asdict(each) for each in trials)]}
         presets = dict.fromkeys(each['preset'] for each in result['trials'])
-        save(
-            path,
-            result,
-            f'python3 -m mlmem_lab.validity {" ".join(presets)}',
-            of=[name],
-            kept=kept,
-        )
+        command = f'python3 -m mlmem_lab.validity {" ".join(presets)}'
+        save(path, result, command, of=[name], kept=kept)
     return 0
 
 

@@ -74,8 +74,7 @@ def bench(arguments: argparse.Namespace) -> int:
 
 def keep_tables(tables: dict[str, list[dict[str, str]]], file: Path) -> None:
     """Write tables to a result file, beside those of other comparisons that it has."""
-    from ..results import load as load_result
-    from ..results import save
+    from ..results import load_kept, save
 
-    kept = load_result(file)['tables'] if file.exists() else {}
+    kept = load_kept(file).get('tables', {})
     save(file, {'tables': kept | tables}, 'mlmem bench --result FILE')

@@ -16,11 +16,11 @@ from .node import FIGURES
 
 def keep_column(comparison: Comparison, file: Path) -> None:
     """Write the figures of this processor to a result file, beside those of others that it has."""
-    from ..results import load, save
+    from ..results import load_kept, save
 
     host = describe_host()
     processor = f'{host["processor"]}, {host["cores"]} cores'
-    rows = {row['figure']: row for row in (load(file)['rows'] if file.exists() else ())}
+    rows = {row['figure']: row for row in load_kept(file).get('rows', ())}
     date_row = rows.setdefault('date', {'figure': 'date', 'goal': ''})
     date_row[processor] = date.today().isoformat()
     for entry in comparison.entries:

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import argparse
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mlmem_ros.cli.command import JOBS, JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json, show_progress
+from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 
 from ..studies.campaign import cores
+from ..studies.campaign.terminal import mapped
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,8 +42,8 @@ def figures(arguments: argparse.Namespace) -> int:
     written, 2 for a wrong argument.
     """
     from .figure import Quality
-    from .gallery import FIGURES, select
-    from .run import run
+    from .gallery import BY_NAME, FIGURES, select
+    from .run import run_one
     from .verdicts import save_verdicts
 
     console = plain_console(aside=arguments.json)
@@ -60,10 +62,12 @@ def figures(arguments: argparse.Namespace) -> int:
     except OSError as error:
         return complain('figures', f'--output must be a writable folder; {error}', 2)
     quality = Quality.DRAFT if arguments.draft else Quality.FULL
-    began, made = time.monotonic(), {figure.name: [Path()] for figure in figures}
-    done = run(figures, quality, arguments.output, jobs)
+    began = time.monotonic()
+    made = {figure.name: [Path()] for figure in figures}
+    longest_first = sorted(made, key=lambda name: -BY_NAME[name].seconds)
+    make = partial(run_one, quality=quality, output=arguments.output)
     try:
-        show_progress(console, map(made.update, done), 0, len(figures), 'figures')
+        mapped(console, min(jobs, len(made)), 'figures', make, longest_first, then=made.update)
     except OSError as error:
         return complain('figures', f'a file could not be written; {error}', 1)
     for name, files in made.items():

@@ -18,15 +18,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
-
 from mlmem_ros.cli.command import JSON, command, option
 from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS
 
 from ..designer.proposal import FEWEST, MOST
 from ..results import APART
-from ..studies.campaign import in_order, workers
+from ..studies.campaign.terminal import mapped
 from .count import Counts, bad_cells, names, rows, total
 from .elements import DESIGNED, known
 
@@ -64,7 +62,7 @@ Task = tuple[str, Callable[[], Counts]]
 )
 def reads(arguments: argparse.Namespace) -> int:
     """Count; return 0, 1 if anything was wrong or a file not written, 2 for a wrong argument."""
-    from ..results import load, save, with_reads
+    from ..results import load_kept, save, with_reads
 
     if min(arguments.rows, arguments.every, arguments.workers) < 1 or arguments.specimens < 0:
         return complain('reads', '--rows, --every and --workers must be at least 1', 2)
@@ -75,22 +73,19 @@ def reads(arguments: argparse.Namespace) -> int:
     tasks = list(_broken(asked, arguments) if arguments.cells else _whole(asked, arguments))
     counts: dict[str, Counts] = {}
     console = plain_console(aside=arguments.json)
-    with workers(arguments.workers) as pool, Progress(console=console) as progress:
-        shown = progress.add_task('reads', total=len(tasks))
-        done = in_order(pool, _call, [do for _, do in tasks])
-        for (name, _), each in zip(tasks, done, strict=True):
-            counts.setdefault(name, Counts()).add(each)
-            progress.advance(shown)
+    done = mapped(console, arguments.workers, 'rows', _call, [do for _, do in tasks])
+    for (name, _), each in zip(tasks, done, strict=True):
+        counts.setdefault(name, Counts()).add(each)
     found = {name: each.as_dict() for name, each in counts.items()}
     result = {'elements': found | {'all': total(found)}}
     _print(console, result['elements'])
     if arguments.output is not None:
         presets = with_reads(name for name in asked if not name.startswith(DESIGNED))
         try:
-            kept = load(arguments.output) if arguments.output.exists() else {'elements': {}}
+            kept = load_kept(arguments.output)
             both = {
                 name: each
-                for name, each in kept['elements'].items()
+                for name, each in kept.get('elements', {}).items()
                 if name != 'all' and name.partition(',')[0] not in asked
             } | found
             made = _made(arguments, kept.get('command', '') if len(both) > len(found) else '')

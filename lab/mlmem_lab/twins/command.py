@@ -15,18 +15,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
-
-from rich.progress import Progress
 
 from mlmem_ros.cli.command import JSON, command, option
 from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS
 
-from ..results import load, save
-from ..studies.campaign import in_order, workers
+from ..results import load_kept, save
+from ..studies.campaign.terminal import mapped
 from .learning import WAYS, compared
 from .learning import summary as summary_of_learning
 from .surveyed import summary as summary_of_fits
@@ -110,22 +107,25 @@ def twins(arguments: argparse.Namespace) -> int:
         for scatter in arguments.scatter
         for other in PARTS[part].of
     ]
+    tasks = [(part, kind, seed) for part, kind in kinds for seed in seeds]
+    rows: list[Row] = []
     found: dict[str, list[dict[str, Any]]] = {}
-    with workers(arguments.workers) as pool, Progress(console=console) as progress:
-        shown = progress.add_task('elements', total=len(kinds) * len(seeds))
-        for part, kind in kinds:
-            progress.update(shown, description=' '.join(map(str, (part, *kind.values()))))
-            rows: list[Row] = []
-            for row in in_order(pool, partial(_row, part, kind), seeds):
-                rows.append(row)
-                progress.advance(shown)
-                entry = kind | {'seed': arguments.seed} | PARTS[part].summary(rows)
-                try:
-                    if arguments.output is not None:
-                        _keep(arguments.output, part, entry)
-                except (OSError, ValueError) as error:
-                    return complain('twins', f'the result could not be written; {error}', 1)
+
+    def take(row: Row) -> None:
+        """Sum up the elements of a kind that are done, and keep that."""
+        part, kind, seed = tasks[len(rows)]
+        rows.append(row)
+        entry = kind | {'seed': arguments.seed}
+        entry |= PARTS[part].summary(rows[seeds.start - seed - 1 :])
+        if arguments.output is not None:
+            _keep(arguments.output, part, entry)
+        if seed == seeds[-1]:
             found.setdefault(part, []).append(entry)
+
+    try:
+        mapped(console, arguments.workers, 'elements', _row, *zip(*tasks, strict=True), then=take)
+    except (OSError, ValueError) as error:
+        return complain('twins', f'the result could not be written; {error}', 1)
     for part, entries in found.items():
         table = plain_table(part, 'preset', '>scatter', *PARTS[part].columns)
         for entry in entries:
@@ -148,7 +148,7 @@ def _keep(path: Path, part: str, entry: dict[str, Any]) -> None:
         OSError, ValueError: The file cannot be read or written.
     """
     same = ('preset', 'scatter', 'change')
-    kept = load(path) if path.exists() else {}
+    kept = load_kept(path)
     parts = {name: list(kept.get(name, ())) for name in PARTS}
     others = [e for e in parts[part] if any(e.get(key) != entry.get(key) for key in same)]
     parts[part] = [*others, entry]

@@ -17,7 +17,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.progress import Progress
 from rich.table import Table
 
 from mlmem_ros.cli.command import ELEMENT, JSON, command, element_of, option
@@ -26,8 +25,8 @@ from mlmem_ros.device.presets import PRESETS, preset
 from mlmem_ros.element_file import ElementFileError
 from mlmem_ros.physics import INTEGRATORS
 
-from ..results import APART, load, save
-from ..studies.campaign import in_order, workers
+from ..results import APART, load_kept, save
+from ..studies.campaign.terminal import mapped
 from .window import RADII, Window, described, kind, measured, moves
 
 
@@ -68,11 +67,9 @@ def windows(arguments: argparse.Namespace) -> int:
         return complain('windows', error, 2)
     integrator = arguments.integrator or ''
     measure = partial(measured, integrator=integrator, radii=radii, element=element)
-    with workers(arguments.workers) as pool, Progress(console=console) as progress:
-        shown = progress.add_task('moves', total=len(tasks))
-        for (name, _), window in zip(tasks, in_order(pool, measure, *asked), strict=True):
-            found[name].append(window)
-            progress.advance(shown)
+    done = mapped(console, arguments.workers, 'moves', measure, *asked)
+    for (name, _), window in zip(tasks, done, strict=True):
+        found[name].append(window)
     console.print(_table(found, radii))
     integrator = arguments.integrator or "the preset's"
     result: dict[str, Any] = {
@@ -86,7 +83,7 @@ def windows(arguments: argparse.Namespace) -> int:
     }
     if arguments.output is not None:
         try:
-            kept = load(arguments.output) if arguments.output.exists() else {}
+            kept = load_kept(arguments.output)
             both = kept.get('presets', {}) | result
             made = ' '.join(['mlmem windows', *both])
             console.print(save(arguments.output, {'presets': both}, made, of=presets, kept=kept))

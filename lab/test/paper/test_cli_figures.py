@@ -15,6 +15,7 @@ import pytest
 from mlmem_lab.paper import run
 from mlmem_lab.paper.figure import Quality
 from mlmem_lab.paper.gallery import BY_NAME, FIGURES
+from mlmem_lab.studies.campaign import terminal
 from mlmem_ros.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
@@ -42,7 +43,7 @@ class Pickling(Executor):
 
 def test_two_figures_side_by_side_and_their_claims_are_told(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(
-        run, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
+        terminal, 'workers', lambda jobs: nullcontext(Pickling() if jobs == 2 else None)
     )
     options = ['--draft', '--jobs', '2', '--output', str(tmp_path), '--json']
     assert main(['figures', '1c', '3a', *options]) == 0

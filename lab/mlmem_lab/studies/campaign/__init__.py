@@ -8,7 +8,7 @@ Dask cluster (`workers`). `save_table` writes the results as CSV.
 """
 
 from .campaign import Campaign, CampaignError, Row
-from .execution import cores, in_order, run, workers
+from .execution import cores, run, workers
 from .ledger import Ledger, save_table
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     'Ledger',
     'Row',
     'cores',
-    'in_order',
     'run',
     'save_table',
     'workers',

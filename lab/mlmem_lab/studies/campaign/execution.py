@@ -8,12 +8,12 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from functools import partial
 from multiprocessing.connection import wait
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,8 +24,6 @@ from .ledger import Ledger
 
 if TYPE_CHECKING:
     from distributed import Client
-
-Result = TypeVar('Result')
 
 PATIENCE = '10s'
 """How long to wait for the scheduler of a cluster."""
@@ -123,19 +121,6 @@ def workers(jobs: int, cluster: str = '') -> Iterator[Executor | None]:
             yield pool
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-def in_order(
-    pool: Executor | None, function: Callable[..., Result], *columns: Iterable[Any]
-) -> Iterator[Result]:
-    """Return the results of calls in their order, from a pool or, without one, from this process.
-
-    Args:
-        pool: What `workers` provides.
-        function: What is called.
-        *columns: Its arguments, as for `map`.
-    """
-    return map(function, *columns) if pool is None else pool.map(function, *columns)
 
 
 def _begin_worker() -> None:

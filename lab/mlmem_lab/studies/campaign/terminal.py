@@ -1,13 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""Running a campaign in the terminal: with progress, and resumed after a kill or Ctrl-C."""
+"""A campaign in the terminal, resumed after a kill or Ctrl-C, or mere calls: with progress."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from mlmem_ros.cli.command import JOBS, option
 from mlmem_ros.cli.output import show_progress
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from . import Campaign, Row
 
+Result = TypeVar('Result')
 
 OPTIONS = (
     option('--seed', type=int, default=0, help='of all random numbers'),
@@ -77,6 +78,38 @@ def evaluated(
             )  # fmt: skip
             raise
         return ledger.table()
+
+
+def mapped(
+    console: Console,
+    jobs: int,
+    what: str,
+    function: Callable[..., Result],
+    *columns: Iterable[Any],
+    then: Callable[[Result], object] = lambda result: None,
+) -> list[Result]:
+    """Return the results of calls in their order.
+
+    Args:
+        console: Where to show progress.
+        jobs: Processes side by side; 1 for this one.
+        what: What the calls make.
+        function: What is called.
+        *columns: Its arguments, as for `map`.
+        then: Is given every result in turn, while others are computed.
+    """
+    tasks = list(zip(*columns, strict=True))
+    found: list[Result] = []
+    with workers(jobs) as pool:
+        done = (map if pool is None else pool.map)(function, *zip(*tasks, strict=True))
+
+        def taken() -> Iterator[object]:
+            for result in done:
+                found.append(result)
+                yield then(result)
+
+        show_progress(console, taken(), 0, len(tasks), what)
+    return found
 
 
 def _of(done: int, total: int | None) -> str:

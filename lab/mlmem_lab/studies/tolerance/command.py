@@ -126,10 +126,10 @@ def _keep(rates: dict[str, Any], arguments: argparse.Namespace) -> None:
     """Add the rates of this design to a result file."""
     from mlmem_ros.device.presets import PRESETS
 
-    from ...results import load, outdated, save
+    from ...results import load_kept, outdated, save
 
-    kept = load(arguments.result) if arguments.result.exists() else {'designs': {}}
-    name, designs = str(arguments.design), kept['designs']
+    kept = load_kept(arguments.result)
+    name, designs = str(arguments.design), kept.get('designs', {})
     known = {} if name in outdated(kept) else designs.get(name, {})
     designs = designs | {name: known | rates}
     made = f'mlmem tolerance --design DESIGN --most {arguments.most}'
