@@ -56,6 +56,15 @@ def pytest_pycollect_makemodule(module_path, parent):
     return NeedsRos.from_parent(parent, path=module_path)
 
 
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Spare the garbage collector what is imported, now and later."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
+
+
 def pytest_collection_modifyitems(items):
     """Spread the files that wait, for nodes or a browser, evenly among those that compute."""
     files = [list(group) for _, group in groupby(items, key=lambda item: item.path)]
@@ -64,7 +73,6 @@ def pytest_collection_modifyitems(items):
         rooms[NEED_ROS.isdisjoint(file[0].path.parts)].append(file)
     placed = [(place / len(room), file) for room in rooms for place, file in enumerate(room)]
     items[:] = [item for _, file in sorted(placed, key=itemgetter(0)) for item in file]
-    gc.freeze()  # spares the collector the objects of all imports
 
 
 @pytest.fixture(scope='module')

@@ -107,7 +107,8 @@ def test_bits_and_events_are_the_same_as_tick_by_tick(name):
 
 
 @pytest.mark.parametrize(
-    'seed', [*range(5), *(pytest.param(n, marks=pytest.mark.slow) for n in range(5, 200))]
+    'seed',
+    [n if 5 < n < 12 else pytest.param(n, marks=pytest.mark.slow) for n in range(200)],
 )
 def test_any_life_is_the_same_in_runs(seed):
     """For any legal design, settings and commands, including lost ticks."""
@@ -146,7 +147,7 @@ def test_accelerations_within_a_run_are_those_of_its_ticks(rested):
     assert end(together) == end(alone)
 
 
-@pytest.mark.parametrize('begin', range(12, 40, 3))
+@pytest.mark.parametrize('begin', [12, 18, 24, 30, 39])
 def test_an_acceleration_is_felt_before_a_procedure_looks(begin):
     """A single jerk while a read drives its pulses, or listens, may last only for its own tick."""
     alone, together, told = rig.device(1), rig.device(1), ([], [])

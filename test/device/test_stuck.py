@@ -52,7 +52,13 @@ def test_a_stuck_cell_is_reported():
 
 
 @pytest.mark.parametrize(
-    ('name', 'n'), [('case_2', -4), ('case_2', 4), ('bits_2', -4), ('bits_2', 4)]
+    ('name', 'n'),
+    [
+        ('case_2', -4),
+        pytest.param('case_2', 4, marks=pytest.mark.slow),
+        pytest.param('bits_2', -4, marks=pytest.mark.slow),
+        ('bits_2', 4),
+    ],
 )
 def test_no_write_is_acknowledged_that_was_not_done(name, n):
     """A wall that has to pass the cell, or may be taken for it."""

@@ -6,6 +6,7 @@ import dataclasses
 import importlib.util
 import pickle
 import re
+from itertools import product
 from pathlib import Path
 
 import numba
@@ -25,10 +26,20 @@ def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
 
 
 @pytest.mark.skipif(not jit.fused(), reason='every fma is a call')
-@INTEGRATOR
-@pytest.mark.parametrize('substrate', ['rigid', pytest.param('elastic', marks=pytest.mark.slow)])
-def test_the_loops_are_vectorised(integrator, substrate):
+@pytest.mark.parametrize(
+    ('name', 'substrate'),
+    [
+        ('pefrl', 'rigid'),
+        *(
+            pytest.param(*each, marks=pytest.mark.slow)
+            for each in product(INTEGRATORS, ('rigid', 'elastic'))
+            if each != ('pefrl', 'rigid')
+        ),
+    ],
+)
+def test_the_loops_are_vectorised(name, substrate):
     """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting."""
+    integrator = INTEGRATORS[name]
     fresh = numba.njit(**jit.SETTINGS)(integrator.advance.py_func)
     chain = Chain(dataclasses.replace(CASE_II, substrate=substrate), integrator=integrator)
     nothing = chain._arguments(Inputs(np.empty(0)), np.empty((2, 0)))

@@ -10,11 +10,14 @@ import time
 from pathlib import Path
 
 import pytest
+import rclpy
 from robot import Robot
 
 from mlmem_ros import MemoryClient, NoAnswer, standalone
 from mlmem_ros.host import state_file
 from mlmem_ros.ros.client.standalone import wait_until
+from mlmem_ros.ros.node.run import QUIET, begin, end, linger
+from mlmem_ros.ros.node_process import node_arguments
 
 ROOT = Path(__file__).parents[2]
 QUICK = {'scale.time': 1e-5}
@@ -52,17 +55,28 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert state_file.load(state)['reading']['level'] == 0
 
 
-def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(start):
-    for linger, number in ((0.3, None), (60.0, signal.SIGTERM)):
-        node = start({**QUICK, 'linger': linger}, apart=True)
-        with Robot() as robot:
-            assert robot.trigger('read').success
-            node.signal(signal.SIGINT)
-            robot.wait(lambda node=node: 'serving for at most' in node.output, 'the signal')
-            if number is not None:
-                assert robot.trigger('read').success
-                node.signal(number)
-            assert node.exit_status() == 0
+def test_a_node_lingers_until_sigterm(start):
+    node = start({**QUICK, 'linger': 60.0}, apart=True)
+    with Robot() as robot:
+        assert robot.trigger('read').success
+        node.signal(signal.SIGINT)
+        robot.wait(lambda: 'serving for at most' in node.output, 'the signal')
+        assert robot.trigger('read').success
+        node.signal(signal.SIGTERM)
+        assert node.exit_status() == 0
+
+
+def test_a_node_lingers_no_longer_than_its_time():
+    with Robot() as robot:
+        parameters = {**QUICK, 'linger': 0.8, 'design.check': 'skip'}
+        nodes, executor = begin(node_arguments('/mlmem', parameters), rclpy.Context())
+        robot.send('read')
+        robot.wait(lambda: nodes[0].client_count, 'a client')
+        begun = time.monotonic()
+        linger(nodes, executor, [signal.SIGINT])
+        assert QUIET < 0.8 < time.monotonic() - begun < 10.0
+        assert nodes[0].client_count
+        assert end(nodes, executor) == 0
 
 
 def test_nothing_cuts_the_end_of_the_example_short(start):

@@ -119,11 +119,11 @@ def test_the_session_itself_is_read(base, tmp_path, capsys):
 
 
 def test_a_tampered_session_is_read_or_refused(base, tmp_path, capsys):
-    assert faults(base, range(120), tmp_path, capsys, together=False) == []
+    assert faults(base, range(45), tmp_path, capsys, together=False) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('thousand', range(1, 4))
+@pytest.mark.parametrize('thousand', range(4))
 def test_thousands_of_tampered_sessions(base, tmp_path, capsys, thousand):
     numbers = range(1000 * thousand, 1000 * (thousand + 1))
     assert faults(base, numbers, tmp_path, capsys, together=True) == []
