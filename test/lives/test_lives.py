@@ -11,8 +11,13 @@ from .world import Life
 AT_ONCE = 10
 
 
+SHORT = 10, 30
+"""Where short lives are. Whoever lives long, as 8 does, has the same things happen more often."""
+
+
 @pytest.mark.parametrize(
-    'first', [0, 10, *(pytest.param(n, marks=pytest.mark.slow) for n in range(20, 1000, AT_ONCE))]
+    'first',
+    [n if n in SHORT else pytest.param(n, marks=pytest.mark.slow) for n in range(0, 1000, AT_ONCE)],
 )
 def test_nothing_is_wrong_in_a_life(first):
     for seed in range(first, first + AT_ONCE):
