@@ -191,7 +191,7 @@ def test_compression_is_recognized(mode, compressed):
     assert parse_metadata(text).compressed is compressed
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=20)
 @given(st.dictionaries(st.text(max_size=20), st.text(), max_size=3), st.text())
 def test_any_text_comes_back(custom_data, name):
     topics = (TopicInfo(name, name, message_count=7),)

@@ -22,9 +22,13 @@ from mlmem_ros.physics import CASE_I, DesignError, Specimen, level_of
 from mlmem_ros.physics.equilibrium import resting_wall
 
 EVERY = pytest.mark.parametrize('name', PRESETS)
+SOME = 'case_2', 'bits_2'
+"""Presets with which a wall is strained by default; slow tests have them all."""
 
 
-@EVERY
+@pytest.mark.parametrize(
+    'name', [n if n in SOME else pytest.param(n, marks=pytest.mark.slow) for n in PRESETS]
+)
 def test_a_strain_by_hand_keeps_the_content(name):
     """0.005 of either sign is well below what frees a wall; at twice the rate some are lost."""
     design, settings = preset(name)

@@ -29,9 +29,15 @@ def true_level(element):
     return level_of(element.design, element.chain.configuration)
 
 
-@pytest.mark.parametrize('end', ['left', 'right'])
 @pytest.mark.parametrize(
-    ('name', 'level'), [('case_2', 1), ('case_2', 4), ('case_2', 7), ('bits_2', 0), ('bits_2', 3)]
+    ('name', 'level', 'end'),
+    [
+        ('case_2', 1, 'left'),
+        ('case_2', 4, 'right'),
+        ('case_2', 7, 'left'),
+        ('bits_2', 0, 'right'),
+        ('bits_2', 3, 'left'),
+    ],
 )
 def test_no_read_names_another_level(name, level, end):
     design = preset(name).design

@@ -12,7 +12,7 @@ AT_ONCE = 10
 
 
 SHORT = 10, 30
-"""Where short lives are. Whoever lives long, as 8 does, has the same things happen more often."""
+"""Tens of lives that are short: number 8 alone takes as long as these twenty."""
 
 
 @pytest.mark.parametrize(

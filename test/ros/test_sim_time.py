@@ -51,7 +51,7 @@ class Simulator:
             self._thread.join()
 
 
-@pytest.mark.parametrize('reset', [99.9, 0.5])
+@pytest.mark.parametrize('reset', [pytest.param(99.9, marks=pytest.mark.slow), 0.5])
 def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsys, reset):
     bag, mended = tmp_path / 'session', tmp_path / 'mended'
     node = start({'use_sim_time': True, 'scale.time': 1e-5, 'record.path': str(bag)})
@@ -75,7 +75,7 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
     assert 'exact' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('jump', [10.0, 1e5])
+@pytest.mark.parametrize('jump', [pytest.param(10.0, marks=pytest.mark.slow), 1e5])
 def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
     """A simulator that starts at 100 s, and is set forward during a write."""
     node = start({'use_sim_time': True, 'scale.time': 1e-5})
