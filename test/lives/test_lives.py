@@ -17,7 +17,10 @@ SHORT = 10, 30
 
 @pytest.mark.parametrize(
     'first',
-    [n if n in SHORT else pytest.param(n, marks=pytest.mark.slow) for n in range(0, 1000, AT_ONCE)],
+    [
+        first if first in SHORT else pytest.param(first, marks=pytest.mark.slow)
+        for first in range(0, 1000, AT_ONCE)
+    ],
 )
 def test_nothing_is_wrong_in_a_life(first):
     for seed in range(first, first + AT_ONCE):
