@@ -68,10 +68,6 @@ def pages() -> list[Path]:
 def placed(text: str, folder: Path) -> str:
     """Return a page with the numbers and tables of the results.
 
-    Args:
-        text: The page.
-        folder: Of the result files.
-
     Raises:
         ValueError: A comment names no number.
     """

@@ -27,11 +27,7 @@ class Load:
     """
 
     def __init__(self, processes: Iterable[int] = ()) -> None:
-        """Begin to measure.
-
-        Args:
-            processes: Ids of the processes that are ours, beside this one. They must live on.
-        """
+        """Begin to measure; processes of ours beside this one, by id, must live on."""
         self._ours = [os.getpid(), *processes]
         self._begun = time.monotonic(), self._known()
 

@@ -103,8 +103,7 @@ Seen = dict[str, tuple[float, float]]
 def run(repeats: int) -> list[Comparison]:
     """Start nodes one after another and collect their reports.
 
-    Args:
-        repeats: Twice the number of nodes.
+    There are half as many nodes as repeats, and at least three.
     """
     found = _reports(max(3, repeats // 2))
     terms = (

@@ -132,10 +132,7 @@ def write(memory: MemoryClient, seconds: float) -> None:
 def listen(node: NodeProcess, seconds: float, shaken: bool) -> dict[str, float]:
     """Subscribe to a node's streams, and return what it measures meanwhile.
 
-    Args:
-        node: The node.
-        seconds: How long.
-        shaken: Whether an IMU shakes the element.
+    An IMU shakes the element if asked for.
     """
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import JointState

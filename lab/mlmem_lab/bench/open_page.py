@@ -17,11 +17,7 @@ from contextlib import contextmanager, suppress
 
 @contextmanager
 def open_page(node: str) -> Iterator[None]:
-    """Keep a page open.
-
-    Args:
-        node: Name of the node.
-    """
+    """Keep a page open."""
     command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', '--node', node]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None

@@ -46,12 +46,7 @@ def search(
 ) -> Settings:
     """Return the best settings found; the same ones every time.
 
-    Args:
-        begin: Settings to compare with.
-        point: The settings at a point x, shape (7,); the search begins around 0.
-        cost: What to minimise.
-        sigma: Standard deviation of the first points.
-        trials: Number of points.
+    It begins around x = 0, shape (7,), with points of standard deviation sigma.
 
     Raises:
         ImportError: The package cmaes is missing.

@@ -60,10 +60,7 @@ def going_back(design: Design, settings: Settings) -> Settings:
 def searched(design: Design, settings: Settings, trials: int) -> Settings:
     """Return settings with the best strokes down and throw found by search from theirs.
 
-    Args:
-        design: The element.
-        settings: With strokes, a throw, or none, which stays none.
-        trials: How many of each to try.
+    A move that the settings lack is not sought.
 
     Raises:
         ImportError: The package cmaes is missing.

@@ -72,9 +72,6 @@ class Proposal:
 def propose(levels: int) -> Proposal:
     """Return a design for a number of levels that passes the checker.
 
-    Args:
-        levels: From 2 to 256.
-
     Raises:
         DesignNotFound: None was found, or levels is out of range.
     """

@@ -79,8 +79,7 @@ def confirm(design: Design) -> ProbeSettings:
 def listen(design: Design) -> tuple[ProbeSettings, int] | None:
     """Return the shortest pulse that hears every level clearly, and the tail that it needs.
 
-    Args:
-        design: The element; its tail may still be too short.
+    The tail of the design may still be too short.
 
     Returns:
         Pulse and detector of the right end, and the cells that this end needs beyond the last

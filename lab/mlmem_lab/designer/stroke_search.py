@@ -67,10 +67,7 @@ class MoveTask:
     def lost(self, move: StrokeSettings | ThrowSettings, off: Off, seed: int) -> float:
         """Return the fraction of starts that fails.
 
-        Args:
-            move: The stroke or the throw.
-            off: Relative changes of its peak and of its times.
-            seed: Of the trial element.
+        Peak and times are off by relative changes; the seed is that of the trial element.
         """
         changed = stretched(move, 1.0 + off[0], 1.0 + off[1])
         specimen = scattered(self.design, Scatter(alpha=SCATTER), seed)
@@ -114,11 +111,8 @@ def duration(move: StrokeSettings | ThrowSettings) -> float:
 def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0) -> Move:
     """Return the best stroke or throw found.
 
-    Args:
-        task: What it has to do.
-        begin: Where to begin; its sign, its levels and its rest are kept.
-        trials: Number of trials.
-        tick: Every part except `ease` is a whole number of ticks.
+    Sign, levels and rest of the beginning are kept; every part except `ease` is a whole number of
+    ticks.
     """
     at = partial(point, begin, tick=tick)
     return cma_es.search(begin, at, task.cost, sigma=STEP_SIZE, trials=trials)

@@ -46,11 +46,6 @@ class Stage:
 def minimise(misfit: Misfit, x: Array, stage: Stage) -> tuple[Array, float]:
     """Return the values of least misfit and prior, by Levenberg and Marquardt's method.
 
-    Args:
-        misfit: What to minimise.
-        x: Where to start.
-        stage: How.
-
     Raises:
         StateError, DesignError: The start makes no element.
     """

@@ -41,10 +41,7 @@ def located(misfit: Misfit, x: Array, shots: Sequence[Shot]) -> tuple[list[Shot]
     waves travel in the active phase, which a blank element does not tell: so some places, and the
     one nearest to the supposed site, are tried in turn: what all cells share is fitted to each.
 
-    Args:
-        misfit: How to compare.
-        x: Values of the unknowns as fitted to the blank element.
-        shots: The shots; those without a wall stay as they are.
+    Shots without a wall stay as they are; x are values as fitted to the blank element.
     """
     blank = [shot for shot in shots if not shot.wall]
     found = {0.0: 0.0}
@@ -77,11 +74,7 @@ def ranked(
 ) -> list[float]:
     """Return where the wall of some shots can have rested, the most probable place first.
 
-    Args:
-        misfit: How to compare.
-        x: Values of the unknowns.
-        shots: Shots with the same wall.
-        near: Only places at most `NEAR` from here.
+    The shots have the same wall; `near` takes only places at most `NEAR` from there.
     """
     forward, N = misfit.forward(x), misfit.unknowns.design.N
     sites = np.arange(2.0, N)

@@ -118,8 +118,7 @@ def _fourier(x: Array, length: float, q: int) -> tuple[Array, Array]:
 def fit_kink(design: Design) -> KinkFit:
     """Fit the arctan ansatz to the anti-kink at rest in the uniform, unstrained element.
 
-    Args:
-        design: The element; its gamma and beta are set to zero.
+    Gamma and beta of the design are set to zero.
 
     Returns:
         The least-squares fit over all sites, X being where the configuration crosses the
@@ -155,9 +154,7 @@ def fit_kink(design: Design) -> KinkFit:
 def fit_displacement(design: Design, displacement: Array) -> DisplacementFit:
     """Fit the linear-plus-Fourier ansatz of least order that meets the paper's bound.
 
-    Args:
-        design: The element.
-        displacement: v_0 or V_0 at the sites, shape (N,).
+    It is v_0 or V_0 at the sites, shape (N,).
 
     Raises:
         StateError: No order up to `MAX_ORDER` meets the bound.

@@ -120,11 +120,7 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
 def roll(track: Track, pull: Array, start: float, schedule: Schedule) -> float:
     """Return where a wall is at the end of a strain cycle.
 
-    Args:
-        track: The forces on it.
-        pull: By strain and position: the track's own and what scatter adds.
-        start: Where it rests at the start.
-        schedule: The cycle; its strains are between zero and the peak of the track.
+    The pull is the track's own and what scatter adds; strains are between zero and its peak.
 
     Returns:
         The position; the end of the track, once the wall has left it.

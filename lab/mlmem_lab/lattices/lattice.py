@@ -127,9 +127,7 @@ class Lattice:
     def advance(self, steps: int, held_cell: HeldCell | None = None) -> Array:
         """Advance by whole steps.
 
-        Args:
-            steps: How many.
-            held_cell: An end that is moved, at `substep_times` of the run.
+        A held cell is moved at `substep_times` of the run.
 
         Returns:
             Displacements of both ends after every step, shape (2, steps).

@@ -99,8 +99,7 @@ def front() -> Fit:
 def steady(left_out: Case | None = None) -> Fit:
     """Return damping and friction for all rails, from the speeds at 8 cm.
 
-    Args:
-        left_out: A case whose speed is not used; its rest positions are.
+    The speed of a case that is left out is not used; its rest positions are.
     """
     at_8 = _at(8.0)
     wells = {case: float(rest(case).mean()) for case in at_8}

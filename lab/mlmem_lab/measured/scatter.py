@@ -69,13 +69,7 @@ def launch_chains(
 ) -> list[Wave]:
     """Launch a wave in each of many random chains.
 
-    Args:
-        case: The lattice.
-        fit: What slows the elements.
-        scatter: How unequal they are.
-        chains: How many.
-        generator: Of random numbers.
-        uncertain: Whether losses and the hand's time are drawn too, instead of their best values.
+    If uncertain, losses and the hand's time are drawn too, instead of their best values.
     """
     wells = fit.well(case) * (1.0 + scatter.well * generator.standard_normal((chains, ELEMENTS)))
     wells = np.round(wells / WELL_STEP) * WELL_STEP

@@ -74,15 +74,7 @@ def detect(displacement: Array, dt: float, probe: ProbeSettings, end: End = End.
 def probe_element(
     design: Design, v: Array, probe: ProbeSettings, end: End = End.LEFT, duration: float = 1200.0
 ) -> Echo:
-    """Fire one pulse into a resting, unstrained element and return what was heard.
-
-    Args:
-        design: The element.
-        v: Its displacements at rest, shape (N,).
-        probe: Pulse and detector.
-        end: Which.
-        duration: Time from the beginning of the pulse, in time units.
-    """
+    """Return what the device's detector makes of what `listen` hears."""
     return detect(*listen(design, v, probe, end, duration), probe, end)
 
 

@@ -184,9 +184,7 @@ class Figure:
     def save(self, data: Data, folder: Path) -> list[Path]:
         """Write the data as .npz, and a drawing as .png and .svg or a film; return the files.
 
-        Args:
-            data: What `compute` returned.
-            folder: Where to; it must exist.
+        The folder must exist.
         """
         stem = folder / self.stem
         np.savez_compressed(stem.with_suffix('.npz'), **data, allow_pickle=False)

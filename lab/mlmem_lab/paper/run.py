@@ -16,10 +16,7 @@ FOLDER = 'figures'
 def run_one(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:
     """Compute, draw and save one figure; return the files by its name.
 
-    Args:
-        name: Its name in the gallery.
-        quality: How much is computed.
-        output: Folder below which the files go; it is made.
+    The folder below which they go is made.
     """
     folder = output / FOLDER
     folder.mkdir(parents=True, exist_ok=True)

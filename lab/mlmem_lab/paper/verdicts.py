@@ -35,11 +35,7 @@ def save_verdicts(output: Path, quality: Quality) -> Path:
 
 
 def verdicts(data: Mapping[str, Data]) -> dict[str, Any]:
-    """Return claims, their counts, the independent check, and what figures keep.
-
-    Args:
-        data: The data of every figure, by name.
-    """
+    """Return claims, their counts, the independent check, and what figures keep, from all data."""
     claims = {claim.key: _claim(claim, data) for claim in CLAIMS}
     count = Counter(claim['verdict'] for claim in claims.values())
     kept = [figure for figure in FIGURES if figure.summary is not None]

@@ -76,10 +76,7 @@ def plan(
     Each is simulated on the element, also with a peak that is a little off, and starts where the
     one before left the wall.
 
-    Args:
-        specimen: The element.
-        preset: Its design as built, and the settings of its instrument.
-        report: Is told the progress.
+    The preset is its design as built, and the settings of its instrument.
     """
     tried = _Trial(specimen, preset)
     state, steps = tried.blank(), []

@@ -56,10 +56,7 @@ def strokes(
 ) -> list[Stroke]:
     """Return the strokes and throws of an element that the settings allow, from every level.
 
-    Args:
-        specimen: The element.
-        preset: Its design as built, and the settings of its instrument.
-        report: Is told the progress.
+    The preset is its design as built, and the settings of its instrument.
     """
     design, settings = preset
     chain, found = Simulation.of(specimen, settings.time).chain, []

@@ -15,14 +15,7 @@ from .proof import Tally
 
 
 def cells(name: str, design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
-    """Return what the table says of a design, by heading.
-
-    Args:
-        name: What to call it.
-        design: The element.
-        settings: The instrument's settings.
-        tally: The totals of its proof.
-    """
+    """Return what the table says of a design, by heading."""
     write, subject = settings.write, Subject(design, settings)
     end = End.RIGHT if settings.read.end == End.RIGHT else End.LEFT
     probe = end.probe(settings)

@@ -34,9 +34,7 @@ def draw(session: SessionData, path: str | Path) -> Path:
     and 4b, the last echo of every level that was read, or verified after a write, with its
     threshold, and the delays by level.
 
-    Args:
-        session: What was recorded.
-        path: File to write; its suffix selects the format.
+    The file's suffix selects the format.
 
     Returns:
         The path.

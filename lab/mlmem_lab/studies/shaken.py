@@ -176,14 +176,7 @@ def count(
 ) -> Counts:
     """Read an element repeatedly, and count: one block.
 
-    Args:
-        design: The element.
-        settings: The instrument's.
-        shaking: The disturbance.
-        end: 'left', 'right' or 'both'.
-        level: Where its wall is.
-        reads: How many.
-        seed: Of all random numbers.
+    The end is 'left', 'right' or 'both', and the seed of all random numbers.
     """
     element = Bench(design, settings).device()
     element.chain.place(resting_wall(Specimen(design), level))

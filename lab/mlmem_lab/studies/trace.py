@@ -58,10 +58,7 @@ def watch(element: MemoryElement, command: Command, trace: Trace) -> Outcome:
 def strain_chain(chain: Chain, cycle: Cycle, every: float) -> Trace:
     """Strain a bare chain through smooth ramps, and sample it at intervals.
 
-    Args:
-        chain: The material; it is advanced.
-        cycle: The schedule; its ramps begin at the current strain.
-        every: Longest time between samples, in time units.
+    Its ramps begin at the current strain; `every` is the longest time between samples.
 
     Returns:
         The observations, one entry per sample; the clock starts at zero.

@@ -86,12 +86,7 @@ class Margins:
 
 
 def measure(shmoo: Shmoo, rows: Sequence[Row]) -> Margins:
-    """Return the margins of a map.
-
-    Args:
-        shmoo: The map.
-        rows: Its complete table.
-    """
+    """Return the margins of a map."""
     passed = shmoo.grid(rows, 'passed').astype(bool)
     row, column = shmoo.operating
     distance = np.hypot(

@@ -33,13 +33,7 @@ SIGNS = {
 
 
 def draw(shmoo: Shmoo, rows: Sequence[Row], margins: Margins) -> Any:
-    """Draw a map.
-
-    Args:
-        shmoo: The map.
-        rows: Its complete table.
-        margins: The result of `measure`.
-    """
+    """Draw a map."""
     figure = new_figure(5.2)
     axes = axes_grid(figure)[0, 0]
     x, y = _places(shmoo.x, shmoo.x_values), _places(shmoo.y, shmoo.y_values)

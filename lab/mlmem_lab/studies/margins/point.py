@@ -22,10 +22,7 @@ UNFIT = 'unfit'
 def rerun(shared: Values, values: Values, seed: int) -> Climb:
     """Return the climb of one point.
 
-    Args:
-        shared: What all points of a map share, see `Shmoo.campaign`.
-        values: The point: values by axis.
-        seed: Of its noise.
+    For what all points share see `Shmoo.campaign`.
 
     Raises:
         SettingsError: These settings give no device.

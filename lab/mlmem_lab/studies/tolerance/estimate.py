@@ -129,9 +129,8 @@ def foot(rates: Sequence[Rate]) -> int:
 def fit(sigmas: Sequence[float], rates: Sequence[Rate]) -> Fragility | None:
     """Return the maximum-likelihood curve, or None if the counts determine none.
 
-    Args:
-        sigmas: Scatters above 0, rising.
-        rates: The counts at each. At least two in the foot must have some failures, but not all.
+    Scatters are above 0 and rise. At least two counts in the foot must have some failures, but not
+    all.
     """
     end = foot(rates)
     if sum(0 < rate.failures < rate.trials for rate in rates[:end]) < 2:
@@ -154,12 +153,6 @@ def rare_scatter(
     """Return the scatter at which one in a thousand fails, and its interval.
 
     The interval is from a parametric bootstrap: counts are drawn from the curve and fitted again.
-
-    Args:
-        sigmas: Scatters.
-        rates: The counts at each.
-        seed: Of the bootstrap.
-        repeats: Number of draws.
     """
     curve = fit(sigmas, rates)
     if curve is None:

@@ -41,10 +41,7 @@ class StepForecast:
     def failing(self, specimen: Specimen, level: int, inflations: Sequence[float]) -> float:
         """Return the first inflation of an element's deviations at which a step up fails.
 
-        Args:
-            specimen: The element as it was made.
-            level: Where the wall rests.
-            inflations: Factors on the deviations from the design, tried in turn.
+        They are factors on the deviations from the design.
 
         Returns:
             Infinity if none fails.

@@ -61,10 +61,7 @@ class TriedElement:
 def elements(shared: Values, values: Values, seed: int) -> Iterator[TriedElement]:
     """Make the elements of a point and try each.
 
-    Args:
-        shared: `Tolerance.shared`.
-        values: kind, scatter, and what is tried: `STEP` or an end that reads.
-        seed: Of the point.
+    `shared` is that of `Tolerance`, the seed that of the point.
     """
     design, settings = Design(**shared['design']), Settings.from_dict(shared['settings'])
     kind, tried = values['kind'], values['tried']

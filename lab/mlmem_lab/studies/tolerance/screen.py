@@ -35,12 +35,6 @@ DRAWN = 16
 def weights(forecast: StepForecast, specimen: Specimen, levels: Iterable[int], seed: int) -> Array:
     """Draw the steps of an element to simulate.
 
-    Args:
-        forecast: Of its design and instrument.
-        specimen: The element.
-        levels: Where the steps begin.
-        seed: Of the draw.
-
     Returns:
         The weight of each step, in the order of levels: 0 if it is not to be simulated.
     """

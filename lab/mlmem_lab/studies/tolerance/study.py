@@ -147,8 +147,7 @@ class Tolerance:
     def rate(self, rows: Sequence[Row]) -> Rate:
         """Return the rate at which steps or reads of all levels fail.
 
-        Args:
-            rows: Points with the same kind, amount and thing tried.
+        All rows have the same kind, amount and thing tried.
         """
         what = rows[0]['kind'], rows[0]['tried']
         elements, squares = (sum(row[name] for row in rows) for name in ('elements', 'squares'))
