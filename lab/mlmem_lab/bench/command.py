@@ -33,7 +33,6 @@ from mlmem_ros.cli.output import complain, plain_console, print_json
 def bench(arguments: argparse.Namespace) -> int:
     """Run the benchmarks; return the exit status."""
     from . import load, select
-    from .processors import keep_column
 
     console = plain_console(aside=arguments.json)
     try:
@@ -64,6 +63,8 @@ def bench(arguments: argparse.Namespace) -> int:
             if comparison.name != 'node':
                 tables[comparison.name] = comparison.rows()
             elif arguments.result is not None:
+                from .node import keep_column
+
                 keep_column(comparison, arguments.result.with_name('node.json'))
     if arguments.json:
         print_json({'comparisons': results})

@@ -46,14 +46,12 @@ class Contender:
         name: Its name.
         call: Does the work once; called many times.
         work: Units of work in a call: the cost is reported per unit.
-        x: Its place along the axis of a scaling comparison, or None.
         values: Other numbers to report, such as the error it was run at.
     """
 
     name: str
     call: Callable[[], object]
     work: float
-    x: float | None = None
     values: dict[str, float] = field(default_factory=dict)
 
 
@@ -64,7 +62,7 @@ class Entry:
     Attributes:
         name: Its name.
         samples: Cost per unit of work in every round.
-        x: Its place along the axis of a scaling comparison, or None.
+        x: Its place along the axis of a comparison, or None.
         values: Other numbers.
         verdict: Whether it reaches its goal, in words; empty without one.
         key: What it is called in a result file; empty for its name.
@@ -116,7 +114,7 @@ def measure(
                 field_[i].call()
             samples[i].append((clock() - begun) / (calls[i] * field_[i].work) * scale)
     return [
-        Entry(each.name, tuple(taken), each.x, each.values)
+        Entry(each.name, tuple(taken), values=each.values)
         for each, taken in zip(field_, samples, strict=True)
     ]
 

@@ -18,10 +18,14 @@ import random
 import statistics
 import tempfile
 from collections.abc import Callable
+from datetime import date
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..results import load_kept, save
 from .comparison import Comparison
+from .host import describe_host
 from .machine_load import QUIET
 from .measure import Entry, Spread
 from .node_process import NodeProcess, beyond, echo_service, listen, receive, write
@@ -176,3 +180,23 @@ def _of(report: dict[str, float], *keys: str, **names: str) -> Seen:
     """Return figures of a report, some under other names, with the load."""
     return {key: (report[name], report['others']) for key, name in
             [*zip(keys, keys, strict=True), *names.items()]}  # fmt: skip
+
+
+def keep_column(comparison: Comparison, file: Path) -> None:
+    """Write the figures of this processor to a result file, beside those of others that it has."""
+    host = describe_host()
+    processor = f'{host["processor"]}, {host["cores"]} cores'
+    rows = {row['figure']: row for row in load_kept(file).get('rows', ())}
+    date_row = rows.setdefault('date', {'figure': 'date', 'goal': ''})
+    date_row[processor] = date.today().isoformat()
+    for entry in comparison.entries:
+        goal = FIGURES[entry.key].in_words()
+        rows.setdefault(entry.name, {'figure': entry.name, 'goal': goal})[processor] = _cell(entry)
+    save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE')
+
+
+def _cell(entry: Entry) -> str:
+    """Return a figure, and whether the machine was too busy for it."""
+    value = entry.spread.median
+    short = f'{value:.3g}' if abs(value) < 1000.0 else f'{value:.0f}'
+    return short if entry.values['others'] <= QUIET else f'{short} (busy)'

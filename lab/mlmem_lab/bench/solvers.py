@@ -84,9 +84,7 @@ def _at(
             continue
         setting, error = good[0]  # ladders begin with the cheapest
         values = {'setting': setting, 'error': error}
-        contenders.append(
-            Contender(name, functools.partial(peer.solve, setting), 1.0, None, values)
-        )
+        contenders.append(Contender(name, functools.partial(peer.solve, setting), 1.0, values))
     return Comparison(
         f'solvers_{label}',
         f'{DURATION:g} time units of a wall and a packet, N = 225, error at most {target:.1e}',

@@ -10,9 +10,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mlmem_ros.checks.schedule import cycle_time
+from mlmem_ros.checks.subject import Subject
 from mlmem_ros.cli.command import element_of
 from mlmem_ros.cli.design import print_report
 from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.parameter_file import load, text_of
 
@@ -20,8 +23,8 @@ from ..results import save, with_reads
 from ..studies.campaign import CampaignError
 from ..studies.campaign.terminal import evaluated
 from ..studies.proof import Proof, Tally
-from ..studies.proof_table import cells
 from . import DesignNotFound, propose, searched
+from .pulses import dynamic_range
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -135,3 +138,34 @@ def _markdown(lines: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table; the first line has the headings."""
     heading, *rows = ('| ' + ' | '.join(line) + ' |\n' for line in lines)
     return ''.join((heading, '|' + '---|' * len(lines[0]) + '\n', *rows))
+
+
+def cells(name: str, design: Design, settings: Settings, tally: Tally) -> dict[str, str]:
+    """Return what the table says of a design, by heading."""
+    write, subject = settings.write, Subject(design, settings)
+    end = End.RIGHT if settings.read.end == End.RIGHT else End.LEFT
+    probe = end.probe(settings)
+    times = write.ramp, write.hold, write.ease, write.release, write.settle
+    step = cycle_time(subject, write)
+    unit = settings.scale.time
+    return {
+        'preset': name,
+        'levels': f'{design.levels}',
+        'N': f'{design.N}',
+        'J': f'{design.J}',
+        'gamma': f'{design.gamma:.3g}',
+        'beta': f'{design.beta:.3g}',
+        '1/eta': f'{1.0 / design.eta:.0f}' if design.eta else 'none',
+        'ramp, hold, ease, release, settle': ', '.join(f'{time:.0f}' for time in times),
+        'peaks': f'{write.compression:.4g}, {write.tension:+.4g}',
+        'read from, carrier, sigma': f'{settings.read.end}, {probe.omega_c:g}, {probe.sigma:g}',
+        'echo range, dB': f'{dynamic_range(subject):.0f}',
+        'written and read back': '{} of {}'.format(*tally.upward),
+        'written downward': '{} of {}'.format(*tally.down),
+        'erased': '{} of {}'.format(*tally.erase),
+        'read in a row': '{} of {}'.format(*tally.read),
+        'least level margin': f'{tally.level_margin:.2f}',
+        'time per level': f'{step:.0f}',
+        'in s': f'{step * unit:.2g}',
+        'longest erase, s': f'{tally.erase_time * unit:.3g}',
+    }

@@ -4,14 +4,16 @@
 
 The closed forms of `throws` neglect pins and waves, so their proposal is only a starting point. A
 map of peaks alone does not show the margins: every trial is judged with peak and times off in many
-directions, each in a random element.
+directions, each in a random element. CMA-ES is the evolution strategy of Hansen and Ostermeier
+(2001), by the package cmaes (the extra `search`).
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -23,9 +25,6 @@ from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.strokes import actuator
 from mlmem_ros.physics import Design, Scatter, scattered, walls
 from mlmem_ros.physics.potential import Array
-
-from . import cma_es
-from .cma_es import TRIALS, Off
 
 Move = TypeVar('Move', bound=StrokeSettings | ThrowSettings)
 
@@ -44,6 +43,22 @@ SCATTER = 1e-3
 LARGEST = actuator(1).max_strain
 """Greatest peak to try."""
 
+DIMENSIONS = 7
+"""Coordinates of a point."""
+
+Off = tuple[float, float]
+"""Relative changes of the peak and of the times."""
+
+
+def ring(directions: int, *radii: float) -> list[Off]:
+    """Return changes in as many directions, each in turn at one of the radii."""
+    angles = (2.0 * math.pi * k / directions for k in range(directions))
+    return [(r * math.cos(a), r * math.sin(a)) for a, r in zip(angles, itertools.cycle(radii))]
+
+
+TRIALS = ((0.0, 0.0), *ring(24, 0.1, 0.2, 0.3, 0.38))
+"""The changes under which a move is judged."""
+
 
 @dataclass(frozen=True)
 class MoveTask:
@@ -52,12 +67,10 @@ class MoveTask:
     Attributes:
         design: The element.
         starts: Levels from which it must work.
-        upward: Whether a stroke goes up.
     """
 
     design: Design
     starts: Sequence[int]
-    upward: bool = False
 
     def cost(self, move: StrokeSettings | ThrowSettings) -> float:
         """Return the fraction that fails with peak and times off, plus a little for its time."""
@@ -77,7 +90,7 @@ class MoveTask:
                 peak, target = changed.peak, None
             else:
                 peak = stroke_peak(self.design, changed, start)
-                target = start + (changed.levels if self.upward else -changed.levels)
+                target = start - changed.levels
             after = configuration_after(specimen, Cycle.planned(changed, peak), start, dt=COARSE)
             total += 1.0 if after is None else self._wrong(after, target)
         return total / len(self.starts)
@@ -109,13 +122,27 @@ def duration(move: StrokeSettings | ThrowSettings) -> float:
 
 
 def search(task: MoveTask, begin: Move, *, trials: int, tick: float = 20.0) -> Move:
-    """Return the best stroke or throw found.
+    """Return the best stroke or throw found, the same one every time.
 
     Sign, levels and rest of the beginning are kept; every part except `ease` is a whole number of
     ticks.
+
+    Raises:
+        ImportError: The package cmaes is missing.
     """
-    at = partial(point, begin, tick=tick)
-    return cma_es.search(begin, at, task.cost, sigma=STEP_SIZE, trials=trials)
+    from cmaes import CMA
+
+    best, least = begin, task.cost(begin)
+    optimizer = CMA(mean=np.zeros(DIMENSIONS), sigma=STEP_SIZE, seed=0)
+    for _ in range(math.ceil(trials / optimizer.population_size)):
+        points = [optimizer.ask() for _ in range(optimizer.population_size)]
+        tried = [point(begin, x, tick) for x in points]
+        costs = [task.cost(each) for each in tried]
+        optimizer.tell(list(zip(points, costs, strict=True)))
+        if min(costs) < least:
+            least = min(costs)
+            best = tried[costs.index(least)]
+    return best
 
 
 def point(begin: Move, x: Array, tick: float) -> Move:

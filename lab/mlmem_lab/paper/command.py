@@ -42,8 +42,7 @@ def figures(arguments: argparse.Namespace) -> int:
     written, 2 for a wrong argument.
     """
     from .figure import Quality
-    from .gallery import BY_NAME, FIGURES, select
-    from .run import run_one
+    from .gallery import BY_NAME, FIGURES, make, select
     from .verdicts import save_verdicts
 
     console = plain_console(aside=arguments.json)
@@ -65,9 +64,9 @@ def figures(arguments: argparse.Namespace) -> int:
     began = time.monotonic()
     made = {figure.name: [Path()] for figure in figures}
     longest_first = sorted(made, key=lambda name: -BY_NAME[name].seconds)
-    make = partial(run_one, quality=quality, output=arguments.output)
+    one = partial(make, quality=quality, output=arguments.output)
     try:
-        mapped(console, min(jobs, len(made)), 'figures', make, longest_first, then=made.update)
+        mapped(console, min(jobs, len(made)), 'figures', one, longest_first, then=made.update)
     except OSError as error:
         return complain('figures', f'a file could not be written; {error}', 1)
     for name, files in made.items():

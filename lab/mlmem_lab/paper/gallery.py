@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable
+from pathlib import Path
 
-from .figure import Claim, Figure
+from .figure import Claim, Figure, Quality
 
 FILES = (
     'fig_1c', 'fig_2a', 'fig_2b', 'fig_2c', 'fig_3a', 'fig_3b', 'fig_4a', 'fig_4b', 'fig_5',
@@ -15,6 +16,9 @@ FILES = (
     'going_back', 'energy_use', 'check',
 )  # fmt: skip
 """Those of the folder `figures`, each with a `FIGURE`."""
+
+FOLDER = 'figures'
+"""Folder of what they write, below the output folder."""
 
 FIGURES: tuple[Figure, ...] = tuple(
     importlib.import_module(f'.figures.{file}', __package__).FIGURE for file in FILES
@@ -44,3 +48,11 @@ def select(names: Iterable[str]) -> list[Figure]:
             raise KeyError(f'figure must be one of {", ".join(BY_NAME)}; got {name!r}')
         wanted.append(key)
     return [figure for figure in FIGURES if not wanted or figure.name in wanted]
+
+
+def make(name: str, quality: Quality, output: Path) -> dict[str, list[Path]]:
+    """Compute, draw and save one figure below a folder, which is made; return files by name."""
+    folder = output / FOLDER
+    folder.mkdir(parents=True, exist_ok=True)
+    figure = BY_NAME[name]
+    return {name: figure.save(figure.compute(quality), folder)}

@@ -16,8 +16,7 @@ import numpy as np
 
 from ..results import save
 from .figure import Claim, Data, Figure, Judgement, Quality, load_data
-from .gallery import CLAIMS, FIGURES
-from .run import FOLDER
+from .gallery import CLAIMS, FIGURES, FOLDER
 
 MEASURED = ('case_1', 'case_2', 'fast', 'bits_4')
 """The presets that the figures show."""

@@ -14,8 +14,7 @@ from mlmem_lab import bench
 from mlmem_lab.bench.comparison import Comparison
 from mlmem_lab.bench.machine_load import QUIET, Load
 from mlmem_lab.bench.measure import Entry
-from mlmem_lab.bench.node import FIGURES, _entry
-from mlmem_lab.bench.processors import keep_column
+from mlmem_lab.bench.node import FIGURES, _entry, keep_column
 from mlmem_ros.cli.main import main
 
 BUSY = 'import time; end = time.monotonic() + 20.0\nwhile time.monotonic() < end: pass'

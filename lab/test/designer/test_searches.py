@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from mlmem_lab.designer import stroke_search
-from mlmem_lab.designer.cma_es import ring
-from mlmem_lab.designer.stroke_search import MoveTask, duration, point, stretched
+from mlmem_lab.designer.stroke_search import MoveTask, duration, point, ring, stretched
 from mlmem_lab.landscapes.throws import inertia_over_mass
 from mlmem_ros.device import preset
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings

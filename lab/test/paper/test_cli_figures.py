@@ -12,9 +12,8 @@ from contextlib import nullcontext
 
 import pytest
 
-from mlmem_lab.paper import run
 from mlmem_lab.paper.figure import Quality
-from mlmem_lab.paper.gallery import BY_NAME, FIGURES
+from mlmem_lab.paper.gallery import BY_NAME, FIGURES, make
 from mlmem_lab.studies.campaign import terminal
 from mlmem_ros.cli.main import main
 
@@ -89,7 +88,7 @@ def test_all_of_them_with_their_result_file(tmp_path):
     assert found['command'] == 'mlmem figures --draft'
     assert set(found['fingerprints']) == {'case_1', 'case_2', 'fast', 'bits_4'}
     assert f'{len(FIGURES)}/{len(FIGURES)}' in done.stdout
-    run.run_one('3a', Quality.DRAFT, tmp_path)
+    make('3a', Quality.DRAFT, tmp_path)
     for figure in filter(lambda one: one.ending, FIGURES):
         (drawn,) = (tmp_path / 'reproduction' / 'figures').glob(f'{figure.stem}.[gs]*')  # gif, svg
         if drawn.suffix == '.svg':
