@@ -75,7 +75,7 @@ class Scheduler:
         crashed: Whether it was killed.
     """
 
-    def __init__(self, seed, *, restless=None, look=1e-6, most=400_000):
+    def __init__(self, seed, *, restless=None, look=1e-6, most=2_000_000):
         """Prepare a world without tasks.
 
         Args:
