@@ -430,10 +430,12 @@ def test_what_cannot_be_sent_stops_no_executor(node):
 
 def under_way(client, robot, level):
     """Begin to write a level; return the reply once the element is strained."""
-    robot.received('joint_states')
+    states = robot.received('joint_states')
     client.erase().wait()
+    seen = len(states)  # on a busy machine the write may be over before we look
     writing = client.write(level)
-    robot.next('joint_states', lambda state: abs(state.position[0]) > 1e-3)
+    strained = lambda: any(abs(state.position[0]) > 1e-3 for state in states[seen:])  # noqa: E731
+    robot.wait(strained, 'a strain')
     return writing
 
 
