@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if first in laboratory.NAMES and first not in _added():
         return complain(first, missing(laboratory.absent()), 1)
     known = first in SUBCOMMANDS or first in _added()
-    names = (first,) if known else None
+    names = (first,) if known else () if first == '--version' else None
     parsed = parser(names).parse_args(given)
     try:
         return _command(parsed.command).run(parsed)
