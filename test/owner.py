@@ -33,24 +33,24 @@ def owned(find, here=threading.current_thread):
         finally:
             del owners[id(self.element)]
 
-    def check(element, what):
-        owner = owners.get(id(element))
-        if owner is None or what in CONSTANT or here() is owner:
-            return
+    def tell(owner, what):
         frame = sys._getframe(2)
         file = frame.f_code.co_filename
         if '/mlmem_ros/' in file.rpartition('/test/')[2]:
             place = f'{file.rpartition("/mlmem_ros/")[2]}:{frame.f_lineno}'
             find(f'{here().name} touches {what} of a device that {owner.name} runs, in {place}')
 
+    # Every access of a device comes here.
     def reads(self, name):
-        if id(self) in owners:  # which saves most calls: every access of a device comes here
-            check(self, name)
+        owner = owners.get(id(self))
+        if owner is not None and name not in CONSTANT and here() is not owner:
+            tell(owner, name)
         return object.__getattribute__(self, name)
 
     def changes(self, name, value):
-        if id(self) in owners:
-            check(self, name)
+        owner = owners.get(id(self))
+        if owner is not None and name not in CONSTANT and here() is not owner:
+            tell(owner, name)
         object.__setattr__(self, name, value)
 
     with ExitStack() as stack:

@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -55,26 +56,25 @@ def test_a_robot_that_is_stopped_with_its_memory_writes_a_last_time(start, tmp_p
     assert state_file.load(state)['reading']['level'] == 0
 
 
-def test_a_node_lingers_until_sigterm(start):
-    node = start({**QUICK, 'linger': 60.0}, apart=True)
+@pytest.mark.parametrize('longest', [0.8, 60.0])
+def test_a_node_lingers_no_longer_than_its_time_or_until_sigterm(longest):
+    assert longest > QUIET  # or it would end for want of clients
+    stop = [signal.SIGINT]
     with Robot() as robot:
-        assert robot.trigger('read').success
-        node.signal(signal.SIGINT)
-        robot.wait(lambda: 'serving for at most' in node.output, 'the signal')
-        assert robot.trigger('read').success
-        node.signal(signal.SIGTERM)
-        assert node.exit_status() == 0
-
-
-def test_a_node_lingers_no_longer_than_its_time():
-    with Robot() as robot:
-        parameters = {**QUICK, 'linger': 0.8, 'design.check': 'skip'}
+        parameters = {**QUICK, 'linger': longest, 'design.check': 'skip'}
         nodes, executor = begin(node_arguments('/mlmem', parameters), rclpy.Context())
-        robot.send('read')
+        answer = robot.send('read')
         robot.wait(lambda: nodes[0].client_count, 'a client')
         begun = time.monotonic()
-        linger(nodes, executor, [signal.SIGINT])
-        assert QUIET < 0.8 < time.monotonic() - begun < 10.0
+        lingers = threading.Thread(target=linger, args=(nodes, executor, stop))
+        lingers.start()
+        assert robot.answer(answer).success
+        if longest > SOON:
+            assert lingers.is_alive()
+            stop.append(signal.SIGTERM)
+        lingers.join(SOON)
+        assert not lingers.is_alive()
+        assert longest > SOON or time.monotonic() - begun > longest
         assert nodes[0].client_count
         assert end(nodes, executor) == 0
 
