@@ -47,13 +47,14 @@ def compute(quality: Quality) -> Data:
     """
     levels = quality.pick((0, 7), tuple(range(CASE_II.levels)))
     walls = [resting_wall(Specimen(CASE_II), level) for level in levels]
+    duration = quality.pick(1100.0, 1400.0)
     data: Data = {'levels': np.array(levels), 'thresholds': THRESHOLDS}
     for end in End:
         low, high = (1.0, 2.5) if end is End.LEFT else (0.4, 1.2)
         ours = quality.pick((0.7,), (0.62, 0.7))
         printed = (PAPER.omega_c, 2.1, PRINTED.omega_c) if end is End.LEFT else ours
         omega = np.unique(np.r_[np.linspace(low, high, quality.pick(0, 51)), printed])
-        rows = [_one_carrier(float(o), walls, end) for o in omega]
+        rows = [_one_carrier(float(o), walls, end, duration) for o in omega]
         data[f'omega_{end}'] = omega
         for name in ('echo', 'quiet', 'plain', 'compensated'):
             data[f'{name}_{end}'] = np.array([row[name] for row in rows])
@@ -61,8 +62,7 @@ def compute(quality: Quality) -> Data:
     return data
 
 
-def _one_carrier(omega: float, walls: list[np.ndarray], end: End) -> Data:
-    duration = 1400.0
+def _one_carrier(omega: float, walls: list[np.ndarray], end: End, duration: float) -> Data:
     probe = dataclasses.replace(PAPER, omega_c=omega)
     silence, dt = without_wall(CASE_II, probe, end, duration)
     heard = [listen(CASE_II, v, probe, end, duration)[0] for v in walls]
