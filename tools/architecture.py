@@ -7,6 +7,7 @@ A package stands above all that it imports. An import is an arrow unless others 
 
 import ast
 import textwrap
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from xml.sax.saxutils import escape
@@ -50,6 +51,7 @@ def imported(path: Path) -> set[tuple[str, ...]]:
     return {parts[1:] for parts in found if parts[0] == 'mlmem_ros' and len(parts) > 1}
 
 
+@cache
 def graph() -> tuple[Graph, Graph]:
     """Return what each package, and each file beside them, imports of one another."""
     packages = {path.parent.name for path in SOURCE.glob('*/__init__.py')}
