@@ -3,7 +3,7 @@
 """`mlmem bench`: measure our speed and that of others on this machine.
 
 All contenders take turns within one run, so the ratios hold even on a busy machine; the absolute
-numbers do not.
+numbers do not. Peers that are not installed are named and skipped.
 """
 
 from __future__ import annotations

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 PACKAGES = (
-    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'mcap', 'rosbags', 'rclpy',
+    'mlmem_ros', 'numpy', 'numba', 'llvmlite', 'scipy', 'heyoka', 'jax', 'diffrax',
+    'mujoco', 'mcap', 'rosbags', 'rclpy',
 )  # fmt: skip
 
 

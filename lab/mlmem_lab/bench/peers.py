@@ -81,8 +81,117 @@ def _dop853(right: Callable[[Problem], RightHandSide], problem: Problem, duratio
     return Peer(TOLERANCES, solve)
 
 
+def _heyoka(problem: Problem, duration: float) -> Peer:
+    """Taylor's method, compiled for every tolerance."""
+    import heyoka as hy
+
+    p, n = problem.design, problem.design.N
+    u, v = hy.make_vars(*(f'u{j}' for j in range(n))), hy.make_vars(*(f'v{j}' for j in range(n)))
+    equations = []
+    for j in range(n):
+        force = problem.on_site(u[j], float(problem.height[j]), hy.sin)
+        pull = hy.sum([u[max(j - 1, 0)], u[min(j + 1, n - 1)], -2.0 * u[j]])
+        equations += [(u[j], v[j]), (v[j], pull - force - p.eta * v[j])]
+    start = np.zeros(2 * n)
+    start[::2] = problem.start
+
+    @functools.cache
+    def integrator(tolerance: float) -> Any:
+        return hy.taylor_adaptive(equations, start, tol=tolerance, compact_mode=True)
+
+    def solve(tolerance: float) -> Array:
+        taylor = integrator(tolerance)
+        taylor.time = 0.0
+        taylor.state[:] = start
+        taylor.propagate_until(duration)
+        return np.array(taylor.state[::2])
+
+    return Peer((1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8), solve)
+
+
+def _diffrax(problem: Problem, duration: float) -> Peer:
+    import diffrax
+    import jax
+    import jax.numpy as jnp
+
+    jax.config.update('jax_enable_x64', True)
+    p, height = problem.design, jnp.asarray(problem.height)
+
+    def rhs(t: Any, y: Any, _: Any) -> Any:
+        x, velocity = y
+        force = problem.on_site(x, height, jnp.sin)
+        around = jnp.concatenate((x[:1], x[:-1])) + jnp.concatenate((x[1:], x[-1:]))
+        return velocity, around - 2.0 * x - force - p.eta * velocity
+
+    term, start = diffrax.ODETerm(rhs), (jnp.asarray(problem.start), jnp.zeros(p.N))
+
+    def end(y: Any, tolerance: Any) -> Any:
+        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        solution = diffrax.diffeqsolve(
+            term, diffrax.Dopri8(), 0.0, duration, None, y, stepsize_controller=controller,
+            max_steps=None, adjoint=diffrax.ForwardMode(),
+        )  # fmt: skip
+        return solution.ys[0][-1]
+
+    compiled = jax.jit(end)
+    return Peer(TOLERANCES, lambda tolerance: np.asarray(compiled(start, tolerance)))
+
+
+def _mujoco(problem: Problem, duration: float) -> Peer:
+    """A slide joint per cell, springs as fixed tendons, the on-site force as applied force.
+
+    MuJoCo has no such potential, so our compiled loop evaluates it before each step, which the
+    simulator's symplectic Euler method allows.
+    """
+    import mujoco
+
+    p, n = problem.design, problem.design.N
+    bodies = ''.join(
+        f'<body pos="{j} 0 0"><joint name="u{j}" type="slide" axis="1 0 0" damping="{p.eta!r}"/>'
+        '<geom type="sphere" size="0.1" mass="1" contype="0" conaffinity="0"/></body>'
+        for j in range(n)
+    )
+    springs = ''.join(
+        f'<fixed stiffness="1" springlength="0"><joint joint="u{j}" coef="-1"/>'
+        f'<joint joint="u{j + 1}" coef="1"/></fixed>'
+        for j in range(n - 1)
+    )
+    text = (
+        '<mujoco><option gravity="0 0 0" integrator="Euler"><flag contact="disable" '
+        'eulerdamp="disable"/></option>'
+        f'<worldbody>{bodies}</worldbody><tendon>{springs}</tendon></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data, height = mujoco.MjData(model), problem.height
+
+    def solve(dt: float) -> Array:
+        mujoco.mj_resetData(model, data)
+        steps = round(duration / dt)
+        model.opt.timestep = duration / steps
+        data.qpos[:] = problem.start
+        for _ in range(steps):
+            _on_site(data.qpos, height, p.a, p.b, p.c, data.qfrc_applied)
+            mujoco.mj_step(model, data)
+        return np.array(data.qpos)
+
+    return Peer(tuple(0.25 / 2 ** (0.5 * k) for k in range(9)), solve)
+
+
+@kernel
+def _on_site(u: Array, height: Array, a: float, b: float, c: float, out: Array) -> None:
+    for j in range(len(u)):
+        slope, sine = on_site((height, a, b), j, u[j] + c)
+        out[j] = -slope * sine
+
+
 PEERS: dict[str, Callable[[Problem, float], Peer]] = {
     'SciPy DOP853': functools.partial(_dop853, _compiled),
     'SciPy DOP853, NumPy': functools.partial(_dop853, _numpy),
+    'heyoka': _heyoka,
+    'diffrax Dopri8': _diffrax,
+    'MuJoCo': _mujoco,
 }
-"""What makes each ready, from the problem and its duration."""
+"""What makes each ready, from the problem and its duration.
+
+They raise `ModuleNotFoundError` where the package is not installed.
+"""

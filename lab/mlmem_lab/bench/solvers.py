@@ -26,7 +26,7 @@ from .peers import PEERS, Peer
 from .problem import STEP, Problem
 from .verlet import verlet
 
-TITLE = 'milliseconds at equal error compared with SciPy'
+TITLE = 'milliseconds at equal error compared with SciPy, heyoka, diffrax and MuJoCo'
 
 DURATION = 200.0
 """Time units of the problem: the packet has run into the wall."""
@@ -39,27 +39,33 @@ def run(repeats: int) -> list[Comparison]:
     """Measure at the error of our default step and at a hundredth of it."""
     problem = Problem.of_size(225)
     reference = PEERS['SciPy DOP853'](problem, DURATION).solve(1e-13)
-    peers = entrants(problem)
+    peers, skipped = entrants(problem)
     errors = {
         name: [_error(peer.solve(setting), reference) for setting in peer.ladder]
         for name, peer in peers.items()
     }
     default = errors[OURS][0]
     return [
-        _at(target, label, peers, errors, repeats)
+        _at(target, label, peers, errors, skipped, repeats)
         for target, label in ((default, 'default'), (0.01 * default, 'hundredth'))
     ]
 
 
-def entrants(problem: Problem) -> dict[str, Peer]:
-    """Return all solvers by name, ours first."""
+def entrants(problem: Problem) -> tuple[dict[str, Peer], dict[str, str]]:
+    """Return all solvers by name, ours first, and why others do not take part."""
     longest = stable_step(Specimen(problem.design), PEFRL)
-    return {
+    peers = {
         OURS: Peer(_ladder(STEP), _ours(problem, NOH_BATHE)),
         'ours, PEFRL': Peer(_ladder(longest), _ours(problem, PEFRL)),
         'velocity Verlet': Peer(_ladder(STEP), verlet(problem, DURATION)),
-        **{name: make(problem, DURATION) for name, make in PEERS.items()},
     }
+    skipped = {}
+    for name, make in PEERS.items():
+        try:
+            peers[name] = make(problem, DURATION)
+        except ModuleNotFoundError as error:
+            skipped[name] = f'{error.name} is not installed: pip install "mlmem_lab[bench]"'
+    return peers, skipped
 
 
 def _ladder(longest: float) -> tuple[float, ...]:
@@ -73,9 +79,10 @@ def _at(
     label: str,
     peers: dict[str, Peer],
     errors: dict[str, list[float]],
+    skipped: dict[str, str],
     repeats: int,
 ) -> Comparison:
-    contenders, skipped = [], {}
+    contenders, skipped = [], dict(skipped)
     for name, peer in peers.items():
         good = [each for each in zip(peer.ladder, errors[name], strict=True)
                 if each[1] <= 1.001 * target]  # fmt: skip

@@ -5,6 +5,7 @@
 import itertools
 import json
 import shutil
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,9 +68,18 @@ def test_scipy_solves_the_same_problem(problem, name):
     np.testing.assert_allclose(solution, chain.v, rtol=0, atol=1e-5)
 
 
+def test_a_peer_that_is_not_installed_is_named(problem, monkeypatch):
+    for package in ('heyoka', 'diffrax', 'mujoco'):
+        monkeypatch.setitem(sys.modules, package, None)
+    entrants, skipped = solvers.entrants(problem)
+    assert list(entrants)[-2:] == ['SciPy DOP853', 'SciPy DOP853, NumPy']
+    assert list(skipped) == ['heyoka', 'diffrax Dopri8', 'MuJoCo']
+    assert skipped['MuJoCo'].startswith('mujoco is not installed')
+
+
 @pytest.mark.parametrize('name', ['ours, Noh-Bathe', 'ours, PEFRL', 'velocity Verlet'])
 def test_a_ladder_begins_with_a_stable_step(problem, name):
-    ladder, solve = solvers.entrants(problem)[name]
+    ladder, solve = solvers.entrants(problem)[0][name]
     exact = peers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
     assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
 
