@@ -8,7 +8,7 @@ import importlib
 from collections.abc import Sequence
 from types import ModuleType
 
-BENCHMARKS = ('kernel', 'solvers', 'step', 'node')
+BENCHMARKS = ('kernel', 'solvers', 'step', 'recorder', 'node')
 """Those modules of this package, in the order they run."""
 
 

@@ -17,7 +17,7 @@ from mlmem_ros.cli.output import complain, plain_console, print_json
 
 
 @command(
-    'measure kernel, solvers, step and node, beside their peers',
+    'measure kernel, solvers, step, recorder and node, beside their peers',
     option('names', nargs='*', metavar='NAME', help='which benchmarks; all by default'),
     option('--list', action='store_true', help='list the benchmarks'),
     option('--repeats', type=int, default=7, help='rounds per comparison'),

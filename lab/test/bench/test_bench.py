@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 
 from mlmem_lab import bench
-from mlmem_lab.bench import BENCHMARKS, load, peers, select, solvers
+from mlmem_lab.bench import BENCHMARKS, load, peers, recorder, select, solvers
 from mlmem_lab.bench.c_program import NoCompiler, c_runner
 from mlmem_lab.bench.comparison import Comparison
 from mlmem_lab.bench.kernel import numpy_runner
 from mlmem_lab.bench.measure import Contender, Entry, Spread, measure
 from mlmem_lab.bench.node_process import NodeProcess
 from mlmem_lab.bench.problem import STEP, Problem
+from mlmem_lab.bench.session_traffic import traffic
 from mlmem_lab.bench.verlet import verlet
+from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.cli.main import main
 
 
@@ -82,6 +84,18 @@ def test_a_ladder_begins_with_a_stable_step(problem, name):
     ladder, solve = solvers.entrants(problem)[0][name]
     exact = peers.PEERS['SciPy DOP853'](problem, solvers.DURATION).solve(1e-9)
     assert np.abs(solve(ladder[0]) - exact).max() < 0.05  # cells; the wall is 5 wide
+
+
+@pytest.mark.parametrize('name', recorder.WRITERS)
+def test_every_writer_records_all_messages(tmp_path, name):
+    messages = traffic(1.0)
+    with recorder.WRITERS[name](tmp_path / 'bag') as put:
+        for message in messages:
+            put(message)
+    reader = BagReader(next((tmp_path / 'bag').glob('*.mcap')))
+    counts = {topic: info.message_count for topic, info in reader.topics.items()}
+    assert sum(counts.values()) == len(messages) == 303
+    assert counts['/mlmem/field'] == 100
 
 
 def test_contenders_take_turns(monkeypatch):

@@ -1,0 +1,168 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recording: our writer and recorder compared with rosbags' writer and the plain one of `mcap`.
+
+All write the same messages into MCAP with zstd chunks. Only ours keep a CRC of every chunk, and
+only our recorder also syncs to the disk, with a `metadata.yaml` that agrees with the last sync.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from mlmem_ros.bag import jazzy
+from mlmem_ros.bag.recorder import Recorder
+from mlmem_ros.bag.writer import BagWriter
+
+from .comparison import Comparison
+from .measure import Contender, measure
+from .session_traffic import TYPES, Message, traffic
+
+TITLE = 'recording at four times the default rates: throughput and share of a processor'
+
+SESSION = 20.0
+"""Seconds of session in the throughput comparison."""
+
+PACED = 3.0
+"""Seconds of real time in each sample of the processor share."""
+
+Put = Callable[[Message], object]
+Opened = Callable[[Path], AbstractContextManager[Put]]
+
+
+def run(repeats: int) -> list[Comparison]:
+    """Measure throughput and processor share."""
+    messages = traffic(SESSION)
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / 'bag'
+        return [_throughput(messages, bag, repeats), _share(messages, bag, max(3, repeats // 2))]
+
+
+def _throughput(messages: list[Message], bag: Path, repeats: int) -> Comparison:
+    size = sum(len(message.cdr) for message in messages)
+    contenders = [
+        Contender(name, partial(_write, messages, opened, bag), len(messages))
+        for name, opened in WRITERS.items()
+    ]
+    entries = []
+    for entry in measure(contenders, repeats, scale=1e6):
+        rate = 1e6 / entry.spread.median
+        values = {'messages/s': rate, 'MB/s': rate * size / len(messages) / 1e6}
+        entries.append(replace(entry, values=values))
+    return Comparison(
+        'recorder_throughput',
+        'Recorder: as fast as possible',
+        'us / message',
+        f'{len(messages)} messages ({size / 1e6:.1f} MB, {SESSION:g} s of session) from opening '
+        'to closing the bag; MCAP, zstd',
+        entries,
+    )
+
+
+def _share(messages: list[Message], bag: Path, repeats: int) -> Comparison:
+    """Feed the messages in real time and read the process's clock, less the feeding."""
+    part = [message for message in messages if message.time <= PACED * 1e9]
+    contenders = [
+        Contender(name, partial(_write, part, opened, bag, paced=True), PACED)
+        for name, opened in {'nobody': _nobody, **WRITERS}.items()
+    ]
+    nobody, *others = measure(contenders, repeats, scale=100.0, clock=time.process_time)
+    entries = [
+        replace(entry, samples=tuple(np.subtract(entry.samples, nobody.samples).clip(1e-3)))
+        for entry in others
+    ]
+    return Comparison(
+        'recorder_share',
+        'Recorder: share of one processor at four times the default rates',
+        '% of a core',
+        f'{len(part)} messages fed in {PACED:g} s of real time; processor time of the whole '
+        'process, all threads, opening and closing included, less that of the feeding alone',
+        entries,
+    )
+
+
+def _write(messages: list[Message], opened: Opened, bag: Path, paced: bool = False) -> None:
+    """Write a bag, as fast as possible or in real time, and remove it."""
+    start = time.monotonic()
+    with opened(bag) as put:
+        for message in messages:
+            delay = message.time / 1e9 - (time.monotonic() - start) if paced else 0.0
+            if delay > 0.0:
+                time.sleep(delay)
+            put(message)
+    shutil.rmtree(bag, ignore_errors=True)
+
+
+@contextmanager
+def _nobody(path: Path) -> Iterator[Put]:
+    yield lambda message: None
+
+
+@contextmanager
+def _recorder(path: Path) -> Iterator[Put]:
+    recorder = Recorder(_bag(path), dropped_topic='/mlmem/session/dropped')
+    yield lambda message: recorder.put(message.topic, message.cdr, message.time)
+    status = recorder.close()
+    assert status.error is None
+    assert status.dropped == 0
+
+
+@contextmanager
+def _bag_writer(path: Path) -> Iterator[Put]:
+    with _bag(path) as writer:
+        yield lambda message: writer.write(message.topic, message.cdr, message.time)
+
+
+def _bag(path: Path) -> BagWriter:
+    writer = BagWriter(path)
+    for topic, kind in TYPES.items():
+        writer.add_topic(topic, kind)
+    return writer
+
+
+@contextmanager
+def _rosbags(path: Path) -> Iterator[Put]:
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer:
+        added = {t: writer.add_connection(t, k, typestore=store) for t, k in TYPES.items()}
+        yield lambda message: writer.write(added[message.topic], message.time, message.cdr)
+
+
+@contextmanager
+def _mcap(path: Path) -> Iterator[Put]:
+    from mcap.writer import Writer
+
+    path.mkdir()
+    with (path / 'bag.mcap').open('wb') as file:
+        writer = Writer(file)
+        writer.start('ros2')
+        channels = {}
+        for topic, kind in TYPES.items():
+            schema = writer.register_schema(kind, 'ros2msg', jazzy.definition(kind).text.encode())
+            channels[topic] = writer.register_channel(topic, 'cdr', schema)
+        yield lambda message: writer.add_message(
+            channels[message.topic], message.time, message.cdr, message.time
+        )
+        writer.finish()
+
+
+WRITERS: dict[str, Opened] = {
+    'BagWriter (ours)': _bag_writer,
+    'Recorder (ours, threaded)': _recorder,
+    'rosbags Writer': _rosbags,
+    'mcap Writer': _mcap,
+}
