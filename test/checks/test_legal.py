@@ -70,7 +70,7 @@ def test_many_legal_designs_are_judged(drawn):
 
 @pytest.mark.parametrize(
     'changes',
-    [{'eta': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
+    [{'eta': 0.0}, {'beta': 0.0, 'gamma': 0.0}, {'eta': 0.0, 'beta': 0.0, 'gamma': 0.0}],
 )
 def test_no_damping_and_no_defects_are_judged(changes):
     assert judge(dataclasses.replace(CASE_II, **changes), Settings()) is Verdict.FAIL

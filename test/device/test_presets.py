@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 import pytest
+from sampled import sampled
 
 from mlmem_ros.device import (
     PRESETS,
@@ -26,9 +27,7 @@ SOME = 'case_2', 'bits_2'
 """Presets with which a wall is strained by default; slow tests have them all."""
 
 
-@pytest.mark.parametrize(
-    'name', [n if n in SOME else pytest.param(n, marks=pytest.mark.slow) for n in PRESETS]
-)
+@pytest.mark.parametrize('name', sampled(PRESETS, lambda name: name in SOME))
 def test_a_strain_by_hand_keeps_the_content(name):
     """0.005 of either sign is well below what frees a wall; at twice the rate some are lost."""
     design, settings = preset(name)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sampled import sampled
 
 from mlmem_ros.device import (
     BLANK,
@@ -502,9 +503,10 @@ def test_a_calibration_that_fails_restores_the_content(written, monkeypatch):
     assert element.calibration is known
 
 
-def test_a_table_that_is_off_by_a_level_is_noticed(written):
+@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
+def test_a_table_that_is_off_by_a_level_is_noticed(written, names):
     """By a read, since the other end does not agree, and by a calibration at its first level."""
-    element = written(3, read=ReadSettings(end='right'))
+    element = written(3, read=ReadSettings(end=names))
     known = element.calibration.left.delays
     off = DelayTable((2.0 * known[0] - known[1], *known[:-1]))
     element.calibration = wrong = dataclasses.replace(element.calibration, left=off)
@@ -529,10 +531,11 @@ def test_a_wall_that_does_not_follow_gives_no_calibration(peaks, level):
     assert element.calibration is factory
 
 
-def test_an_end_without_echoes_gives_no_calibration(written):
+@pytest.mark.parametrize('names', sampled(('left', 'right'), lambda end: end == 'right'))
+def test_an_end_without_echoes_gives_no_calibration(written, names):
     """The left one's threshold is a cell: no level is confirmed."""
     deaf = rig.with_group('probe', v_th=1.0)
-    element = written(3, read=ReadSettings(end='right'), **deaf)
+    element = written(3, read=ReadSettings(end=names), **deaf)
     factory = element.calibration
     outcome = rig.run(element, Calibrate())
     assert 'level 0 gives no echo at the left end' in outcome.error

@@ -5,6 +5,7 @@
 import random
 
 import pytest
+from sampled import sampled
 
 from mlmem_ros.device import (
     Abort,
@@ -106,10 +107,7 @@ def test_bits_and_events_are_the_same_as_tick_by_tick(name):
         assert (live(element, story, last, length), end(element)) == expected
 
 
-@pytest.mark.parametrize(
-    'seed',
-    [n if 5 < n < 12 else pytest.param(n, marks=pytest.mark.slow) for n in range(200)],
-)
+@pytest.mark.parametrize('seed', sampled(range(200), lambda seed: 5 < seed < 12))
 def test_any_life_is_the_same_in_runs(seed):
     """For any legal design, settings and commands, including lost ticks."""
     chance = random.Random(seed)
@@ -147,7 +145,7 @@ def test_accelerations_within_a_run_are_those_of_its_ticks(rested):
     assert end(together) == end(alone)
 
 
-@pytest.mark.parametrize('begin', [12, 18, 24, 30, 39])
+@pytest.mark.parametrize('begin', sampled(range(12, 40, 3), lambda begin: begin % 6 == 0))
 def test_an_acceleration_is_felt_before_a_procedure_looks(begin):
     """A single jerk while a read drives its pulses, or listens, may last only for its own tick."""
     alone, together, told = rig.device(1), rig.device(1), ([], [])

@@ -8,6 +8,7 @@ sends a message every 2.5 ticks.
 
 import numpy as np
 import pytest
+from sampled import sampled
 
 from mlmem_ros.device import UNDECODABLE, Disturb, Outcome, Read, Write
 from mlmem_ros.device.end import End
@@ -115,7 +116,7 @@ def test_a_base_that_begins_to_shake_spoils_the_echo():
     assert events[-1].success
 
 
-@pytest.mark.parametrize('moment', range(1, 49, 8))
+@pytest.mark.parametrize('moment', sampled(range(1, 49, 4), lambda moment: moment % 8 == 1))
 def test_a_base_that_begins_to_shake_gives_no_wrong_level(moment):
     """At any tick of a read, which takes some 50: at 20 g for a while, then not at all."""
     element, course = rig.device(5), imu(20.0 * G, moment)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from sampled import sampled
 
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, jit
 from mlmem_ros.physics.inputs import Inputs
@@ -28,14 +29,7 @@ def test_the_loops_release_the_gil_and_keep_ieee_arithmetic(integrator):
 @pytest.mark.skipif(not jit.fused(), reason='every fma is a call')
 @pytest.mark.parametrize(
     ('name', 'substrate'),
-    [
-        ('pefrl', 'rigid'),
-        *(
-            pytest.param(*each, marks=pytest.mark.slow)
-            for each in product(INTEGRATORS, ('rigid', 'elastic'))
-            if each != ('pefrl', 'rigid')
-        ),
-    ],
+    sampled(product(INTEGRATORS, ('rigid', 'elastic')), lambda each: each == ('pefrl', 'rigid')),
 )
 def test_the_loops_are_vectorised(name, substrate):
     """Cell by cell they would be ten times slower: LLVM 14 leaves them so without our setting."""

@@ -7,6 +7,7 @@ All tests use one node. Each ends with a read that the node has to answer; the l
 
 import json
 import logging
+import signal
 from types import SimpleNamespace
 
 import pytest
@@ -27,7 +28,7 @@ from mlmem_ros.session.replay import replay
 
 @pytest.fixture(scope='module')
 def node(start_shared):
-    return start_shared({'scale.time': 1e-5})
+    return start_shared({'scale.time': 1e-5}, apart=True)
 
 
 @pytest.fixture
@@ -203,7 +204,7 @@ def test_sim_time_is_not_switched_while_time_runs(robot):
     assert 'not active' in result.reason
 
 
-def test_it_ends_well_after_all_that(node):
-    node.terminate()
+def test_ctrl_c_ends_it_after_all_that(node):
+    node.signal(signal.SIGINT)
     assert node.exit_status() == ENDED
     assert 'Traceback' not in node.output

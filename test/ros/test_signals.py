@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import rclpy
 from closed_bag import check_closed
@@ -143,3 +144,24 @@ def test_a_middleware_that_hangs_at_the_end_is_cut_off():
     finally:
         process.kill()
         process.communicate()
+
+
+def test_a_node_ends_with_the_tests_that_started_it():
+    """Otherwise it would answer requests of the next run in its domain."""
+    tests = (
+        'import time, mlmem_ros.testing\n'
+        'with mlmem_ros.testing.memory_node(apart=True) as node:\n'
+        '    print(node.pid, flush=True)\n'
+        '    time.sleep(60)'
+    )
+    killed = subprocess.Popen(
+        [sys.executable, '-c', tests], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    node = Path('/proc', killed.stdout.readline().strip(), 'stat')
+    assert node.exists()
+    killed.kill()
+    killed.communicate()
+    deadline = time.monotonic() + 10.0
+    while node.exists() and ') Z ' not in node.read_text():  # a zombie, perhaps
+        assert time.monotonic() < deadline
+        time.sleep(0.05)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import pytest
 from robot import Robot, values
 from rosgraph_msgs.msg import Clock
+from sampled import sampled
 
 from mlmem_ros.cli.main import main
 from mlmem_ros.session.data import load
@@ -51,7 +52,7 @@ class Simulator:
             self._thread.join()
 
 
-@pytest.mark.parametrize('reset', [pytest.param(99.9, marks=pytest.mark.slow), 0.5])
+@pytest.mark.parametrize('reset', sampled((99.9, 0.5), lambda reset: reset == 0.5))
 def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsys, reset):
     bag, mended = tmp_path / 'session', tmp_path / 'mended'
     node = start({'use_sim_time': True, 'scale.time': 1e-5, 'record.path': str(bag)})
@@ -75,7 +76,7 @@ def test_a_session_in_which_the_clock_jumped_back_replays(start, tmp_path, capsy
     assert 'exact' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('jump', [pytest.param(10.0, marks=pytest.mark.slow), 1e5])
+@pytest.mark.parametrize('jump', sampled((10.0, 1e5), lambda jump: jump == 1e5))
 def test_a_clock_that_jumps_forward_loses_no_time(start, jump):
     """A simulator that starts at 100 s, and is set forward during a write."""
     node = start({'use_sim_time': True, 'scale.time': 1e-5})
