@@ -23,6 +23,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mlmem_ros.contract.goals import action_types
+
 from ..results import load_kept, save
 from .comparison import Comparison
 from .host import describe_host
@@ -183,15 +185,21 @@ def _of(report: dict[str, float], *keys: str, **names: str) -> Seen:
 
 
 def keep_column(comparison: Comparison, file: Path) -> None:
-    """Write the figures of this processor to a result file, beside those of others that it has."""
+    """Write the figures of this processor to a result file, beside those of others that it has;
+    whether the nodes serve actions says much about a bank.
+    """
     host = describe_host()
     processor = f'{host["processor"]}, {host["cores"]} cores'
-    rows = {row['figure']: row for row in load_kept(file).get('rows', ())}
-    date_row = rows.setdefault('date', {'figure': 'date', 'goal': ''})
-    date_row[processor] = date.today().isoformat()
-    for entry in comparison.entries:
-        goal = FIGURES[entry.key].in_words()
-        rows.setdefault(entry.name, {'figure': entry.name, 'goal': goal})[processor] = _cell(entry)
+    kept = {row['figure']: row for row in load_kept(file).get('rows', ())}
+    about = {'date': date.today().isoformat(), 'actions': 'yes' if action_types() else 'no'}
+    found = {name: ('', value) for name, value in about.items()} | {
+        entry.name: (FIGURES[entry.key].in_words(), _cell(entry)) for entry in comparison.entries
+    }
+    rows = {
+        name: {**kept.get(name, {'figure': name, 'goal': goal}), processor: value}
+        for name, (goal, value) in found.items()
+    }
+    rows |= {name: row for name, row in kept.items() if name not in rows}
     save(file, {'rows': list(rows.values())}, 'mlmem bench node --result FILE')
 
 

@@ -68,9 +68,10 @@ def test_a_result_file_has_a_column_for_every_processor(comparison, tmp_path):
     keep_column(comparison, file)
     rows = json.loads(file.read_text())['rows']
     (ours,) = rows[0].keys() - {'figure', 'goal'}
-    assert [row['figure'] for row in rows[1:]] == [entry.name for entry in comparison.entries]
-    assert [row[ours] for row in rows[1:]] == ['0.3 (busy)', '9']
-    assert rows[1]['goal'] == 'at most 1'
+    names = [entry.name for entry in comparison.entries]
+    assert [row['figure'] for row in rows] == ['date', 'actions', *names]
+    assert [row[ours] for row in rows[2:]] == ['0.3 (busy)', '9']
+    assert rows[2]['goal'] == 'at most 1'
     file.write_text(json.dumps({'rows': [{**row, ours: '7', 'another': '8'} for row in rows]}))
     keep_column(comparison, file)
     assert json.loads(file.read_text())['rows'] == [{**row, 'another': '8'} for row in rows]
@@ -90,4 +91,6 @@ def test_all_benchmarks_go_to_one_result_file_and_the_node_beside_it(
         assert status == 0
     assert main(['bench', '--result', f'{tmp_path}/a.json', '--output', f'{tmp_path}']) == 2
     assert list(json.loads((tmp_path / 'all.json').read_text())['tables']) == ['kernel']
-    assert len(json.loads((tmp_path / 'node.json').read_text())['rows']) == 3
+    assert (
+        len(json.loads((tmp_path / 'node.json').read_text())['rows']) == 4
+    )  # with the date, and whether there are actions
