@@ -7,13 +7,21 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from ...device import DriverError, DriverHangs
 from ...host import REFUSALS, Host
 
-if TYPE_CHECKING:
-    from .node import MemoryNode
+
+class Node(Protocol):
+    """What is needed of the node."""
+
+    @property
+    def unconfigured(self) -> bool:
+        """Whether it is in that state."""
+
+    def start(self) -> None:
+        """Configure and activate; raises one of `REFUSALS`."""
 
 
 class Retries:
@@ -23,7 +31,7 @@ class Retries:
         waiting: Whether it waits for an element.
     """
 
-    def __init__(self, node: MemoryNode, host: Host, interval: Callable[[], float]) -> None:
+    def __init__(self, node: Node, host: Host, interval: Callable[[], float]) -> None:
         """Wait for nothing yet; the interval between two attempts is in seconds, 0 to give up."""
         self._node, self._host, self._interval = node, host, interval
         self.waiting = False
