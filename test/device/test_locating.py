@@ -60,6 +60,16 @@ def test_its_error_is_that_of_its_model_when_nothing_is_known_between_levels():
     assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])
 
 
+def test_the_only_level_of_case_1_is_located_by_the_group_velocity():
+    design, settings = preset('case_1')
+    element = with_walls(
+        design.j_0, design=design, calibration=factory_calibration(design, settings),
+        **settings.groups(),
+    )  # fmt: skip
+    found = located(element)
+    assert found['position'] == pytest.approx(first(element), abs=MOST * found['position_std'])
+
+
 def test_a_blank_element_has_no_wall_and_no_position():
     element = rig.device()
     assert located(element) == {'walls': 0}

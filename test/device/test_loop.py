@@ -11,6 +11,7 @@ import math
 import threading
 import time
 from concurrent.futures import wait
+from unittest.mock import Mock
 
 import pytest
 
@@ -703,6 +704,15 @@ def test_a_single_tick_is_answered_even_if_the_pause_ends_first(start):
 
 
 # --- commands and answers ---------------------------------------------------------------------
+
+
+def test_a_fault_of_the_program_in_a_command_is_its_answer_and_ends_the_loop(start):
+    element, fault = rig.device(), RuntimeError('a fault of the program')
+    element.apply = Mock(side_effect=fault)
+    loop = start(element)
+    assert loop.submit(Read()).answer.exception(PATIENCE) is fault
+    until(lambda: loop.failure is fault)
+    assert refusal(loop.submit(Read())) == f'the device has stopped: {fault}'
 
 
 def test_a_procedure_is_answered_when_it_ends(start):

@@ -55,6 +55,13 @@ def test_a_reset_element_is_as_new(lost):
     assert rig.succeed(lost, Write(1)).level == 1
 
 
+def test_a_reset_fails_if_the_new_element_is_not_heard(lost):
+    lost.apply(SetFaults(Faults(sensor_dropout=1.0)))
+    outcome = rig.run(lost, Reset())
+    assert not outcome.success
+    assert outcome.error.startswith('the new element does not sound blank: ')
+
+
 def test_a_reset_is_repeated_to_the_bit(lost):
     twin = rig.device()
     snapshot.restore(twin, snapshot.take(lost))

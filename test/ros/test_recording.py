@@ -16,6 +16,7 @@ from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.reader import BagReader
 from mlmem_ros.cli.main import main
+from mlmem_ros.device.end import End
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
@@ -94,6 +95,19 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
     assert report.hashes >= 10
     assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
     assert len(heard['echo']) == ECHOES
+
+
+def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path):
+    """They are what `mlmem fit` takes."""
+    bag = tmp_path / 'session'
+    node = start({'design.preset': 'bits_1', 'scale.time': 1e-5, 'record.path': str(bag)})
+    with Robot(node.element) as robot:
+        shots = robot.trigger('survey')['shots']
+    node.terminate()
+    session = load(bag)
+    assert len(session.shots) == shots > 5
+    assert {shot.end for shot in session.shots} == set(End)
+    assert replay(session).exact
 
 
 def test_a_kill_loses_neither_an_acknowledged_write_nor_a_synced_chunk(start, tmp_path, capsys):
