@@ -104,6 +104,7 @@ def test_a_session_holds_the_shots_of_a_survey_and_replays_them(start, tmp_path)
     with Robot(node.element) as robot:
         shots = robot.trigger('survey')['shots']
     node.terminate()
+    assert node.exit_status() == 0
     session = load(bag)
     assert len(session.shots) == shots > 5
     assert {shot.end for shot in session.shots} == set(End)
