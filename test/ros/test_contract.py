@@ -13,6 +13,7 @@ import math
 import pytest
 from rclpy.node import NodeNameNonExistentError
 from robot import BLANK, IN, OUT, SERVICES, Robot, values
+from sampled import sampled
 
 CELLS, PERIOD, LEVELS = 225, 25, 8
 SCALE = 0.01  # scale.length: metres per cell
@@ -22,7 +23,7 @@ SIMULATED = ('field', 'wall')
 """Topics that exist only for a simulated element."""
 
 
-@pytest.fixture(scope='module', params=['sim', pytest.param('rig', marks=pytest.mark.slow)])
+@pytest.fixture(scope='module', params=sampled(('sim', 'rig'), lambda driver: driver == 'sim'))
 def driver(request):
     """A simulation, and an emulated rig in another process."""
     return request.param

@@ -15,6 +15,7 @@ from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from robot import SERVICES, Robot
+from sampled import sampled
 from sensor_msgs.msg import Imu
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -133,7 +134,7 @@ class Storm:
         self.send('change_state', request, ChangeState)
 
 
-@pytest.mark.parametrize('length', [150, pytest.param(20_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize('length', sampled((150, 20_000), lambda length: length == 150))
 def test_the_node_survives_a_storm(start, tmp_path, length):
     node = start(
         {

@@ -10,6 +10,7 @@ import dataclasses
 import functools
 
 import pytest
+from sampled import sampled
 
 from mlmem_lab.designer import DesignNotFound, propose, searched
 from mlmem_lab.designer.going_back import going_back
@@ -23,9 +24,7 @@ from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
 
 QUICK, LARGE = (1, 2, 4), (5, 6, 8)
-BITS = pytest.mark.parametrize(
-    'bits', [*QUICK, *(pytest.param(bits, marks=pytest.mark.slow) for bits in LARGE)]
-)
+BITS = pytest.mark.parametrize('bits', sampled((*QUICK, *LARGE), lambda bits: bits in QUICK))
 
 
 proposed = functools.cache(propose)

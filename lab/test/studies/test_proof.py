@@ -6,6 +6,7 @@ import dataclasses
 
 import pytest
 from bare_writes import writes
+from sampled import sampled
 
 from mlmem_lab.designer import propose
 from mlmem_lab.studies.proof import Proof, Tally
@@ -28,9 +29,7 @@ def test_four_levels_are_found_and_proven():
     assert tally.level_margin > 0.5
 
 
-@pytest.mark.parametrize(
-    'levels', [2, 3, *(pytest.param(many, marks=pytest.mark.slow) for many in (7, 24))]
-)
+@pytest.mark.parametrize('levels', sampled((2, 3, 7, 24), lambda levels: levels < 7))
 def test_both_peaks_of_a_write_may_be_off_by_three_tenths(levels):
     """The plain schedule of the paper's element fails there."""
     found = propose(levels)
