@@ -46,7 +46,7 @@ coverage: lint interfaces
 	@status=0; for floor in $(FLOORS); do \
 	  package=$${floor%=*}; printf '%-8s branch coverage in %%: ' $$package; \
 	  $(VENV)/coverage report --format=total --fail-under=$${floor#*=} \
-	    --include="*/mlmem_ros/$$package/*" || status=$$?; \
+	    --include="*/mlmem_*/$$package/*" || status=$$?; \
 	done; exit $$status
 
 # What it has left uncovered, line by line.

@@ -4,7 +4,8 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-PACKAGE = 'mlmem_ros'
+PACKAGE, TOOLS = 'mlmem_ros', 'mlmem_tools'
+"""What a robot runs, and what people use around it."""
 
 EXTRAS = {
     # ROS 2 Jazzy from wheels; a robot has it from apt.
@@ -43,11 +44,11 @@ setup(
     description='Mechanical multi-level memory for robots, as a ROS 2 device',
     license='Apache-2.0',
     maintainer='The mlmem_ros authors',
-    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*', TOOLS, f'{TOOLS}.*']),
     package_data={
         f'{PACKAGE}.ros': ['*.xml'],
         f'{PACKAGE}.testing': ['*.xml'],
-        f'{PACKAGE}.view': ['static/*', 'static/*/*'],
+        f'{TOOLS}.view': ['static/*', 'static/*/*'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
@@ -64,8 +65,19 @@ setup(
         'console_scripts': [
             'memory_node = mlmem_ros.ros.main:main',
             'memory_bank = mlmem_ros.ros.main:bank',
-            'mlmem = mlmem_ros.cli.main:main',
-        ]
+            'mlmem = mlmem_tools.cli.main:main',
+        ],
+        # How mlmem_ros reaches mlmem_tools, which imports it.
+        'mlmem_ros.tools': [
+            'command_line = mlmem_tools.cli.main:main',
+            'design_check = mlmem_tools.checks:check',
+            'residual_monitor = mlmem_tools.twin.watcher:Watcher',
+            'MemoryBank = mlmem_tools.bank.bank:MemoryBank',
+            'Corrected = mlmem_tools.bank.word:Corrected',
+            'Word = mlmem_tools.bank.word:Word',
+            'LostWord = mlmem_tools.bank.word_code:LostWord',
+            'TornWord = mlmem_tools.bank.word_code:TornWord',
+        ],
     },
     zip_safe=True,
 )

@@ -17,9 +17,6 @@ from .version import __version__
 if TYPE_CHECKING:
     from .contract.answers import Calibrated, Decoded, Done, SelfTested
     from .contract.errors import BankFailed, NoAnswer, RequestError, RequestFailed, RequestRefused
-    from .contract.word import Corrected, Word
-    from .contract.word_code import LostWord, TornWord
-    from .ros.client.bank import MemoryBank
     from .ros.client.client import MemoryClient
     from .ros.client.reply import Reply
     from .ros.client.standalone import standalone
@@ -33,9 +30,6 @@ __all__ = [
 
 _HOMES = {
     'contract.answers': ('Calibrated', 'Decoded', 'Done', 'SelfTested'),
-    'ros.client.bank': ('MemoryBank',),
-    'contract.word': ('Corrected', 'Word'),
-    'contract.word_code': ('LostWord', 'TornWord'),
     'ros.client.client': ('MemoryClient',),
     'contract.errors': (
         'BankFailed',
@@ -50,11 +44,18 @@ _HOMES = {
 }
 """Modules, and the names they define."""
 
+_TOOLS = ('Corrected', 'LostWord', 'MemoryBank', 'TornWord', 'Word')
+"""Names that `mlmem_tools` defines."""
+
 
 def __getattr__(name: str) -> Any:
     for module, names in _HOMES.items():
         if name in names:
             return getattr(import_module(f'.{module}', __name__), name)
+    if name in _TOOLS:
+        from .packages import tool
+
+        return tool(name).load()
     raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
 
 

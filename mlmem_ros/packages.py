@@ -1,8 +1,13 @@
 # Copyright 2026 The mlmem_ros authors
 # SPDX-License-Identifier: Apache-2.0
-"""How to install an optional package that is missing."""
+"""What other packages add to this one, and how to install one that is missing."""
 
 from __future__ import annotations
+
+from importlib.metadata import EntryPoint, entry_points
+
+TOOLS = 'mlmem_ros.tools'
+"""Entry points of what a node or a robot's code asks of `mlmem_tools`, which imports us."""
 
 DEBIAN = {
     'numpy': 'python3-numpy',
@@ -30,6 +35,25 @@ ROS = (
 """ROS 2 packages that the node or its clients use."""
 
 
+def added(group: str) -> dict[str, EntryPoint]:
+    """Return what is installed of a group of entry points, by name."""
+    return {each.name: each for each in entry_points(group=group)}
+
+
+def tool(name: str) -> EntryPoint:
+    """Return a tool, not loaded yet.
+
+    Raises:
+        ModuleNotFoundError: Our distribution is not installed, or older than its files.
+    """
+    if (found := added(TOOLS).get(name)) is None:
+        raise ModuleNotFoundError(
+            f'{name} of mlmem_tools is not installed: install mlmem_ros again',
+            name='mlmem_tools',
+        )
+    return found
+
+
 def advice(name: str) -> str:
     """Return in one line how to install a package, given its import name."""
     if name in ROS:
@@ -51,6 +75,8 @@ def missing(error: ModuleNotFoundError) -> str:
     name = (error.name or '').partition('.')[0]
     if name in ROS:
         return f'this needs ROS 2: {advice(name)}'
+    if name == 'mlmem_tools':
+        return f'{error}'
     if name == 'mlmem_lab':
         return 'the laboratory is missing; in a checkout: pip install ./lab'
     return f'the Python package {name} is missing: {advice(name)}'

@@ -117,7 +117,7 @@ def loops(tmp_path_factory):
 def emulated_rig(*options):
     """Run an emulated rig in its own process; yield its address."""
     command = ['rig', *options]
-    with child('mlmem_ros.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
+    with child('mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True) as process:
         yield process.stdout.readline().strip()
 
 

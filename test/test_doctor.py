@@ -9,12 +9,12 @@ from collections import namedtuple
 
 import pytest
 
-from mlmem_ros.cli import checkup, doctor
-from mlmem_ros.cli.checkup import Diagnosis
-from mlmem_ros.cli.main import main
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.physics import INTEGRATORS
 from mlmem_ros.verdict import Verdict
+from mlmem_tools.cli import checkup, doctor
+from mlmem_tools.cli.checkup import Diagnosis
+from mlmem_tools.cli.main import main
 
 PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
 
@@ -111,7 +111,7 @@ def test_a_missing_node_is_a_warning_and_this_machine_is_fine(tmp_path):
         pytest.skip('rclpy is not installed')
     command = ['doctor', '--node', 'nobody', '--wait', '0.2', '--records', str(tmp_path)]
     done = subprocess.run(
-        [sys.executable, '-m', 'mlmem_ros.cli.main', *command],
+        [sys.executable, '-m', 'mlmem_tools.cli.main', *command],
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

@@ -12,11 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros.cli import laboratory
-from mlmem_ros.cli import main as cli
-from mlmem_ros.cli.command import Command
+from mlmem_ros import packages
+from mlmem_tools.cli import laboratory
+from mlmem_tools.cli import main as cli
+from mlmem_tools.cli.command import Command
 
 ROOT = Path(__file__).parent.parent
+OURS = ('mlmem_ros', 'mlmem_tools', 'test')
 
 
 def declared(group=laboratory.COMMANDS):
@@ -27,7 +29,11 @@ def declared(group=laboratory.COMMANDS):
 
 def test_nothing_here_imports_it():
     imports = re.compile(r'^\s*(from|import) mlmem_lab', re.MULTILINE)
-    sources = (each for name in ('mlmem_ros', 'test') for each in (ROOT / name).rglob('*.py'))
+    sources = (
+        each
+        for name in ('mlmem_ros', 'mlmem_tools', 'test')
+        for each in (ROOT / name).rglob('*.py')
+    )
     assert [str(each) for each in sources if imports.search(each.read_text())] == []
 
 
@@ -42,7 +48,7 @@ def test_its_commands_are_known_by_name():
 def test_a_command_leaves_the_other_cores_alone():
     """What it sets is in time: nothing has loaded numpy before."""
     program = (
-        'import os, sys; from mlmem_ros.cli.main import main; '
+        'import os, sys; from mlmem_tools.cli.main import main; '
         'assert "numpy" not in sys.modules; main(["inspect", "test/data/life"]); '
         'assert "numpy" in sys.modules; print(os.environ["OPENBLAS_NUM_THREADS"])'
     )
@@ -54,7 +60,7 @@ def test_a_command_leaves_the_other_cores_alone():
 
 
 def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
-    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
     for name in laboratory.NAMES:
         assert cli.main([name, '--json']) == 1
         told = capsys.readouterr().err
@@ -64,7 +70,7 @@ def test_without_it_the_command_says_what_to_install(monkeypatch, capsys):
 
 def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
     points = [EntryPoint(name, place, laboratory.COMMANDS) for name, place in declared().items()]
-    monkeypatch.setattr(laboratory, 'entry_points', lambda group: points)
+    monkeypatch.setattr(packages, 'entry_points', lambda group: points)
     assert set(laboratory.NAMES) <= set(cli.parser().format_help().split())
     with pytest.raises(SystemExit):
         cli.main(['measured', '--help'])
@@ -81,14 +87,14 @@ def test_with_it_the_command_is_found_and_listed(monkeypatch, capsys):
     ids=' '.join,
 )
 def test_without_it_a_command_that_needs_a_part_says_so(words, monkeypatch, capsys):
-    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
     assert cli.main(words) == 1
     assert 'the laboratory is missing' in capsys.readouterr().err
 
 
 def test_without_it_a_design_is_checked(monkeypatch, capsys):
     """A node that refuses a design names this command."""
-    monkeypatch.setattr(laboratory, 'entry_points', lambda group: [])
+    monkeypatch.setattr(packages, 'entry_points', lambda group: [])
     assert cli.main(['design', 'check', 'bits_1', '--brief']) == 0
 
 

@@ -13,8 +13,8 @@ ROOT = Path(__file__).parent.parent
 TOOL = SimpleNamespace(**runpy.run_path(str(ROOT / 'tools' / 'architecture.py')))
 
 LAYERS = (
-    'physics', 'device', 'twin', 'checks', 'rig', 'bag', 'contract', 'session', 'host', 'ros',
-    'view', 'testing', 'cli',
+    'physics', 'device', 'rig', 'bag', 'contract', 'session', 'host', 'ros', 'testing',
+    'tools.twin', 'tools.checks', 'tools.rig', 'tools.bank', 'tools.view', 'tools.cli',
 )  # fmt: skip
 """A package imports from itself and from those before it, through the files beside them, too."""
 

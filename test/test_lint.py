@@ -19,7 +19,7 @@ HEADER = [
     '# Copyright 2026 The mlmem_ros authors',
     '# SPDX-License-Identifier: Apache-2.0',
 ]
-CODE = ('mlmem_ros', 'lab', 'test', 'tools', 'launch', 'examples')
+CODE = ('mlmem_ros', 'mlmem_tools', 'lab', 'test', 'tools', 'launch', 'examples')
 SOURCES = sorted(path for folder in CODE for path in (ROOT / folder).rglob('*.py'))
 
 ONCE = ['name', 'version', 'description', 'license']
@@ -98,7 +98,7 @@ def test_package_xml_follows_the_order_of_its_schema():
 def test_every_ros_package_that_is_imported_is_declared():
     declared = {element.text for tag in DEPENDS for element in package().findall(tag)}
     found = set()
-    for path in (ROOT / 'mlmem_ros').rglob('*.py'):
+    for path in ROOT.glob('mlmem_[rt]o*/**/*.py'):
         for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom) and node.level == 0:

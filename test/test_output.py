@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from mlmem_ros.cli.main import SUBCOMMANDS, main
-from mlmem_ros.cli.output import plain_table, print_json
 from mlmem_ros.session.data import load
+from mlmem_tools.cli.main import SUBCOMMANDS, main
+from mlmem_tools.cli.output import plain_table, print_json
 
 LIFE = Path(__file__).parent / 'data' / 'life'
 

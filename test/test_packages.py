@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from mlmem_ros import packages
-from mlmem_ros.cli.main import main
+from mlmem_tools.cli.main import main
 
 HIDDEN = """
 import sys
@@ -55,7 +55,7 @@ def test_a_node_that_is_to_record_says_what_that_needs():
 
 def test_a_command_names_the_missing_package():
     done = python(
-        'import mlmem_ros.cli.main as cli; sys.exit(cli.main(sys.argv[1:]))', 'inspect', 'bag'
+        'import mlmem_tools.cli.main as cli; sys.exit(cli.main(sys.argv[1:]))', 'inspect', 'bag'
     )
     assert done.returncode == 1
     assert done.stderr.startswith('mlmem inspect: the Python package ')

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 import yaml
 
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import PRESETS, Settings, SettingsError, preset
 from mlmem_ros.device.settings import EraseSettings, WriteSettings
 from mlmem_ros.parameter_file import ParameterFileError, load, node_parameters, parse, text_of
 from mlmem_ros.physics import CASE_II, DesignError
 from mlmem_ros.ros.node.declarations import groups
+from mlmem_tools.cli.main import main
 
 CONFIG = Path(__file__).parent.parent / 'config'
 

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 SOURCES = sorted(
-    path for folder in ('mlmem_ros', 'lab/mlmem_lab', 'launch', 'examples', 'tools')
+    path for folder in ('mlmem_ros', 'mlmem_tools', 'lab/mlmem_lab', 'launch', 'examples', 'tools')
     for path in (ROOT / folder).rglob('*.py')
 )  # fmt: skip
 

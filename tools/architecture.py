@@ -14,14 +14,15 @@ from xml.sax.saxutils import escape
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / 'docs' / 'images' / 'architecture.svg'
-SOURCE = ROOT / 'mlmem_ros'
+SOURCES = {'': ROOT / 'mlmem_ros', 'tools.': ROOT / 'mlmem_tools'}
+"""Our two packages; what the second is made of is named with the word in front."""
 
 WIDTH, GAP, BETWEEN, EDGE = 196, 20, 38, 16
 LINE, LETTER, PADDING = 15, 7.0, 10  # a note of 11 px in the widest of common fonts
 
 HEAD = """\
 <svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif">
-<title>The packages of mlmem_ros; an arrow points to what is imported</title>
+<title>The packages of mlmem_ros and mlmem_tools; an arrow points to what is imported</title>
 <defs>
 <marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7"
  orient="auto"><path d="M0 0 L8 4 L0 8 z" fill="#1f67ad"/></marker>
@@ -37,31 +38,40 @@ HEAD = """\
 Graph = dict[str, set[str]]
 
 
-def imported(path: Path) -> set[tuple[str, ...]]:
-    """Return what a file imports from the package, as its parts below mlmem_ros."""
-    here = path.relative_to(SOURCE).parts[:-1]
+def imported(path: Path) -> set[str]:
+    """Return what a file imports of both packages, by the names in the graph."""
+    here = path.relative_to(ROOT).parts[:-1]
     found: set[tuple[str, ...]] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
         if isinstance(node, ast.Import):
             found |= {tuple(alias.name.split('.')) for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            above = ('mlmem_ros', *here[: len(here) - node.level + 1]) if node.level else ()
+            above = here[: len(here) - node.level + 1] if node.level else ()
             parts = (*above, *(node.module or '').split('.'))
             found |= {(*filter(None, parts), alias.name) for alias in node.names}
-    return {parts[1:] for parts in found if parts[0] == 'mlmem_ros' and len(parts) > 1}
+    heads = {source.name: prefix for prefix, source in SOURCES.items()}
+    return {heads[parts[0]] + parts[1] for parts in found if parts[0] in heads and parts[1:]}
 
 
 @cache
 def graph() -> tuple[Graph, Graph]:
     """Return what each package, and each file beside them, imports of one another."""
-    packages = {path.parent.name for path in SOURCE.glob('*/__init__.py')}
-    files = {path.stem: [path] for path in SOURCE.glob('*.py') if path.stem != '__init__'}
-    files |= {name: list((SOURCE / name).rglob('*.py')) for name in packages}
+    packages = {
+        prefix + path.parent.name: list(path.parent.rglob('*.py'))
+        for prefix, source in SOURCES.items()
+        for path in source.glob('*/__init__.py')
+    }
+    files = {
+        prefix + path.stem: [path]
+        for prefix, source in SOURCES.items()
+        for path in source.glob('*.py')
+        if path.stem != '__init__'
+    } | packages
     every = {
-        name: {parts[0] for path in paths for parts in imported(path)} & set(files) - {name}
+        name: {other for path in paths for other in imported(path)} & set(files) - {name}
         for name, paths in files.items()
     }
-    return {k: every[k] for k in packages}, {k: every[k] for k in set(files) - packages}
+    return {k: every[k] for k in packages}, {k: every[k] for k in set(files) - set(packages)}
 
 
 def reached(imports: Graph) -> Graph:
@@ -96,7 +106,9 @@ def rows(imports: Graph) -> list[list[str]]:
 
 def note(name: str) -> list[str]:
     """Return the first sentence of a package's docstring, in lines that fit."""
-    text = ast.get_docstring(ast.parse((SOURCE / name / '__init__.py').read_text('utf-8'))) or ''
+    prefix, _, folder = name.rpartition('.')
+    file = SOURCES[f'{prefix}.' if prefix else ''] / folder / '__init__.py'
+    text = ast.get_docstring(ast.parse(file.read_text('utf-8'))) or ''
     sentence = text.partition('\n')[0].partition('. ')[0].rstrip('.')
     return textwrap.wrap(sentence.replace('`', ''), int((WIDTH - 2 * PADDING) / LETTER))
 

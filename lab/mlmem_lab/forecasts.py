@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import sys
 
-from mlmem_ros.checks import check
 from mlmem_ros.device import preset
+from mlmem_tools.checks import check
 
 from .results import FOLDER, save
 

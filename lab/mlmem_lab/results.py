@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros import __version__
-from mlmem_ros.cli.output import plain
 from mlmem_ros.device import Erase, MemoryElement, Read, Write, new_element, preset
 from mlmem_ros.durable import write_atomically
+from mlmem_tools.cli.output import plain
 
 from .bench.host import describe_host
 from .decisions import decisions

@@ -11,11 +11,11 @@ import pytest
 from mlmem_lab.plans.plan import plan
 from mlmem_lab.studies.bench import Bench
 from mlmem_ros import element_file
-from mlmem_ros.checks import check
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Scatter, Specimen, scattered
+from mlmem_tools.checks import check
+from mlmem_tools.cli.main import main
 
 CHOSEN = preset('bits_1')
 JUDGES = {

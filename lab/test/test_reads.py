@@ -11,9 +11,9 @@ from mlmem_lab.reads import command, count
 from mlmem_lab.reads.count import IN_A_ROW, Counts, bad_cells, names, rows, total, true_level
 from mlmem_lab.reads.elements import DESIGNED, known
 from mlmem_lab.results import APART, fingerprint, with_reads
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import PRESETS
 from mlmem_ros.device.reading import UNDECODABLE
+from mlmem_tools.cli.main import main
 
 
 def mlmem_reads(*arguments):

@@ -25,8 +25,8 @@ from mlmem_ros.physics import (
 )
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.stepping import substep_times
-from mlmem_ros.rig.sensors import Sensors
 from mlmem_ros.ros.node_process import child
+from mlmem_tools.rig.sensors import Sensors
 
 DT = 0.25
 PULSE = Settings().probe
@@ -117,7 +117,7 @@ def test_the_command_tells_the_truth(tmp_path):
     truth = tmp_path / 'truth.json'
     options = ['rig', '--scatter', '1e-4', '--seed', '7', '--truth', str(truth), '--at-once']
     options += ['--integrator', 'rk4', '--friction', '1e-7']
-    with child('mlmem_ros.cli.main', options, stdout=subprocess.PIPE, text=True) as process:
+    with child('mlmem_tools.cli.main', options, stdout=subprocess.PIPE, text=True) as process:
         address = process.stdout.readline().strip()
         told = json.loads(truth.read_text())
         expected = scattered(CASE_II, Scatter(alpha=1e-4), 7)

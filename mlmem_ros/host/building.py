@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ..device import (
     Calibration,
     DriverError,
+    Event,
     Faults,
     MemoryElement,
     Refused,
@@ -28,7 +30,19 @@ from .worker import Worker
 if TYPE_CHECKING:
     from ..element_file import Element
     from .store import Store
-    from .watcher import Watcher
+
+
+class ResidualMonitor(Protocol):
+    """Compares every clean read with the forecast of a twin (`mlmem_tools.twin.watcher`)."""
+
+    text: str
+    """What has changed, in words; empty as long as all is as forecast."""
+
+    def hear(self, events: Sequence[Event]) -> None:
+        """Take the events of a tick, in the loop's thread."""
+
+    def values(self) -> dict[str, Any]:
+        """Return values for diagnostics, by name."""
 
 
 class Built(NamedTuple):
@@ -36,7 +50,7 @@ class Built(NamedTuple):
 
     element: MemoryElement
     store: Store | Unkept
-    watcher: Watcher | None
+    watcher: ResidualMonitor | None
 
 
 def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Built:
@@ -63,10 +77,10 @@ def built(given: Parameters, log: ThrottledLog, disk: Worker, name: str) -> Buil
         element = store.new_element(given.design, given.settings, driver)
         watcher = None
         if twin is not None:
-            from .watcher import Watcher  # most nodes have none
+            from ..packages import tool  # most nodes have none
 
             element.forecast = _forecast(twin, given, log)
-            watcher = Watcher(twin, element, log)
+            watcher = tool('residual_monitor').load()(twin, element, log)
         _check_faults(element, given.faults)
         store.restore(element)
         undo.pop_all()

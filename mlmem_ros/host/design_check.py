@@ -12,10 +12,12 @@ import contextlib
 import hashlib
 import json
 from functools import cache, lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..device import Settings
+from ..packages import tool
 from ..physics import NOH_BATHE, Design, DesignError
 from ..physics.jit import cache_folder
 from ..verdict import Verdict
@@ -34,8 +36,12 @@ FILE_NAME = 'design_checks.json'
 MOST = 64
 """Number of designs cached, the latest ones."""
 
-DEPENDS_ON = ('physics', 'device', 'checks')
-"""Packages on whose source a check depends."""
+CHECK = 'design_check'
+"""The tool that checks; a finding depends on its package and on all that this one is made of but
+what only serves it."""
+
+SERVES = ('bag', 'contract', 'host', 'rig', 'ros', 'session', 'testing')
+"""Packages of ours that no check reaches."""
 
 
 def check_design(design: Design, settings: Settings, mode: str, log: ThrottledLog) -> None:
@@ -66,8 +72,9 @@ def findings(design: Design, settings: Settings) -> list[Found]:
     path, key = _path(), _key(design, settings)
     cached = _read(path)
     if key not in cached:
-        from ..checks import check  # a design that is known needs none of it
-        from ..durable import write_atomically
+        from ..durable import write_atomically  # a design that is known needs none of it
+
+        check = tool(CHECK).load()
 
         cached[key] = [
             (each.name, each.verdict.value, each.text)
@@ -99,6 +106,10 @@ def _key(design: Design, settings: Settings) -> str:
 
 @cache
 def _source() -> str:
-    package = Path(__file__).parents[1]
-    files = sorted(path for name in DEPENDS_ON for path in package.joinpath(name).rglob('*.py'))
+    ours = Path(__file__).parents[1]
+    files = [each for each in ours.rglob('*.py') if each.relative_to(ours).parts[0] not in SERVES]
+    found = find_spec(tool(CHECK).module)
+    if found is not None and found.origin is not None:
+        files += Path(found.origin).parent.rglob('*.py')
+    files.sort()
     return hashlib.sha256(b''.join(path.read_bytes() for path in files)).hexdigest()

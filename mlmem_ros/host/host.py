@@ -21,7 +21,7 @@ from ..device.mailbox import Asked
 from ..device.open_requests import Stamped
 from ..device.pacing import Pacer
 from ..physics import StateError
-from .building import built
+from .building import ResidualMonitor, built
 from .errors import REFUSALS
 from .requests import Requests
 from .rescue import Rescue, let_go
@@ -34,7 +34,6 @@ from .worker import Worker
 if TYPE_CHECKING:
     from .store import Store
     from .transcript import Transcript
-    from .watcher import Watcher
 
 
 Listener = Callable[[Sequence[Event]], None]
@@ -70,7 +69,7 @@ class Host(Requests):
         """
         self.log = ThrottledLog(log)
         super().__init__(Sessions(self.log, now))
-        self.watcher: Watcher | None = None
+        self.watcher: ResidualMonitor | None = None
         self._unsaved = False  # the content, at the end of the last life
         self._cut_short = 0  # recordings
         self._name = name

@@ -7,7 +7,7 @@ import sys
 
 from mlmem_ros.bag.metadata import read_metadata
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.repairing import repair
+from mlmem_tools.repairing import repair
 
 # Records without end, syncs after every tenth message and then says how many are safe.
 RECORDER = """

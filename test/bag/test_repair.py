@@ -9,7 +9,7 @@ from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.mcap_part import McapPart
 from mlmem_ros.bag.metadata import LOST
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.bag.repairing import repair
+from mlmem_tools.repairing import repair
 
 
 @pytest.fixture

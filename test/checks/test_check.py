@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mlmem_ros.checks import (
+from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
+from mlmem_ros.device.end import End
+from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
+from mlmem_ros.parameter_file import load
+from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_tools.checks import (
     Report,
     Verdict,
     check,
@@ -25,17 +32,10 @@ from mlmem_ros.checks import (
     steps,
     wall,
 )  # fmt: skip
-from mlmem_ros.checks.echo_forecast import forecast_echo
-from mlmem_ros.checks.echo_range import echo_strength
-from mlmem_ros.checks.launch import launched
-from mlmem_ros.checks.subject import Subject, sample
-from mlmem_ros.device import MemoryElement, Settings, factory_calibration, preset
-from mlmem_ros.device.end import End
-from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings
-from mlmem_ros.parameter_file import load
-from mlmem_ros.physics import CASE_II, Specimen
-from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_tools.checks.echo_forecast import forecast_echo
+from mlmem_tools.checks.echo_range import echo_strength
+from mlmem_tools.checks.launch import launched
+from mlmem_tools.checks.subject import Subject, sample
 
 
 @pytest.fixture(scope='module')

@@ -8,12 +8,12 @@ import itertools
 import numpy as np
 import pytest
 
-from mlmem_ros.checks.echo_forecast import echo_response, propagation
 from mlmem_ros.device.end import End
 from mlmem_ros.physics import CASE_II, Chain, HeldCell, Specimen, substep_times
 from mlmem_ros.physics.dispersion import wavenumber
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.methods import NOH_BATHE
+from mlmem_tools.checks.echo_forecast import echo_response, propagation
 
 UNIFORM = dataclasses.replace(CASE_II, gamma=0.0, beta=0.0)
 

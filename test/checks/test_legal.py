@@ -11,12 +11,12 @@ import warnings
 import legal
 import pytest
 
-from mlmem_ros import checks
-from mlmem_ros.checks import Verdict, check
 from mlmem_ros.device import Settings, SettingsError
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.settings import ActuatorSettings
 from mlmem_ros.physics import CASE_II
+from mlmem_tools import checks
+from mlmem_tools.checks import Verdict, check
 
 QUICK = (checks.material, checks.waves, checks.wall, checks.echo_range, checks.echoes)
 

@@ -10,16 +10,16 @@ import oracle
 import pytest
 from scipy.optimize import minimize
 
-from mlmem_ros.checks.quasistatic import (
+from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
+from mlmem_ros.physics.equilibrium import relax, resting_wall
+from mlmem_ros.physics.excerpt import excerpt
+from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_tools.checks.quasistatic import (
     depinning_strain,
     held_landscape,
     lattice_ripple,
     self_energy,
 )
-from mlmem_ros.physics import CASE_I, CASE_II, Specimen, StateError
-from mlmem_ros.physics.equilibrium import relax, resting_wall
-from mlmem_ros.physics.excerpt import excerpt
-from mlmem_ros.physics.held_wall import hold_walls
 
 
 @pytest.mark.parametrize(('low', 'high'), [(30, 60), (110, 140), (190, 224)])

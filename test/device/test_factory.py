@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mlmem_ros.checks.echo_forecast import forecast_echo
 from mlmem_ros.device import (
     ProcedureFailed,
     Read,
@@ -24,6 +23,7 @@ from mlmem_ros.device.settings import ProbeSettings, ReadSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_I, CASE_II, PEFRL, Chain, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_tools.checks.echo_forecast import forecast_echo
 
 from . import rig
 

@@ -4,9 +4,6 @@
 
 import pytest
 
-from mlmem_ros.checks import Report, material
-from mlmem_ros.checks.echo_forecast import forecast_echo
-from mlmem_ros.checks.subject import Subject
 from mlmem_ros.device import Erase, Read, Settings, SettingsError, Write, new_element
 from mlmem_ros.device.calibration import calibration_key
 from mlmem_ros.device.end import End
@@ -15,6 +12,9 @@ from mlmem_ros.device.snapshot import digest, restore, take
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Specimen, StateError
 from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.verdict import Verdict
+from mlmem_tools.checks import Report, material
+from mlmem_tools.checks.echo_forecast import forecast_echo
+from mlmem_tools.checks.subject import Subject
 
 from .rig import run
 

@@ -7,7 +7,6 @@ import itertools
 
 import pytest
 
-from mlmem_ros.checks.bare import moved
 from mlmem_ros.device import PRESETS, preset
 from mlmem_ros.device.moves import (
     How,
@@ -21,6 +20,7 @@ from mlmem_ros.device.moves import (
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import Settings, SettingsError, StrokeSettings
 from mlmem_ros.physics import CASE_II
+from mlmem_tools.checks.bare import moved
 
 GOING_BACK = [
     pytest.param(name, marks=pytest.mark.slow if design.levels > 64 else ())

@@ -25,8 +25,8 @@ from typing import Any
 import pytest
 from markdown_it import MarkdownIt
 
-from mlmem_ros.cli.main import main as mlmem
 from mlmem_ros.testing.here import NodeHere
+from mlmem_tools.cli.main import main as mlmem
 
 PATIENCE = 60.0
 """Seconds that a command of a page may take."""

@@ -19,8 +19,8 @@ from mlmem_ros.device import (
 )
 from mlmem_ros.device.reading import UNDECODABLE
 from mlmem_ros.element_file import Element
-from mlmem_ros.host.watcher import Watcher
 from mlmem_ros.physics import Specimen
+from mlmem_tools.twin.watcher import Watcher
 
 REST = 10.0
 """Damping times after which waves are gone."""

@@ -7,8 +7,8 @@ from functools import cache
 from mlmem_ros.device import MemoryElement, Settings, factory_calibration
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig import Rig
-from mlmem_ros.rig.emulated import EmulatedRig
 from mlmem_ros.rig.frames import Parser, encode
+from mlmem_tools.rig.emulated import EmulatedRig
 
 ADDRESS = 'tcp://nowhere:1?lead=0.01&patience=0.05'
 

@@ -14,9 +14,9 @@ from mlmem_ros.device import DriverError, Erase, MemoryElement, Read, Settings, 
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.physics import CASE_II, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
-from mlmem_ros.rig.emulated import EmulatedRig
 from mlmem_ros.rig.frames import Kind, Parser, encode
-from mlmem_ros.rig.server import Line, Server
+from mlmem_tools.rig.emulated import EmulatedRig
+from mlmem_tools.rig.server import Line, Server
 
 from .lines import calibration, emulated
 

@@ -34,7 +34,7 @@ from mlmem_ros.device.settings import ScaleSettings, TimeSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.rig.frames import encode
-from mlmem_ros.rig.sensors import Sensors
+from mlmem_tools.rig.sensors import Sensors
 
 from .lines import Line, calibration, driven, emulated
 

@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 from robot import BLANK, Robot
 
-from mlmem_ros.cli.main import main
-from mlmem_ros.cli.replay import describe_played
 from mlmem_ros.device import Read
 from mlmem_ros.ros.client.play import play
 from mlmem_ros.ros.node_process import child
 from mlmem_ros.session.data import load
+from mlmem_tools.cli.main import main
+from mlmem_tools.cli.replay import describe_played
 
 LIFE = Path(__file__).parent.parent / 'data' / 'life'
 
@@ -141,7 +141,7 @@ def test_an_answer_as_json(memory, robot, inside):
 def test_a_client_loads_neither_the_material_nor_the_compiler():
     """`mlmem read` has to start fast."""
     program = (
-        'import sys, mlmem_ros.cli.main as cli\n'
+        'import sys, mlmem_tools.cli.main as cli\n'
         'cli.main(["read", "--node", "nobody", "--wait", "0.1"])\n'
         'print(*(name for name in ("numba", "scipy", "rich", "mlmem_ros.device") '
         'if name in sys.modules))'
@@ -197,7 +197,7 @@ def test_ctrl_c_while_it_waits(start):
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
     with (
         Robot(node.element) as robot,
-        child('mlmem_ros.cli.main', ['write', '1'], **streams) as command,
+        child('mlmem_tools.cli.main', ['write', '1'], **streams) as command,
     ):
         states = robot.received('joint_states')
         robot.wait(lambda: states and states[-1].position[0] > 0.02, 'a strain by the write')

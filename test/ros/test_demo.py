@@ -7,8 +7,9 @@ import re
 
 from closed_bag import check_closed
 
-from mlmem_ros.cli import laboratory
-from mlmem_ros.cli.main import main
+from mlmem_ros.packages import added
+from mlmem_tools.cli import laboratory
+from mlmem_tools.cli.main import main
 
 
 def test_demo(tmp_path, capfd):
@@ -26,5 +27,5 @@ def test_demo(tmp_path, capfd):
     levels = [message.data for topic, _, message in messages if topic.endswith('/level')]
     assert [level for level in dict.fromkeys(levels) if level >= 0] == list(range(8))
     picture = folder / 'session.png'
-    assert picture.exists() == (laboratory.PICTURE in laboratory.added(laboratory.PARTS))
+    assert picture.exists() == (laboratory.PICTURE in added(laboratory.PARTS))
     assert not picture.exists() or picture.read_bytes().startswith(b'\x89PNG')

@@ -281,7 +281,7 @@ def test_colcon_build(tmp_path):
     package.mkdir(parents=True)
     for part in parts:
         shutil.copy(part, package)
-    for folder in ('mlmem_ros', 'config', 'launch', 'resource'):
+    for folder in ('mlmem_ros', 'mlmem_tools', 'config', 'launch', 'resource'):
         shutil.copytree(CHECKOUT / folder, package / folder)
     built = run(
         'colcon', '--log-base', str(tmp_path / 'log'), 'build', '--executor', 'sequential',

@@ -8,8 +8,8 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from robot import OUT, RELIABLE, Robot
 
-from mlmem_ros.cli.checkup import check_node
 from mlmem_ros.verdict import Verdict
+from mlmem_tools.cli.checkup import check_node
 
 
 def test_a_default_subscriber_receives_every_stream(robot):

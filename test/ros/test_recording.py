@@ -15,12 +15,12 @@ from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.cli.main import main
 from mlmem_ros.device.end import End
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
 from mlmem_ros.testing import assert_replays
+from mlmem_tools.cli.main import main
 
 EVERY_ONE = ('level', 'outcome', 'echo')
 """Topics of which a subscriber receives every message."""

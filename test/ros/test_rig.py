@@ -20,12 +20,12 @@ from mlmem_ros.device import Settings
 from mlmem_ros.device.settings import ScaleSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.rig.emulated import EmulatedRig
-from mlmem_ros.rig.server import Line, Server
 from mlmem_ros.ros.node import node as node_module
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import replay
+from mlmem_tools.rig.emulated import EmulatedRig
+from mlmem_tools.rig.server import Line, Server
 
 UNKNOWN = -2
 FAST = Settings(scale=ScaleSettings(time=1e-5))

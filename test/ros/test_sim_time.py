@@ -10,9 +10,9 @@ from robot import Robot, values
 from rosgraph_msgs.msg import Clock
 from sampled import sampled
 
-from mlmem_ros.cli.main import main
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import replay
+from mlmem_tools.cli.main import main
 
 
 def health(robot, text):

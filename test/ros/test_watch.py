@@ -18,12 +18,12 @@ import time
 import pytest
 from rich.console import Console
 
-from mlmem_ros.cli.dashboard import SPARKS, dashboard, sparkline
-from mlmem_ros.cli.main import main
 from mlmem_ros.ros.client.monitor import Status, View
+from mlmem_tools.cli.dashboard import SPARKS, dashboard, sparkline
+from mlmem_tools.cli.main import main
 
 CALM = {'publish.wall_every': 50, 'publish.joint_states_every': 50, 'publish.field_every': 0}
-COMMAND = [sys.executable, '-m', 'mlmem_ros.cli.main', 'watch']
+COMMAND = [sys.executable, '-m', 'mlmem_tools.cli.main', 'watch']
 
 
 def picture(width=100, **heard):

@@ -13,7 +13,6 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import BLANK, UNDECODABLE, new_element
 from mlmem_ros.device.echo import pulse_duration
 from mlmem_ros.device.units import Units
@@ -21,6 +20,7 @@ from mlmem_ros.physics import CASE_II
 from mlmem_ros.session.data import load
 from mlmem_ros.session.redecode import redecode
 from mlmem_ros.session.replay import element_of, replay, replay_commands
+from mlmem_tools.cli.main import main
 
 from .tampering import Tampered
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from mlmem_ros.bag import jazzy
-from mlmem_ros.cli.main import main
-from mlmem_ros.cli.replay import describe
 from mlmem_ros.session.data import load
 from mlmem_ros.session.replay import ReplayReport, replay
 from mlmem_ros.session.report import Difference
+from mlmem_tools.cli.main import main
+from mlmem_tools.cli.replay import describe
 
 from .tampering import Tampered, string
 from .test_replay import JAZZY, WRITE_LEVEL_1_THEN_PROBE, foreign_bag

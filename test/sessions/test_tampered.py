@@ -16,7 +16,7 @@ import pytest
 
 from mlmem_ros.bag.errors import BagError
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.cli.main import main
+from mlmem_tools.cli.main import main
 
 from .tampering import Tampered
 

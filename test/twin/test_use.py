@@ -29,8 +29,8 @@ from mlmem_ros.physics import PEFRL, Chain, Design, DesignError, Scatter, Specim
 from mlmem_ros.physics.equilibrium import blank
 from mlmem_ros.session import messages
 from mlmem_ros.session.records import read_header
-from mlmem_ros.twin.forward import Forward
-from mlmem_ros.twin.unknowns import Unknowns
+from mlmem_tools.twin.forward import Forward
+from mlmem_tools.twin.unknowns import Unknowns
 
 CHOSEN = preset('bits_1')
 DESIGN = CHOSEN.design

@@ -13,9 +13,9 @@ from mlmem_ros.device.reading import BLANK, UNDECODABLE, Reading
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import INTEGRATORS, Scatter, scattered
-from mlmem_ros.rig.sensors import Sensors
-from mlmem_ros.twin.changes import SHARED_KINDS
-from mlmem_ros.twin.watching import Watch, place
+from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.twin.changes import SHARED_KINDS
+from mlmem_tools.twin.watching import Watch, place
 
 CHOSEN = preset('bits_1')
 DESIGN, SETTINGS = CHOSEN

@@ -28,7 +28,9 @@ OPTIONS = (
 def viewing(*arguments, **streams):
     """Run `mlmem view` and yield its address; `streams` are for `subprocess.Popen`."""
     command = ['view', '--port', '0', *arguments]
-    with child('mlmem_ros.cli.main', command, stdout=subprocess.PIPE, text=True, **streams) as it:
+    with child(
+        'mlmem_tools.cli.main', command, stdout=subprocess.PIPE, text=True, **streams
+    ) as it:
         yield it.stdout.readline().removeprefix('mlmem view: ').strip()
 
 

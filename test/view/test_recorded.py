@@ -14,10 +14,10 @@ from mlmem_ros.bag.writer import BagWriter
 from mlmem_ros.device import new_element, preset
 from mlmem_ros.device.trims import AS_SET, Trims
 from mlmem_ros.session import messages
-from mlmem_ros.view import recorded
-from mlmem_ros.view.differences import differences
-from mlmem_ros.view.frames import COUNTS, counts, packed
-from mlmem_ros.view.recorded import Columns, load
+from mlmem_tools.view import recorded
+from mlmem_tools.view.differences import differences
+from mlmem_tools.view.frames import COUNTS, counts, packed
+from mlmem_tools.view.recorded import Columns, load
 
 DATA = Path(__file__).parent.parent / 'data'
 

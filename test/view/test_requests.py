@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
-from mlmem_ros.view.activity import Activity
-from mlmem_ros.view.requests import Requests
+from mlmem_tools.view.activity import Activity
+from mlmem_tools.view.requests import Requests
 
 ACTUATOR, SCALE = ActuatorSettings(max_strain=0.08, hand_rate=1e-4), ScaleSettings(time=1e-4)
 

@@ -16,11 +16,11 @@ aiohttp = pytest.importorskip('aiohttp')
 
 from aiohttp import web  # noqa: E402
 
-from mlmem_ros.view import server as served  # noqa: E402
-from mlmem_ros.view.frames import packed  # noqa: E402
-from mlmem_ros.view.guard import Guard  # noqa: E402
-from mlmem_ros.view.pages import KEPT, Page, Pages  # noqa: E402
-from mlmem_ros.view.server import Server  # noqa: E402
+from mlmem_tools.view import server as served  # noqa: E402
+from mlmem_tools.view.frames import packed  # noqa: E402
+from mlmem_tools.view.guard import Guard  # noqa: E402
+from mlmem_tools.view.pages import KEPT, Page, Pages  # noqa: E402
+from mlmem_tools.view.server import Server  # noqa: E402
 
 SOON = 30.0
 LIFE = Path(__file__).parent.parent / 'data' / 'life'

@@ -9,8 +9,8 @@ import time
 import urllib.parse
 import urllib.request
 
-from mlmem_ros.cli.main import main
 from mlmem_ros.ros.node_process import child
+from mlmem_tools.cli.main import main
 
 
 def fetched(address):
@@ -61,7 +61,7 @@ def test_sessions_that_cannot_be_shown_are_refused_in_one_line(tmp_path, capsys)
 def test_the_page_starts_an_element_on_request():
     command = ['view', '--start', '--node', '/own/one', '--port', '0']
     streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.DEVNULL, 'text': True}
-    with child('mlmem_ros.cli.main', command, **streams) as process:
+    with child('mlmem_tools.cli.main', command, **streams) as process:
         assert fetched(address_in(process.stdout.readline()))['live']
         process.terminate()
         assert process.wait(20.0) == 0

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from mlmem_ros import view
 from mlmem_ros.contract.values import texts
+from mlmem_tools import view
 
 NODE = shutil.which('node')
 SCRIPTS = Path(view.__file__).parent / 'static' / 'js'

@@ -6,9 +6,9 @@ import argparse
 import re
 from collections.abc import Iterator
 
-from mlmem_ros.cli import laboratory
-from mlmem_ros.cli.main import SUBCOMMANDS, parser
 from mlmem_ros.ros.node import command_line
+from mlmem_tools.cli import laboratory
+from mlmem_tools.cli.main import SUBCOMMANDS, parser
 
 from .table import table
 

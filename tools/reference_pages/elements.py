@@ -4,8 +4,8 @@
 
 from typing import Any
 
-from mlmem_ros.checks import check
 from mlmem_ros.device import preset, presets
+from mlmem_tools.checks import check
 
 from .table import table
 

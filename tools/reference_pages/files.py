@@ -13,11 +13,11 @@ from typing import Any
 
 from mlmem_ros import element_file
 from mlmem_ros.bag import jazzy, mcap_file
-from mlmem_ros.contract import word_code
 from mlmem_ros.device import Read, new_element, preset, quick_moves, snapshot, trims
 from mlmem_ros.host import calibration_file, design_check, state_file
 from mlmem_ros.physics import Specimen
 from mlmem_ros.session import messages
+from mlmem_tools.bank import word_code
 
 from . import keys
 from .table import table

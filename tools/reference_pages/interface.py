@@ -20,11 +20,11 @@ from mlmem_ros.contract.topics import Topic
 from mlmem_ros.device import Read, new_element, preset
 from mlmem_ros.device.loop import Loop
 from mlmem_ros.host import ThrottledLog
-from mlmem_ros.host.watcher import Watcher
 from mlmem_ros.ros.node import components, diagnostics
 from mlmem_ros.ros.node.diagnostics import Pace
-from mlmem_ros.twin.changes import Change
-from mlmem_ros.twin.watching import Comparison
+from mlmem_tools.twin.changes import Change
+from mlmem_tools.twin.watcher import Watcher
+from mlmem_tools.twin.watching import Comparison
 
 from .table import table
 

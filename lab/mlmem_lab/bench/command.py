@@ -12,8 +12,8 @@ import argparse
 import json
 from pathlib import Path
 
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, print_json
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, print_json
 
 
 @command(

@@ -18,7 +18,7 @@ from contextlib import contextmanager, suppress
 @contextmanager
 def open_page(node: str) -> Iterator[None]:
     """Keep a page open."""
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'view', '--port', '0', '--node', node]
+    command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'view', '--port', '0', '--node', node]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     address = process.stdout.readline().split()[-1].rstrip('/')

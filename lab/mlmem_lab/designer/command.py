@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.checks.schedule import cycle_time
-from mlmem_ros.checks.subject import Subject
-from mlmem_ros.cli.command import element_of
-from mlmem_ros.cli.design import print_report
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.end import End
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.parameter_file import load, text_of
+from mlmem_tools.checks.schedule import cycle_time
+from mlmem_tools.checks.subject import Subject
+from mlmem_tools.cli.command import element_of
+from mlmem_tools.cli.design import print_report
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..results import save, with_reads
 from ..studies.campaign import CampaignError

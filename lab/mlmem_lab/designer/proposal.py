@@ -21,12 +21,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from mlmem_ros.checks import Report, Verdict, check
-from mlmem_ros.checks.subject import Subject
 from mlmem_ros.device import Settings
 from mlmem_ros.device.settings import ActuatorSettings, ProbeSettings, ReadSettings
 from mlmem_ros.device.strokes import hand_rate
 from mlmem_ros.physics import CASE_II, Design
+from mlmem_tools.checks import Report, Verdict, check
+from mlmem_tools.checks.subject import Subject
 
 from .going_back import going_back
 from .pulses import confirm, damping_for, listen

@@ -16,8 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from mlmem_ros.checks.echo_forecast import forecast_echo
-from mlmem_ros.checks.subject import Subject
 from mlmem_ros.device.decoding import primary
 from mlmem_ros.device.echo import blanking, threshold
 from mlmem_ros.device.end import End
@@ -25,6 +23,8 @@ from mlmem_ros.device.settings import ProbeSettings
 from mlmem_ros.physics import PEFRL, Design, Specimen
 from mlmem_ros.physics.dispersion import band, fastest_speed, group_velocity
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_tools.checks.echo_forecast import forecast_echo
+from mlmem_tools.checks.subject import Subject
 
 LENGTHS = (12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 50.0)
 """Standard deviations of the envelope to try, shortest first."""

@@ -15,10 +15,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mlmem_ros.checks.schedule import CALM
-from mlmem_ros.checks.subject import Subject
 from mlmem_ros.device.settings import EraseSettings, TimeSettings, WriteSettings
 from mlmem_ros.physics import Design
+from mlmem_tools.checks.schedule import CALM
+from mlmem_tools.checks.subject import Subject
 
 TICK = TimeSettings().tick
 """Times of a write are whole ticks, so that the device can follow them exactly."""

@@ -18,13 +18,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from mlmem_ros.checks.bare import COARSE, configuration_after
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import stroke_peak
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.device.strokes import actuator
 from mlmem_ros.physics import Design, Scatter, scattered, walls
 from mlmem_ros.physics.potential import Array
+from mlmem_tools.checks.bare import COARSE, configuration_after
 
 Move = TypeVar('Move', bound=StrokeSettings | ThrowSettings)
 

@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.bag.errors import BagError
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, print_json
 from mlmem_ros.device import Shot
 from mlmem_ros.element_file import Element, save
 from mlmem_ros.parameter_file import ParameterFileError
@@ -25,7 +23,9 @@ from mlmem_ros.parameter_file import load as design_of
 from mlmem_ros.physics import INTEGRATORS, Design, DesignError, Integrator
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.session.data import load
-from mlmem_ros.twin.unknowns import SHARED
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, print_json
+from mlmem_tools.twin.unknowns import SHARED
 
 from ..bar import Bar
 from . import csv_shots

@@ -12,7 +12,7 @@ import numpy as np
 from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics import Design, Integrator
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.twin.unknowns import Unknowns
+from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import AGAIN, CELLS, LAST, SCHEDULE, SLOWER, WHOLE, Stage, minimise
 from .fitted import Fit, inverse, posterior

@@ -10,7 +10,7 @@ import numpy as np
 
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.twin.unknowns import SHARED, Unknowns
+from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
 from .descent import WHOLE
 from .misfit import Misfit, Normal

@@ -13,9 +13,9 @@ import numpy as np
 from mlmem_ros.device.shot import Shot
 from mlmem_ros.physics import DesignError, Integrator, StateError
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.twin.forward import Clock, Forward
-from mlmem_ros.twin.noise import about_zero, noise
-from mlmem_ros.twin.unknowns import Unknowns
+from mlmem_tools.twin.forward import Clock, Forward
+from mlmem_tools.twin.noise import about_zero, noise
+from mlmem_tools.twin.unknowns import Unknowns
 
 from .prior import AT_REST, Prior
 

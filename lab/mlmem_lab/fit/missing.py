@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.twin.forward import Clock
-from mlmem_ros.twin.unknowns import Unknowns
+from mlmem_tools.twin.forward import Clock
+from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import WHOLE
 from .fitted import Fit, inverse

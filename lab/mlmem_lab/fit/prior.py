@@ -13,7 +13,7 @@ import numpy as np
 
 from mlmem_ros.physics import Design
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.twin.unknowns import SHARED, Unknowns
+from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
 AT_REST = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""

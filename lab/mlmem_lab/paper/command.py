@@ -15,8 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.cli.command import JOBS, JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JOBS, JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..studies.campaign import cores
 from ..studies.campaign.terminal import mapped

@@ -17,8 +17,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, print_json
 from mlmem_ros.device import PRESETS, Preset
 from mlmem_ros.device.settings import peak
 from mlmem_ros.device.trims import trimmed
@@ -26,6 +24,8 @@ from mlmem_ros.element_file import ElementFileError, load, save
 from mlmem_ros.parameter_file import ParameterFileError
 from mlmem_ros.parameter_file import load as preset_of
 from mlmem_ros.physics import Design, DesignError
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, print_json
 
 from ..bar import Bar
 from .plan import Plan

@@ -18,9 +18,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..designer.proposal import FEWEST, MOST
 from ..results import APART

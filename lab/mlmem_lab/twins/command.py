@@ -18,9 +18,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..results import load_kept, save
 from ..studies.campaign.terminal import mapped

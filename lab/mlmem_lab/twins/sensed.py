@@ -10,7 +10,7 @@ from mlmem_ros.device import Driver
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import HeldCell
 from mlmem_ros.physics.potential import Array
-from mlmem_ros.rig.sensors import Sensors
+from mlmem_tools.rig.sensors import Sensors
 
 from ..rk4 import Rk4Element
 

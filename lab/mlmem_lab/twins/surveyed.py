@@ -20,7 +20,7 @@ from mlmem_ros.device import MemoryElement, Shot, Survey, factory_calibration
 from mlmem_ros.device.presets import PRESETS
 from mlmem_ros.element_file import Element
 from mlmem_ros.physics import Design, Scatter, scattered
-from mlmem_ros.rig.sensors import Sensors
+from mlmem_tools.rig.sensors import Sensors
 
 from ..fit.fit import Misfitting, fit
 from .element import performed

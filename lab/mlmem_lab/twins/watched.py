@@ -12,8 +12,8 @@ import numpy as np
 
 from mlmem_ros.device import Calibrate, EchoReceived, Event, Faults, Read, SetFaults, Write
 from mlmem_ros.physics import INTEGRATORS
-from mlmem_ros.rig.sensors import Sensors
-from mlmem_ros.twin.watching import Comparison, Watch, place
+from mlmem_tools.rig.sensors import Sensors
+from mlmem_tools.twin.watching import Comparison, Watch, place
 
 from .element import device, fitted, foretell, made, performed
 from .sensed import SensedSimulation

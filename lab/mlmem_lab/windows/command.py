@@ -19,11 +19,11 @@ from typing import Any
 
 from rich.table import Table
 
-from mlmem_ros.cli.command import ELEMENT, JSON, command, element_of, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
 from mlmem_ros.device.presets import PRESETS, preset
 from mlmem_ros.element_file import ElementFileError
 from mlmem_ros.physics import INTEGRATORS
+from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..results import APART, load_kept, save
 from ..studies.campaign.terminal import mapped

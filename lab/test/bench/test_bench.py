@@ -22,7 +22,7 @@ from mlmem_lab.bench.problem import STEP, Problem
 from mlmem_lab.bench.session_traffic import traffic
 from mlmem_lab.bench.verlet import verlet
 from mlmem_ros.bag.reader import BagReader
-from mlmem_ros.cli.main import main
+from mlmem_tools.cli.main import main
 
 
 @pytest.fixture(scope='module')

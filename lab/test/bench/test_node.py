@@ -15,7 +15,7 @@ from mlmem_lab.bench.comparison import Comparison
 from mlmem_lab.bench.machine_load import QUIET, Load
 from mlmem_lab.bench.measure import Entry
 from mlmem_lab.bench.node import FIGURES, _entry, keep_column
-from mlmem_ros.cli.main import main
+from mlmem_tools.cli.main import main
 
 BUSY = 'import time; end = time.monotonic() + 20.0\nwhile time.monotonic() < end: pass'
 

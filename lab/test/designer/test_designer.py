@@ -14,14 +14,14 @@ from sampled import sampled
 
 from mlmem_lab.designer import DesignNotFound, propose, searched
 from mlmem_lab.designer.going_back import going_back
-from mlmem_ros.checks import Verdict
-from mlmem_ros.checks.bare import moved
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import How, cycle_of, moves_from
 from mlmem_ros.device.settings import StrokeSettings, ThrowSettings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import frequency
+from mlmem_tools.checks import Verdict
+from mlmem_tools.checks.bare import moved
 
 QUICK, LARGE = (1, 2, 4), (5, 6, 8)
 BITS = pytest.mark.parametrize('bits', sampled((*QUICK, *LARGE), lambda bits: bits in QUICK))

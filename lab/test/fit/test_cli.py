@@ -9,8 +9,8 @@ import pytest
 
 from mlmem_lab.fit import command, csv_shots
 from mlmem_ros import element_file, parameter_file
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
+from mlmem_tools.cli.main import main
 
 from .truth import SMALL
 

@@ -7,11 +7,11 @@ import dataclasses
 import pytest
 
 from mlmem_lab.landscapes.throws import reach, shortest_ease
-from mlmem_ros.checks.bare import moved
 from mlmem_ros.device import preset
 from mlmem_ros.device.moves import throw_cycle
 from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import ActuatorSettings
+from mlmem_tools.checks.bare import moved
 
 
 def thrown(name, level, *, ease=1.0, peak=1.0):

@@ -15,7 +15,7 @@ import pytest
 from mlmem_lab.paper.figure import Quality
 from mlmem_lab.paper.gallery import BY_NAME, FIGURES, make
 from mlmem_lab.studies.campaign import terminal
-from mlmem_ros.cli.main import main
+from mlmem_tools.cli.main import main
 
 ENDINGS = ('npz', 'png', 'svg')
 
@@ -81,7 +81,7 @@ def test_the_list_names_every_figure(capsys):
 
 @pytest.mark.slow
 def test_all_of_them_with_their_result_file(tmp_path):
-    command = [sys.executable, '-m', 'mlmem_ros.cli.main', 'figures', '--draft']
+    command = [sys.executable, '-m', 'mlmem_tools.cli.main', 'figures', '--draft']
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     found = json.loads((tmp_path / 'reproduction' / 'paper.json').read_text(encoding='utf-8'))

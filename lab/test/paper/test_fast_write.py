@@ -8,13 +8,13 @@ import pytest
 from bare_writes import writes
 
 from mlmem_lab.studies.proof import Proof, Tally
-from mlmem_ros.checks import Verdict, check
-from mlmem_ros.checks.bare import scaled
-from mlmem_ros.checks.schedule import cycle_time
-from mlmem_ros.checks.subject import Subject
 from mlmem_ros.device import Settings
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.parameter_file import load
+from mlmem_tools.checks import Verdict, check
+from mlmem_tools.checks.bare import scaled
+from mlmem_tools.checks.schedule import cycle_time
+from mlmem_tools.checks.subject import Subject
 
 PER_LEVEL = {
     'fast': 1800.0,

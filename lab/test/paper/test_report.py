@@ -8,7 +8,7 @@ import numpy as np
 
 from mlmem_lab.paper.gallery import CLAIMS, FIGURES
 from mlmem_lab.paper.verdicts import verdicts
-from mlmem_ros.cli.output import plain
+from mlmem_tools.cli.output import plain
 
 
 def complete(computed):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes upward on a bare chain, for the tests of schedules."""
 
-from mlmem_ros.checks.bare import departures
+from mlmem_tools.checks.bare import departures
 
 
 def writes(design, write, starts=None):

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mlmem design`: finding and proving, by the command line."""
 
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import preset
 from mlmem_ros.parameter_file import load, parse
+from mlmem_tools.cli.main import main
 
 
 def test_a_design_is_found_written_and_proven(tmp_path, capsys):

@@ -26,11 +26,11 @@ from mlmem_lab.studies.margins import Shmoo, draw, make_axis, measure, prepared,
 from mlmem_lab.studies.margins.axes import NOISE, RAMPS, with_values
 from mlmem_lab.studies.margins.command import _words
 from mlmem_lab.studies.style import save_figure, styled
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import Outcome, Settings, SettingsError
 from mlmem_ros.device.settings import TimeSettings
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II
+from mlmem_tools.cli.main import main
 
 SETTINGS = Settings(time=TimeSettings(tick=50.0))
 
@@ -312,7 +312,7 @@ def test_an_interrupted_map_continues(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = command('--size', '5', '--output', 'map', '--jobs', '2')
     process = subprocess.Popen(
-        [sys.executable, '-m', 'mlmem_ros.cli.main', *words],
+        [sys.executable, '-m', 'mlmem_tools.cli.main', *words],
         text=True,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -10,10 +10,10 @@ from sampled import sampled
 
 from mlmem_lab.designer import propose
 from mlmem_lab.studies.proof import Proof, Tally
-from mlmem_ros.checks import Verdict, check
-from mlmem_ros.checks.bare import scaled
 from mlmem_ros.device import Settings, preset
 from mlmem_ros.parameter_file import load
+from mlmem_tools.checks import Verdict, check
+from mlmem_tools.checks.bare import scaled
 
 
 def test_four_levels_are_found_and_proven():

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mlmem_lab.studies.session_figure import figure_of
-from mlmem_ros.cli.main import main
 from mlmem_ros.session.data import load
+from mlmem_tools.cli.main import main
 
 DATA = Path(__file__).parents[3] / 'test' / 'data'
 

@@ -19,10 +19,10 @@ from mlmem_lab.studies.tolerance.estimate import ENOUGH, RARE, Fragility, fit
 from mlmem_lab.studies.tolerance.particle import StepForecast
 from mlmem_lab.studies.tolerance.screen import PROBABILITY, weights
 from mlmem_lab.studies.tolerance.study import Tolerance
-from mlmem_ros.cli.main import main
 from mlmem_ros.device import UNDECODABLE, Settings, preset
 from mlmem_ros.parameter_file import load
 from mlmem_ros.physics import CASE_II, Scatter, scattered
+from mlmem_tools.cli.main import main
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 """Two levels: a step takes a third of the time."""

@@ -72,10 +72,11 @@ def run(arguments: Sequence[str], stop: Sequence[int], elements: Sequence[Elemen
     with ExitStack() as pages:
         for node in nodes:
             if node.get_parameter('view').value:
-                from ..node_process import child  # most nodes have no page
+                from ...packages import tool  # most nodes have no page
+                from ..node_process import child
 
                 view = ['view', '--node', node.get_fully_qualified_name()]
-                pages.enter_context(child('mlmem_ros.cli.main', view))
+                pages.enter_context(child(tool('command_line').module, view))
         with executor.woken_by_signals():
             turn(executor, stop)
             linger(nodes, executor, stop)

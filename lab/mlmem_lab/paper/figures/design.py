@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from mlmem_ros.checks.quasistatic import held_landscape
 from mlmem_ros.device import Settings
 from mlmem_ros.physics import CASE_II
 from mlmem_ros.physics.dispersion import band
+from mlmem_tools.checks.quasistatic import held_landscape
 
 from ...studies import style
 from ..echoes import PRINTED

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 
-from mlmem_ros.checks.bare import moved
 from mlmem_ros.device.motion import Cycle
 from mlmem_ros.device.moves import How, Move, cycle_of, throw_cycle
 from mlmem_ros.device.presets import preset
@@ -18,6 +17,7 @@ from mlmem_ros.device.reading import BLANK
 from mlmem_ros.device.settings import ActuatorSettings, Settings
 from mlmem_ros.physics import Chain, Design, Specimen
 from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_tools.checks.bare import moved
 
 from ...designer.going_back import FAR
 from ...designer.stroke_search import stretched

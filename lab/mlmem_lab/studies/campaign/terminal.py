@@ -9,8 +9,8 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mlmem_ros.cli.command import JOBS, option
-from mlmem_ros.cli.output import show_progress
+from mlmem_tools.cli.command import JOBS, option
+from mlmem_tools.cli.output import show_progress
 
 from . import Ledger, cores, run, workers
 

@@ -19,8 +19,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mlmem_ros.cli.command import ELEMENT, JSON, command, element_of, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import ELEMENT, JSON, command, element_of, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..campaign import terminal as campaigns
 

@@ -17,8 +17,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mlmem_ros.cli.command import JSON, command, option
-from mlmem_ros.cli.output import complain, plain_console, plain_table, print_json
+from mlmem_tools.cli.command import JSON, command, option
+from mlmem_tools.cli.output import complain, plain_console, plain_table, print_json
 
 from ..campaign import terminal as campaigns
 

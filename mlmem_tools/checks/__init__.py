@@ -1,0 +1,38 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The design checker: what a second of computing can say about a design before any write.
+
+It uses closed forms, equilibria and linear waves; only the launch and some steps need short runs.
+It imports the device, never the reverse: a procedure may use only what is measured at the ends. No
+real time, no ROS.
+"""
+
+from __future__ import annotations
+
+from mlmem_ros.device.settings import Settings
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Design
+from mlmem_ros.verdict import Verdict
+
+from . import drift, echo_range, echoes, launch, material, pinning, schedule, steps, wall, waves
+from .finding import Finding, Report
+from .subject import Subject
+
+__all__ = ['Finding', 'Report', 'Verdict', 'check']
+
+CONCERNS = (material, waves, wall, pinning, drift, launch, schedule, steps, echo_range, echoes)
+"""Modules with `check(subject)`, in the order of a report."""
+
+
+def check(
+    design: Design, settings: Settings | None = None, element: Element | None = None
+) -> Report:
+    """Judge a design and the settings of its instrument (by default for the paper's Case II), or
+    one element of it.
+    """
+    settings = settings or Settings()
+    subject = Subject(design, settings)
+    if element is not None:
+        made = element.timed
+        subject = Subject(made.design, settings, made, tuple(element.pulses(settings)))
+    return Report(tuple(finding for concern in CONCERNS for finding in concern.check(subject)))

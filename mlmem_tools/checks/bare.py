@@ -1,0 +1,130 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Strain cycles on the bare chain: no probe and no ticks, so that each takes milliseconds."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence
+
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.reading import BLANK, UNDECODABLE
+from mlmem_ros.device.settings import WriteSettings, peak
+from mlmem_ros.device.trims import Trim, trimmed_write
+from mlmem_ros.physics import (
+    Chain,
+    Design,
+    Specimen,
+    StateError,
+    level_of,
+    stable_step,
+    substep_times,
+    walls,
+)
+from mlmem_ros.physics.equilibrium import resting_wall
+from mlmem_ros.physics.potential import Array
+
+STEP = 0.5
+"""Time step; the wall's own motion is a hundred times slower."""
+
+COARSE = 1.0
+"""Time step of checks and searches: with it, all shipped presets get the same verdicts."""
+
+REST = 2500.0
+"""Ten damping times, after which a wall no longer swings about its defect."""
+
+
+def play(chain: Chain, cycle: Cycle) -> None:
+    """Strain a chain by a cycle.
+
+    Raises:
+        StateError: The chain is driven so hard that it diverges.
+    """
+    times = substep_times(round(cycle.duration / chain.dt), chain.dt, chain.integrator)
+    chain.advance(cycle.strain(times) * chain.design.end_displacement(1.0))
+
+
+def moved(design: Design, cycle: Cycle, level: int, *, dt: float = STEP) -> int:
+    """Return the level after a cycle and a rest, `BLANK`, or `UNDECODABLE` for anything else.
+
+    For the arguments see `configuration_after`.
+    """
+    after = configuration_after(Specimen(design), cycle, level, dt=dt)
+    return UNDECODABLE if after is None else level_of(design, after)
+
+
+def configuration_after(
+    specimen: Specimen, cycle: Cycle, level: int, *, dt: float = STEP
+) -> Array | None:
+    """Return the configuration, shape (N,), after a cycle from a level, or `BLANK`, and a rest, in
+    steps of `dt` where they are stable; None if the chain diverges, or no wall rests at the level.
+    """
+    chain = Chain(specimen.design, min(dt, 0.95 * stable_step(specimen)))
+    chain.set_specimen(specimen)
+    try:
+        if level != BLANK:
+            chain.place(resting_wall(specimen, level))
+        play(chain, cycle)
+        chain.rest(round(REST / chain.dt))
+    except StateError:
+        return None
+    return chain.configuration
+
+
+def scaled(write: WriteSettings, compression: float, tension: float) -> WriteSettings:
+    """Return the settings with the peaks multiplied by factors."""
+    return dataclasses.replace(
+        write, compression=compression * write.compression, tension=tension * write.tension
+    )
+
+
+def departures(
+    made: Design | Specimen,
+    write: WriteSettings,
+    start: int,
+    goal: int,
+    *,
+    max_rate: float = math.inf,
+    dt: float = STEP,
+    trims: Sequence[Trim] = (),
+) -> Iterator[float]:
+    """Yield, for every step up from one level to another, how far the wall is from its defect.
+
+    The cycles follow each other as in a write of the device, which rests `write.final_settle`
+    longer after the last; then the true wall is measured. Each step starts from the state after
+    the previous cycle, before that rest. A write may end where the wall is within a cell.
+
+    Args:
+        made: The element.
+        write: Its cycles.
+        start: The level at which the wall starts.
+        goal: The level of the last step.
+        max_rate: Of the actuator, in strain per time unit.
+        dt: Time step, where it is stable.
+        trims: Factors on its cycles, by the level to which they go; none: 1.
+
+    Yields:
+        The distance in cells; infinity unless exactly one wall is at rest in the element.
+
+    Raises:
+        StateError: The level to start from pins no wall.
+    """
+    made = Specimen.of(made)
+    design, chain = made.design, Chain(made.design, min(dt, stable_step(made)))
+    chain.set_specimen(made)
+    chain.place(resting_wall(made, start))
+    for level in range(start, goal):
+        own = trimmed_write(write, trims[level + 1]) if trims else write
+        cycle = Cycle.planned(own, peak(own, design.freed_by_compression(level)), max_rate)
+        try:
+            play(chain, cycle)
+            state = chain.state()
+            chain.rest(round(write.final_settle / chain.dt))
+        except StateError:  # driven so hard that the chain diverges
+            yield from [math.inf] * (goal - level)
+            return
+        found = walls(design, chain.configuration)
+        alone = level_of(design, chain.configuration, math.inf) >= 0
+        yield abs(found[0].position - design.defect(level + 1)) if alone else math.inf
+        chain.restore(state, V_N=0.0, steps_done=0)

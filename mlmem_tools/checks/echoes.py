@@ -1,0 +1,122 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The echoes of all levels at both ends, forecast by the linear waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mlmem_ros.device.decoding import primary
+from mlmem_ros.device.end import End
+from mlmem_ros.device.settings import ReadSettings
+from mlmem_ros.device.simulation import steps_per_tick
+from mlmem_ros.physics import INTEGRATORS, StateError
+from mlmem_ros.physics.equilibrium import blank, resting_wall
+from mlmem_ros.verdict import Verdict, worst
+
+from .echo_forecast import forecast_echo
+from .finding import Finding, graded, judged
+from .subject import Subject
+
+MOSTLY = 0.9
+"""Least share of levels whose echoes come in order at the end that only confirms them."""
+
+PATIENT = 1.5
+"""Patience over the time that a pulse needs to fade: strains are louder than pulses."""
+
+AUDIBLE = 1.25
+"""Echo over threshold that allows for what the forecast neglects (some 10 %)."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the echoes at either end, and on that of a blank element."""
+    settings = subject.settings
+    dt = settings.time.tick / steps_per_tick(subject.made, settings.time)
+    integrator = INTEGRATORS[settings.time.integrator]
+    walls = {}
+    for level in subject.levels:
+        try:
+            walls[level] = resting_wall(subject.made, level)
+        except StateError:
+            continue  # `pin_depth` and `echo_...` report it
+    loudest = 0.0
+    for end in End:
+        probe = end.probe(settings)
+        echoes = {
+            n: forecast_echo(subject.made, v, probe, end, dt, integrator) for n, v in walls.items()
+        }
+        margins = {level: echo.threshold_margin for level, echo in echoes.items()}
+        delays = [math.nan if echo.delay is None else echo.delay for echo in echoes.values()]
+        loudest = max(loudest, max(margins.values(), default=0.0))
+        yield _heard(end, margins, delays, names=end is primary(settings.read))
+    yield _reverberation(subject.made.eta, settings.read, loudest)
+    empty = forecast_echo(
+        subject.made, blank(subject.made), settings.probe_right, End.RIGHT, dt, integrator
+    )
+    yield graded(
+        'echo_blank',
+        {'over threshold': empty.threshold_margin},
+        '',
+        judged(empty.threshold_margin, 1.0, AUDIBLE),
+        'a blank element is recognised by the echo of its far end',
+        'the far end of a blank element is hardly heard from the right, so an erase cannot be '
+        'verified: choose a smaller v_th or another carrier for probe_right',
+        'an echo reveals the distance between the boundary excitation and the wall (p. 5)',
+    )
+
+
+def _reverberation(eta: float, read: ReadSettings, loudest: float) -> Finding:
+    """Judge how long a pulse bounces until the next one may be fired."""
+    fades = math.log(max(1.0, loudest / read.quiet))
+    needed = fades / (0.5 * eta) if eta > 0.0 else math.inf
+    return graded(
+        'reverberation',
+        {'needed': needed, 'given': read.patience},
+        'time',
+        judged(read.patience / needed if needed else math.inf, 1.0, PATIENT),
+        'a pulse that bounces between wall and end has faded before patience ends',
+        'a pulse still bounces between wall and end when patience ends, and the next one would '
+        'hear it: choose more damping, a greater v_th or a longer read.patience',
+        'the governing equations (with on-site viscous damping, eta) (p. 2)',
+    )
+
+
+def _heard(end: End, margins: dict[int, float], delays: list[float], *, names: bool) -> Finding:
+    """Judge the echoes at an end; the one that names the level must tell all apart."""
+    source = (
+        'the time interval between excitation and echo reveals the position of the front; the '
+        'more extended times correspond to higher memory state (p. 5, Fig. 4b)'
+    )
+    group = 'probe' if end is End.LEFT else 'probe_right'
+    if not margins:
+        text = 'no level holds a wall at rest'
+        return Finding(f'echo_{end}', {}, '', Verdict.FAIL, text, source)
+    faintest = min(margins, key=lambda level: margins[level])
+    steps = np.diff(delays) * (1.0 if end is End.LEFT else -1.0)
+    order = bool(np.mean(steps > 0.0) >= (1.0 if names else MOSTLY)) if len(steps) else True
+    heard = judged(margins[faintest], 1.0, AUDIBLE)
+    verdict = worst((heard, Verdict.PASS if order else Verdict.FAIL))
+    if heard is not Verdict.PASS:
+        text = (
+            f'level {faintest} has the weakest echo, hardly heard: choose a smaller {group}.v_th, '
+            'a faster carrier, less damping or fewer cells'
+        )
+    elif not order:
+        listed = ', '.join(f'{delay:.0f}' for delay in delays)
+        text = (
+            f'the delays do not distinguish the levels: {listed}; the echo of a wall that is too '
+            'near arrives while the pulse is still ringing: leave more cells before it, or '
+            'choose a shorter pulse'
+        )
+    else:
+        text = f'every level is heard; the weakest is {faintest}'
+    values = {
+        'first over threshold': next(iter(margins.values())),
+        'faintest': margins[faintest],
+        'least delay': float(np.min(delays)),  # NaN if a level is not heard
+        'greatest delay': float(np.max(delays)),
+    }
+    return Finding(f'echo_{end}', values, '', verdict, text, source)

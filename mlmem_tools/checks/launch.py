@@ -1,0 +1,119 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The launch of a wall and of a kink, simulated on the first cells alone.
+
+An incoming wall swings in the trap that the strain makes, and escapes through the free end if the
+trap is too near to it or too shallow. No equilibrium shows that; a simulation of a few levels
+does, in milliseconds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from mlmem_ros.device.calibration import Calibration, DelayTable
+from mlmem_ros.device.element import MemoryElement
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.procedures.blocks import launch, run
+from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.device.trims import trimmed
+from mlmem_ros.physics import StateError, walls
+from mlmem_ros.physics.excerpt import excerpt
+from mlmem_ros.verdict import Verdict
+
+from .finding import Finding
+from .subject import LEAST_CELLS, MOST_WORK, TICK_WORK, Subject
+
+RUN = 4
+"""Levels simulated at the left end."""
+
+MOST_STRAIN = 0.5
+"""Strain of the first cells that no actuator reaches."""
+
+CLOSE = 1.0
+"""Distance in cells within which a wall counts as at the defect."""
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on the launches of a write and of an erase."""
+    for name in ('write', 'erase'):
+        yield _judge(subject, name, launched(subject, name))
+
+
+def launched(subject: Subject, name: str) -> float | None:
+    """Return where the wall of a 'write' or the kink of an 'erase' comes to rest.
+
+    Returns:
+        Site of the wall; NaN unless exactly one remains; None if the simulation would take too
+        long.
+    """
+    design, settings = subject.design, subject.settings
+    few = excerpt(subject.made, 1.0, min(RUN * design.J, design.N)).made
+    part = dataclasses.replace(few.design, substrate='rigid')
+    few = dataclasses.replace(few, design=part)
+    if name == 'write' and subject.trims:
+        settings = trimmed(settings, subject.trims[0])
+    group: WriteSettings | EraseSettings = getattr(settings, name)
+    # The strain of the first cells when the whole element has that of the settings.
+    local = design.end_displacement(1.0) * subject.made.strain_shape[part.N - 1] / part.N
+    reached = abs(group.start_strain * local)
+    if reached > MOST_STRAIN:
+        return math.nan
+    actuator = dataclasses.replace(
+        settings.actuator, max_strain=max(settings.actuator.max_strain, reached)
+    )
+    unknown = DelayTable(tuple(range(part.levels)))
+    element = MemoryElement(
+        part, dataclasses.replace(settings, actuator=actuator), Calibration(unknown, unknown),
+        Simulation.of(few, settings.time),
+    )  # fmt: skip
+    if _work(element, group) > MOST_WORK:
+        return None
+    phases = part.D_s1, part.D_s2
+    start, target = phases if name == 'write' else phases[::-1]
+    strained = dataclasses.replace(group, start_strain=group.start_strain * local)
+    element.chain.place(start + few.offsets)
+    try:
+        run(element, launch(element, strained, target))
+    except StateError:
+        return math.nan
+    found = walls(part, element.chain.configuration)
+    return found[0].position if len(found) == 1 else math.nan
+
+
+def _work(element: MemoryElement, times: WriteSettings | EraseSettings) -> float:
+    """Return the cell steps that a launch takes, including the overhead of its ticks."""
+    cycle = Cycle.planned(times, times.start_strain, element.settings.actuator.max_rate)
+    move = (element.design.D_s2 - element.design.D_s1) / times.launch_speed
+    cells = element.steps_per_tick * max(element.design.N, LEAST_CELLS)
+    return (cycle.duration + move) / element.tick * (cells + TICK_WORK)
+
+
+def _judge(subject: Subject, name: str, position: float | None) -> Finding:
+    values = {'level 0': float(subject.design.defect(0))}
+    verdict, mover = (Verdict.FAIL, 'wall') if name == 'write' else (Verdict.WARN, 'kink')
+    advice = f'choose another {name}.start_strain or a slower {name}.launch_speed'
+    if position is None:
+        verdict = Verdict.WARN
+        text = f'a launch takes too long to simulate in a check: choose shorter times ({name}.*)'
+    elif math.isnan(position):
+        text = (
+            f'no {mover} remains: it does not stay in the trap that the strain makes near the '
+            f'free end; {advice}, or set level 0 farther from the end'
+        )
+    elif abs(position - values['level 0']) > CLOSE:
+        text = f'the {mover} comes to rest somewhere other than level 0: {advice}'
+    else:
+        verdict, text = Verdict.PASS, f'a launched {mover} comes to rest at level 0'
+    return Finding(
+        f'launch_{name}',
+        values if position is None else {'rests at': position, **values},
+        'cells',
+        verdict,
+        text,
+        'a (anti-)kink may be injected from the boundary with the aid of a solenoid actuator '
+        'coupled to the boundary site (p. 5)',
+    )

@@ -1,0 +1,154 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a wall does when the strain changes slowly: where it is held, and where it de-pins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mlmem_ros.physics.design import Design, stiffness_profile
+from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem_ros.physics.errors import StateError
+from mlmem_ros.physics.excerpt import excerpt, uniform
+from mlmem_ros.physics.held_wall import hold_walls
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.specimen import Specimen
+from mlmem_ros.physics.wall import walls
+
+DEPARTURE = 3.0
+"""A wall farther than this from its defect, in cells, is de-pinned."""
+
+ITERATIONS = 25
+"""Newton steps within which a pinned wall is found; one that left takes more."""
+
+POINTS_PER_CELL = 8
+"""Positions per cell of a landscape, enough for the ripple of the lattice."""
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """The energy of a wall by its position, everything else relaxed.
+
+    Attributes:
+        X: Positions in sites, shape (m,).
+        energy: Shape (m,), less that at the first position.
+    """
+
+    X: Array
+    energy: Array
+
+    @property
+    def slope(self) -> Array:
+        """dU/dX at `X`, shape (m,); negative where the wall is pulled to the right."""
+        return np.asarray(np.gradient(self.energy, self.X))
+
+
+def held_landscape(
+    made: Design | Specimen, low: float, high: float, strain: float = 0.0
+) -> Landscape:
+    """Return the landscape of a wall between two positions in sites, under a strain (tension
+    positive).
+
+    Raises:
+        StateError: No wall can be held there.
+    """
+    part = excerpt(made, low, high)
+    X = np.linspace(low, high, 1 + max(2, math.ceil((high - low) * POINTS_PER_CELL)))
+    held = hold_walls(part.made, X - part.before, strain * part.strain_shape)
+    return Landscape(X, held.energy - held.energy[0])
+
+
+def lattice_ripple(design: Design) -> Landscape:
+    """Return the Peierls-Nabarro potential: the landscape over one cell with gamma = beta = 0.
+
+    Raises:
+        StateError: No wall can be held.
+    """
+    part = excerpt(design, design.J, design.J + 1)
+    middle = part.design.N // 2
+    flat = uniform(part.design)
+    X = middle + np.linspace(0.0, 1.0, 33)
+    held = hold_walls(Specimen(flat), X, np.zeros(flat.N))
+    return Landscape(X, held.energy - held.energy[0])
+
+
+def self_energy(design: Design) -> tuple[Array, Array]:
+    """Return the energy that a wall gains by straining the substrate under it, over a period.
+
+    The substrate balances the stretch v' of the wall and yields by v' / s: the energy is -1/2 sum
+    v'^2 / s, lowest where the substrate is softest. First order in 1 / s.
+
+    Returns:
+        Positions X from 0 to J_s in sites and the energy, shape (m,) each.
+
+    Raises:
+        StateError: No wall can be held.
+    """
+    flat = uniform(excerpt(design, design.J, design.J + 1).design)
+    middle = flat.N // 2
+    stretch = np.diff(hold_walls(Specimen(flat), np.array([middle + 0.5]), np.zeros(flat.N)).v[0])
+    offset = np.arange(1.0, flat.N) - middle  # spring j + 1/2 from the wall at middle + 1/2
+    X = np.linspace(0.0, design.J_s, 4 * design.J_s + 1)
+    s = stiffness_profile(design, X[:, None] + offset - 0.5)
+    return X, -0.5 * np.sum(stretch**2 / s, axis=1)
+
+
+def depinning_strain(
+    made: Design | Specimen,
+    level: int,
+    sign: float,
+    largest: float,
+    *,
+    kink: bool = False,
+    tolerance: float = 1e-6,
+) -> float:
+    """Return the strain at which the pinned equilibrium ceases to exist, by continuation.
+
+    Newton's method follows it; when it fails or jumps, the step is halved.
+
+    Args:
+        made: The element.
+        level: Level at whose defect the wall is.
+        sign: -1 for compression, +1 for tension.
+        largest: Size of the largest strain to try.
+        kink: Whether the wall is a kink.
+        tolerance: Size of the last step.
+
+    Returns:
+        The strain with its sign; NaN if the wall is still pinned at `largest`.
+
+    Raises:
+        StateError: The defect holds no wall even without strain.
+    """
+    made = Specimen.of(made)
+    design, defect = made.design, made.design.defect(level)
+    part = excerpt(made, defect - design.J, defect + design.J)
+    site = defect - part.before
+
+    def departure(v: Array, V: Array) -> float:
+        found = walls(part.design, v - V)
+        return abs(found[0].position - site) if len(found) == 1 else math.inf
+
+    side = -0.3 if kink else 0.3
+    v = wall_profile(part.design, site + side, kink=kink) + part.made.offsets
+    v = relax(part.made, v, np.zeros_like(v))
+    if not departure(v, np.zeros_like(v)) < DEPARTURE:
+        raise StateError(f'the defect at j = {defect} pins no {"kink" if kink else "wall"}')
+    shape, strain, step = sign * part.strain_shape, 0.0, 2e-3
+    while step > tolerance:
+        if strain + step > largest:
+            return math.nan
+        V = (strain + step) * shape
+        try:
+            trial = relax(part.made, v + step * shape, V, iterations=ITERATIONS)
+            moved = departure(trial, V)
+        except StateError:
+            moved = math.inf
+        if moved < DEPARTURE:
+            v, strain = trial, strain + step
+        else:
+            step /= 2.0
+    return sign * strain

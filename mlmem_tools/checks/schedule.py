@@ -1,0 +1,181 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The strain cycles: peaks, ramps and durations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from mlmem_ros.device.echo import listening_time
+from mlmem_ros.device.end import End
+from mlmem_ros.device.motion import Cycle
+from mlmem_ros.device.moves import route
+from mlmem_ros.device.reading import BLANK
+from mlmem_ros.device.settings import EraseSettings, WriteSettings
+from mlmem_ros.verdict import Verdict
+
+from .finding import Finding, graded, judged
+from .subject import Subject
+
+ENOUGH = 1.1
+"""Peak over de-pinning strain that leaves room for scatter."""
+
+SLOW = 1.3
+"""Shortest ramp of an erase, in damping times 1 / eta, that kink and wall follow. With tensions
+from 15 % weaker to 20 % stronger, 4 and 16 levels were erased equally well at 1.4 and 2.4, and
+worse at 1.1."""
+
+CALM = 2e-4
+"""Acceleration of the far end, in cells per time squared, up to which an erase is undisturbed.
+With 64 levels and peaks some 10 % off, it was undisturbed at 2e-4, but not at 4e-4."""
+
+SLOWLY = 'deformation due to a prescribed, quasi-static boundary displacement (p. 5)'
+
+STEPS = (
+    'under a non-zero strain a change in the energy landscape releases and repels the domain '
+    'wall from its current pinned position (p. 5)'
+)
+
+
+def check(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings on peaks of write and erase, ramps of an erase, and durations."""
+    walls = subject.forward(kink=False)
+    yield _peaks(subject, 'write', walls)
+    yield _peaks(subject, 'erase', subject.forward(kink=True))
+    yield _wall_stays(subject, walls)
+    yield _ramps(subject)
+    yield _shake(subject)
+    yield _settling(subject)
+    yield _durations(subject)
+
+
+def _peaks(subject: Subject, name: str, frees: dict[int, float]) -> Finding:
+    settings: WriteSettings | EraseSettings = getattr(subject.settings, name)
+    values: dict[str, float] = {}
+    margins = []
+    for mode, peak in (('compression', settings.compression), ('tension', settings.tension)):
+        needed = [abs(e) for e in frees.values() if e * peak > 0.0]  # not for NaN
+        if needed:
+            hardest = max(needed)
+            values[f'{mode} needed'] = math.copysign(hardest, peak)
+            values[f'{mode} peak'] = peak
+            margins.append(abs(peak) / hardest)
+    held = [level for level, strain in frees.items() if math.isnan(strain)]
+    ratio = math.nan if held else min(margins, default=math.inf)
+    verdict = judged(ratio, 1.0, ENOUGH)
+    mover = 'wall' if name == 'write' else 'kink'
+    if held:
+        text = f'no strain frees the {mover} from level {held[0]}: see `freed_by_...`'
+    elif not margins:
+        text = 'a single level: there are no steps'
+    elif verdict is Verdict.PASS:
+        text = f'the peaks free the {mover} from every level, with {ratio - 1:.0%} to spare'
+    elif verdict is Verdict.FAIL and settings.ramp * subject.design.eta < 1.0:
+        verdict = Verdict.WARN  # in so fast a ramp the inertia of the cells also pushes the wall
+        text = (
+            f'a peak is at {ratio:.0%} of what frees the {mover} in a slow ramp; only a '
+            'simulation shows whether a fast one does'
+            f'{" (`write_steps`)" if name == "write" else ""}'
+        )
+    else:
+        text = f'a peak is at {ratio:.0%} of what frees the {mover}: choose greater peaks'
+    return Finding(f'{name}_peaks', values, 'strain', verdict, text, STEPS)
+
+
+def _wall_stays(subject: Subject, frees: dict[int, float]) -> Finding:
+    tension = subject.settings.erase.tension
+    limit = min((strain for strain in frees.values() if strain > 0.0), default=math.inf)
+    return graded(
+        'erase_order',
+        {'erase tension': tension, 'frees the wall': limit},
+        'strain',
+        judged(limit / tension, 0.0, ENOUGH),
+        'the tension that moves the kink leaves the wall in place, so the kink catches up',
+        'the tension that moves the kink also moves the wall, which runs away from it: choose a '
+        'smaller erase.tension',
+        'a kink may be established and conveyed across the memory element by a similar cyclic '
+        'prescription of strain (p. 6)',
+    )
+
+
+def _ramps(subject: Subject) -> Finding:
+    erase = subject.settings.erase
+    shortest = min(erase.ramp, erase.release) * subject.design.eta
+    return graded(
+        'erase_ramps',
+        {'shortest': shortest},
+        'damping times',
+        judged(shortest, 0.0, SLOW),
+        'the strain changes slowly enough, compared with the damping, for kink and wall to follow',
+        'ramps this short, compared with the damping time 1 / eta, leave kink and wall ringing; '
+        'only a simulation shows where they end',
+        SLOWLY,
+    )
+
+
+def _shake(subject: Subject) -> Finding:
+    """Judge how much a smooth ramp shakes the far end, which moves by N times the strain."""
+    erase = subject.settings.erase
+    peak, ramp = max(-erase.compression, erase.tension), min(erase.ramp, erase.release)
+    shaken = 6.0 * abs(subject.design.end_displacement(peak)) / ramp**2
+    return graded(
+        'erase_shake',
+        {'far end': shaken, 'calm': CALM},
+        'cells/time^2',
+        judged(CALM / shaken, 0.0, 1.0),
+        'the ramps leave the far end of the element calm',
+        'the ramps shake the far end, which pushes a wall there like a strain: choose longer ones',
+        SLOWLY,
+    )
+
+
+def _settling(subject: Subject) -> Finding:
+    design, erase = subject.design, subject.settings.erase
+    way = max(design.defect(n + 1) - subject.released_at(n) for n in subject.open_levels)
+    needed = way / subject.drift_speed if design.gamma < 0.0 else math.inf
+    given = 0.5 * erase.release + erase.settle
+    return graded(
+        'erase_settling',
+        {'needed': needed, 'given': given},
+        'time',
+        judged(given / needed if needed else math.inf, 0.0, 1.0),
+        'the wall has the time to roll to the next defect: the gradient moves it at '
+        '|gamma| / (2 eta)',
+        'the next cycle may begin before the wall has rolled to its defect: choose longer release '
+        'and settle, a greater |gamma| or less damping',
+        'a transition wave will propagate to the right with constant speed until entering a '
+        'defect (p. 3)',
+    )
+
+
+def _durations(subject: Subject) -> Finding:
+    """Report how long a step, a read, the longest write upward and the longest erase take."""
+    design, settings = subject.design, subject.settings
+    unit, top = settings.scale.time, design.levels - 1
+    read = listening_time(design, settings.probe, End.LEFT)
+    look = listening_time(design, settings.probe_right, End.RIGHT)
+
+    up, out = (
+        sum(move.time for move in route(design, settings, start, target))
+        for start, target in ((0, top), (top, BLANK))
+    )
+    step = cycle_time(subject, settings.write)
+    values = {
+        'step': step,
+        'read': read,
+        'write 0 to top': up + read,
+        'erase from top': out + look,
+    }
+    seconds = ', '.join(f'{name} {value * unit:.3g} s' for name, value in values.items())
+    return Finding(
+        'durations', values, 'time', Verdict.PASS, f'in robot time: {seconds}',
+        'the elapsed time between injection and echo; the schedule of compressive, tensile and '
+        'zero strain (Fig. 4)',
+    )  # fmt: skip
+
+
+def cycle_time(subject: Subject, times: WriteSettings | EraseSettings) -> float:
+    """Return how long a strain cycle takes, at the larger peak and with the rate limit."""
+    peak = max(-times.compression, times.tension)
+    return Cycle.planned(times, peak, subject.settings.actuator.max_rate).duration

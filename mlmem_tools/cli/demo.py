@@ -1,0 +1,141 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem demo`: write every level through ROS 2, read each back, show and record it.
+
+Starts a memory node as its own process and talks to it as a ROS client over DDS.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.packages import added
+
+from . import laboratory
+from .command import JSON, command, option
+from .output import plain_console, plain_table, print_json, show_progress
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mlmem_ros.contract.answers import Decoded
+    from mlmem_ros.ros.client.client import MemoryClient
+
+
+LEVELS = (0, 1, 2, 3, 4, 5, 6, 7, 3, 5)
+"""The levels that are written: all of them upward, one downward, one upward again."""
+
+NODE_START = 60.0
+"""Longest wait for the node, in seconds: the first start compiles the kernels."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """One line of the table."""
+
+    asked: int
+    answer: Decoded
+    wall: float | None
+    duration: float
+
+
+@command(
+    'write every level up and some down through ROS 2, read each back, show it',
+    option('--output', type=Path, default=Path('sessions'), help='folder for session and picture'),
+    JSON,
+    text=__doc__,
+)
+def demo(arguments: argparse.Namespace) -> int:
+    """Run the demonstration; return 0 only if every level read is the one written."""
+    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.ros.node_process import node_arguments, node_process
+    from mlmem_ros.session.data import load
+
+    console = plain_console(aside=arguments.json)
+    folder: Path = arguments.output / time.strftime('demo-%Y%m%d-%H%M%S')
+    session = folder / 'session'
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('ROS_DOMAIN_ID', str(random.randint(1, 100)))
+    name = f'mlmem_demo_{os.getpid()}'  # a robot's own /mlmem may be in this domain
+    folder.mkdir(parents=True)
+    given = node_arguments(name, {'record.path': str(session)})
+    try:
+        with (
+            (folder / 'memory_node.log').open('wb') as log,
+            node_process(given, stdout=log, stderr=log),
+        ):
+            rows = _write_and_read(console, name)
+    except RequestError as error:
+        console.print(f'the demonstration failed: {error}', style='red')
+        return 1
+    _print_table(console, rows)
+    console.print(f'session  {session}')
+    picture = None
+    if laboratory.PICTURE in added(laboratory.PARTS):
+        picture = laboratory.part(laboratory.PICTURE)(load(session), folder / 'session.png')
+        console.print(f'picture  {picture}')
+    if arguments.json:
+        print_json({'levels': rows, 'session': session, 'picture': picture})
+    return 0 if all(row.answer.level == row.asked for row in rows) else 1
+
+
+def _write_and_read(console: Console, name: str) -> list[Written]:
+    from std_msgs.msg import Float64MultiArray
+
+    from mlmem_ros.ros.client.standalone import standalone
+    from mlmem_ros.ros.qos import SENSOR_DATA
+
+    rows: list[Written] = []
+    walls: list[Any] = []
+    with standalone(name) as client:
+        with console.status('waiting for the memory node'):
+            client.ready(NODE_START).wait()
+            client.read(NODE_START).wait()  # with a cold cache, it compiles its kernels first
+        client.node.create_subscription(
+            Float64MultiArray, f'{client.name}/wall', walls.append, SENSOR_DATA
+        )
+        written = (_one_level(client, asked, walls) for asked in LEVELS)
+        show_progress(console, map(rows.append, written), 0, len(LEVELS), 'levels')
+    return rows
+
+
+def _one_level(client: MemoryClient, asked: int, walls: list[Any]) -> Written:
+    from mlmem_ros.ros.client.standalone import wait_until
+
+    begun = time.monotonic()
+    client.write(asked).wait()
+    answer = client.read().wait()
+    duration = time.monotonic() - begun
+    walls.clear()
+    wait_until(lambda: walls, f'{client.name}/wall')
+    positions = list(walls[-1].data)
+    return Written(asked, answer, positions[0] if len(positions) == 1 else None, duration)
+
+
+def _print_table(console: Console, rows: list[Written]) -> None:
+    from rich.text import Text
+
+    table = plain_table(
+        'written through ROS 2 and read back by echo',
+        '>asked', '>decoded', '>code', '>echo delay', '>threshold margin', '>confidence',
+        '>true wall', '>duration',
+    )  # fmt: skip
+    for row in rows:
+        answer, right = row.answer, row.answer.level == row.asked
+        table.add_row(
+            str(row.asked),
+            Text(str(answer.level), 'green' if right else 'red'),
+            answer.code,
+            'none' if answer.delay is None else f'{answer.delay:.2f}',
+            f'{answer.threshold_margin:.2f}',
+            f'{answer.confidence:.2f}',
+            'none' if row.wall is None else f'{row.wall:.2f}',
+            f'{row.duration:.2f} s',
+        )
+    console.print(table)

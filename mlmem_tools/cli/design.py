@@ -1,0 +1,164 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem design`: find a design for a number of levels, judge one, prove one.
+
+`mlmem design --levels 16` finds cells, damping, strain schedule, carrier and threshold by rules
+and closed forms; with `--output FILE.yaml` it writes them as a node's parameter file, with
+`--prove` it simulates them. Its strokes and its throw, which take a wall down, also follow rules;
+`--search TRIALS` looks for better ones (minutes). No ROS is needed.
+
+`check` takes a ROS parameter file or the name of a preset, judges every quantity that the memory
+depends on, and says what goes wrong if one fails. `prove` simulates such designs: every level is
+written and read back, lower ones are written, and every level is erased; results are kept, so the
+same command continues after a kill. All but `check` needs the laboratory, the package mlmem_lab.
+
+Exit status 0: nothing failed (warnings do not count); 1: something did; 2: wrong arguments, or a
+file that cannot be read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from . import laboratory
+from .command import ELEMENT, JOBS, JSON, command, element_of, option, tasks
+from .output import complain, plain_console, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..checks import Report
+
+
+COLOURS = {'pass': 'green', 'warn': 'yellow', 'fail': 'red'}
+"""Colours by verdict."""
+
+PROOF = (
+    option(
+        '--sample', type=int, metavar='N',
+        help='downward writes to try; default: all of up to 16 levels, else as many as levels',
+    ),
+    option('--folder', type=Path, default=Path('proofs'), help='folder for the ledgers'),
+    JOBS,
+)  # fmt: skip
+"""The options of a proof."""
+
+
+@command(
+    'judge a design',
+    option('source', metavar='FILE|PRESET', help='ROS parameter file, or a preset'),
+    ELEMENT,
+    JSON,
+    option('--brief', action='store_true', help='leave out passes and quotations of the paper'),
+    text='Judge every quantity that the memory depends on, and say what goes wrong if one fails.',
+)
+def check(arguments: argparse.Namespace) -> int:
+    """Judge a design."""
+    from mlmem_ros.parameter_file import load
+
+    from .. import checks
+
+    design, settings = load(arguments.source)
+    report = checks.check(design, settings, element_of(arguments, design, settings))
+    if arguments.json:
+        findings = [finding.as_dict() for finding in report.findings]
+        print_json({'verdict': report.verdict.value, 'findings': findings})
+    else:
+        print_report(plain_console(), arguments.source, report, arguments.brief)
+    return 1 if report.verdict is checks.Verdict.FAIL else 0
+
+
+@command(
+    'simulate designs',
+    option('sources', metavar='FILE|PRESET', nargs='+', help='ROS parameter files, or presets'),
+    option('--markdown', type=Path, metavar='FILE', help='also write the table there'),
+    option('--output', type=Path, metavar='FILE', help='result file to write'),
+    ELEMENT,
+    *PROOF,
+    JSON,
+    text='Write and read back every level, write lower ones, and erase every level.\n'
+    'Results are kept, so the same command continues after a kill.',
+)
+def prove(arguments: argparse.Namespace) -> int:
+    """Simulate designs."""
+    if arguments.element is not None and len(arguments.sources) > 1:
+        return complain('design', '--element needs the one design that it is of', 2)
+    done: int = laboratory.part('prove_designs')(arguments)
+    return done
+
+
+TASKS = {'check': check, 'prove': prove}
+
+
+@command(
+    'find a design for a number of levels, judge one, prove one',
+    option('--levels', type=int, metavar='P', help='find a design for 2 to 256 levels'),
+    option('--output', type=Path, metavar='FILE.yaml', help='parameter file to write'),
+    option(
+        '--search',
+        type=int,
+        default=0,
+        metavar='TRIALS',
+        help='try this many strokes of either kind, and throws (CMA-ES)',
+    ),
+    option('--prove', action='store_true', help='simulate the found design'),
+    *PROOF,
+    JSON,
+    tasks(**TASKS),
+    text=__doc__,
+)
+def design(arguments: argparse.Namespace) -> int:
+    """Do the task; return the exit status."""
+    from mlmem_ros.device.errors import SettingsError
+    from mlmem_ros.element_file import ElementFileError
+    from mlmem_ros.parameter_file import ParameterFileError
+    from mlmem_ros.physics import DesignError
+
+    if not arguments.task and arguments.levels is None:
+        return complain('design', 'give --levels P to find a design, or one of check and prove', 2)
+    try:
+        if arguments.task:
+            return TASKS[arguments.task].run(arguments)
+        found: int = laboratory.part('find_design')(arguments)
+        return found
+    except (ParameterFileError, ElementFileError) as error:
+        return complain('design', error, 2)
+    except (DesignError, SettingsError, OSError) as error:
+        return complain('design', error, 1)
+
+
+def print_report(console: Console, source: str, report: Report, brief: bool) -> None:
+    """Print the findings of a check in a table, without passes and sources if `brief`."""
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from ..checks import Verdict
+
+    table = Table(title=f'{source}: {report.verdict.value}', show_lines=True, box=box.SIMPLE)
+    table.add_column('')
+    table.add_column('quantity', no_wrap=True)
+    table.add_column('values')
+    table.add_column('what it means' + ('' if brief else ', and the paper'))
+    for finding in report.findings:
+        if brief and finding.verdict is Verdict.PASS:
+            continue
+        verdict = finding.verdict.value
+        name = Text.assemble(finding.name, '\n', (finding.unit, 'dim'))
+        numbers = '\n'.join(
+            f'{key} none' if math.isnan(value) else f'{key} {value:.4g}'
+            for key, value in finding.values.items()
+        )
+        where = () if brief else ('\n', (finding.source, 'dim'))
+        text = Text.assemble(finding.text, *where)
+        table.add_row(Text(verdict, COLOURS[verdict]), name, numbers, text)
+    if table.row_count:
+        console.print(table)
+    counts = {verdict: len(report.of(verdict)) for verdict in Verdict}
+    console.print(
+        f'{len(report.findings)} quantities: {counts[Verdict.FAIL]} failed, '
+        f'{counts[Verdict.WARN]} with a warning'
+    )

@@ -1,0 +1,253 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem inspect`: list what a bag holds and what was lost, and decode its echoes again.
+
+Needs no ROS. Lists topics, commands, procedures and levels; decodes every recorded echo from its
+waveform. Exit status 0: whole and in agreement; 1: something is lost or differs; 2: unreadable.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.clipped import printable
+
+from . import laboratory
+from .command import JSON, command, option
+from .output import complain, plain_console, plain_table, print_json
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from mlmem_ros.bag.contents import Loss
+    from mlmem_ros.bag.reader import BagReader
+    from mlmem_ros.device import Command
+    from mlmem_ros.session.data import SessionData
+
+
+@command(
+    'list a session bag, decode its echoes again, plot or repair it',
+    option('bag', type=Path, help='bag directory or file'),
+    option('--node', default='', help='which node of the bag, if there are several'),
+    option('--plot', type=Path, metavar='FILE', help='draw the session (.png, .svg)'),
+    option(
+        '--repair', type=Path, metavar='NEW', help='write an intact bag of everything readable'
+    ),
+    JSON,
+    text=__doc__,
+)
+def inspect(arguments: argparse.Namespace) -> int:
+    """Inspect; return the exit status."""
+    from mlmem_ros.bag.errors import BagError
+    from mlmem_ros.bag.reader import BagReader
+
+    console = plain_console(aside=arguments.json)
+    try:
+        if arguments.repair:
+            found, whole = _repair(console, arguments.bag, arguments.repair), True
+        else:
+            reader = BagReader(arguments.bag)
+            found = _list_contents(console, reader) | _inspect_session(console, reader, arguments)
+            whole = found['agree'] and not found['lost']
+    except BagError as error:
+        return complain('inspect', error, 2)
+    if arguments.json:
+        print_json(found)
+    return 0 if whole else 1
+
+
+def _repair(console: Console, source: Path, destination: Path) -> dict[str, Any]:
+    from ..repairing import repair
+
+    report = repair(source, destination)
+    lost = _list_losses(console, report.losses)
+    console.print(f'{report.messages} messages saved in {report.destination}')
+    return {'saved': report.messages, 'bag': report.destination, 'lost': lost}
+
+
+def _list_losses(console: Console, losses: Sequence[Loss]) -> list[str]:
+    from rich.text import Text
+
+    for loss in losses:
+        console.print(Text('lost  ', 'yellow'), printable(str(loss)), sep='')
+    return list(map(str, losses))
+
+
+def _list_contents(console: Console, reader: BagReader) -> dict[str, Any]:
+    span = reader.span
+    duration = (span[1] - span[0]) / 1e9 if span else 0.0
+    console.print(
+        f'{printable(str(reader.path))}: {reader.message_count} messages, {duration:.2f} s'
+    )
+    table = plain_table('topics', 'topic', 'type', '>messages')
+    for name, info in sorted(reader.topics.items()):
+        _add(table, name, info.type, str(info.message_count))
+    console.print(table)
+    for key, value in reader.custom_data.items():
+        console.print(printable(f'{key}: {value}'))
+    if lost := _list_losses(console, reader.losses):
+        console.print(
+            'rosbags and other readers that need a summary refuse this bag as it is; mlmem '
+            'inspect BAG --repair NEW writes one that they open'
+        )
+    return {
+        'bag': reader.path,
+        'seconds': duration,
+        'topics': {
+            name: {'type': info.type, 'messages': info.message_count}
+            for name, info in sorted(reader.topics.items())
+        },
+        'custom_data': reader.custom_data,
+        'lost': lost,
+    }
+
+
+def _inspect_session(
+    console: Console, reader: BagReader, arguments: argparse.Namespace
+) -> dict[str, Any]:
+    from mlmem_ros.session.data import load
+    from mlmem_ros.session.messages import as_dict
+
+    session = load(reader, arguments.node)
+    if session.header is None:
+        console.print(f'{printable(session.node)}: written by another recorder, no session header')
+    else:
+        design = session.design
+        versions = ', '.join(f'{k} {v}' for k, v in session.header.versions.items())
+        console.print(
+            printable(f'{session.node}: {design.levels} levels, {design.N} cells; {versions}')
+        )
+    _list_commands(console, session)
+    _list_procedures(console, session)
+    echoes = _list_echoes(console, session)
+    picture = None
+    if arguments.plot:
+        picture = laboratory.part(laboratory.PICTURE)(session, arguments.plot)
+        console.print(f'picture  {picture}')
+    return {
+        'node': session.node,
+        'versions': session.header.versions if session.header else None,
+        'commands': [{'tick': tick, **as_dict(given)} for tick, given in session.stamped]
+        or [{'time': time, **as_dict(given)} for time, given in session.commands],
+        'procedures': [{'time': time, **values} for time, values in session.outcomes],
+        'echoes': echoes,
+        'agree': all(echo['agrees'] for echo in echoes),
+        'picture': picture,
+    }
+
+
+def _list_commands(console: Console, session: SessionData) -> None:
+    from mlmem_ros.device import Disturb
+
+    if session.stamped:
+        head = 'commands', '>tick', 'command'
+        rows = [(str(tick), command) for tick, command in session.stamped]
+    else:
+        head = 'command messages', '>time', 'command'
+        rows = [(f'{seconds:.3f} s', command) for seconds, command in session.commands]
+    if rows:
+        table = plain_table(*head)
+        for when, command in rows:
+            if not isinstance(command, Disturb):
+                _add(table, when, _words(command))
+        console.print(table)
+    shakes = [command.acceleration for _, command in rows if isinstance(command, Disturb)]
+    if shakes:  # too many for a table
+        largest = max(shakes, key=abs)
+        console.print(f'disturbances {len(shakes)}, the largest {largest:.3g}')
+
+
+def _words(command: Command) -> str:
+    """Return a command in words, with active faults only."""
+    from mlmem_ros.device import SetFaults
+
+    if isinstance(command, SetFaults):
+        return f'SetFaults({command.faults.active() or "healthy"})'
+    return str(command)
+
+
+def _list_procedures(console: Console, session: SessionData) -> None:
+    if not session.outcomes:
+        return
+
+    table = plain_table(
+        'procedures',
+        '>time', 'procedure', '>level', 'code', '>delay', '>margins', '>tries', '>ticks', 'error',
+    )  # fmt: skip
+    for seconds, values in session.outcomes:
+        margins = [_rounded(values.get(f'{kind}_margin', '')) for kind in ('level', 'threshold')]
+        _add(
+            table,
+            f'{seconds:.3f} s',
+            values.get('procedure', ''),
+            values.get('level', ''),
+            values.get('code', ''),
+            _rounded(values.get('delay', '')),
+            ' '.join(margins),
+            values.get('attempts', ''),
+            values.get('ticks', ''),
+            values.get('error', ''),
+        )
+    console.print(table)
+
+
+def _rounded(text: str) -> str:
+    try:
+        return f'{float(text):.2f}'
+    except ValueError:
+        return text
+
+
+def _list_echoes(console: Console, session: SessionData) -> list[dict[str, Any]]:
+    if session.header is None or not session.echoes:
+        return []
+    from rich.text import Text
+
+    from mlmem_ros.session.redecode import redecode
+
+    settings, calibration = session.settings, session.header.calibration
+    table = plain_table(
+        'echoes, decoded again from their waveforms',
+        '>time', 'end', '>recorded', '>again', '>delay', '>level margin', '>threshold margin',
+        '>confidence',
+    )  # fmt: skip
+    found = []
+    for echo in session.echoes:
+        again = redecode(echo, settings, calibration)
+        right = again.agrees(echo.level)
+        table.add_row(
+            f'{echo.time:.3f} s',
+            again.end,
+            'no level' if echo.level is None else _level(echo.level),
+            Text(_level(again.level), 'green' if right else 'red'),
+            'none' if again.delay is None else f'{again.delay:.2f}',
+            f'{again.level_margin:.2f}',
+            f'{again.threshold_margin:.2f}',
+            f'{again.confidence:.2f}',
+        )
+        found.append(
+            {
+                'time': echo.time,
+                'recorded': echo.level,
+                **dataclasses.asdict(again),
+                'confidence': again.confidence,
+                'agrees': right,
+            }
+        )
+    console.print(table)
+    return found
+
+
+def _level(level: int | None) -> str:
+    from mlmem_ros.device import describe_level
+
+    return 'no echo' if level is None else describe_level(level)
+
+
+def _add(table: Any, *cells: str) -> None:
+    """Add a row of texts from the file."""
+    table.add_row(*(printable(cell, 300) for cell in cells))

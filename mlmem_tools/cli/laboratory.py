@@ -1,0 +1,40 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the laboratory, a package of its own, adds: commands, and parts of our own commands."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mlmem_ros.packages import added
+
+COMMANDS = 'mlmem.commands'
+"""Entry points of commands that other packages add; each is a `Command`."""
+
+PARTS = 'mlmem.parts'
+"""Entry points of what our own commands do only with the laboratory; each is a function."""
+
+PICTURE = 'session_figure'
+"""Draws a session to a file: `draw(session, path)`."""
+
+NAMES = (
+    'bench', 'figures', 'fit', 'margins', 'measured', 'plan', 'reads', 'standard_problems',
+    'tolerance', 'twins', 'windows',
+)  # fmt: skip
+"""Its commands, so that we can say what to install."""
+
+
+def part(name: str) -> Any:
+    """Return a part of one of our commands.
+
+    Raises:
+        ModuleNotFoundError: The laboratory is not installed.
+    """
+    if name not in (found := added(PARTS)):
+        raise absent()
+    return found[name].load()
+
+
+def absent() -> ModuleNotFoundError:
+    """Return the error that says so."""
+    return ModuleNotFoundError('the laboratory is not installed', name='mlmem_lab')

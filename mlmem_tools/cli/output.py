@@ -1,0 +1,107 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Output of sub-commands: text, of which none is taken as markup, and JSON for `--json`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.clipped import printable
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+SPEED_PERIOD = 120.0
+"""Seconds over which speed is averaged to predict the remaining time."""
+
+
+def plain_console(aside: bool = False) -> Console:
+    """Return a console that prints every text verbatim; `aside`: to standard error, since standard
+    output gets JSON.
+    """
+    from rich.console import Console
+
+    return Console(markup=False, emoji=False, highlight=False, stderr=aside)
+
+
+def plain_table(title: str, *headings: str) -> Table:
+    """Return a table that fits 80 columns: cells are folded, words of a heading never. A heading
+    that begins with > is aligned to the right.
+    """
+    from rich import box
+    from rich.table import Table
+
+    table = Table(
+        title=title or None,
+        title_justify='left',
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        pad_edge=False,
+        show_edge=False,
+    )
+    for heading in headings:
+        text = heading.removeprefix('>')
+        table.add_column(
+            text,
+            justify='left' if text == heading else 'right',
+            min_width=max(map(len, text.split()), default=0),
+            overflow='fold',
+        )
+    return table
+
+
+def show_progress(
+    console: Console, rows: Iterator[object], done: int, total: int | None, what: str
+) -> None:
+    """Go through the rows, and show their number, the elapsed and the remaining time."""
+    from rich import progress as shown
+
+    columns = (
+        shown.TextColumn(what), shown.MofNCompleteColumn(), shown.BarColumn(),
+        shown.TimeElapsedColumn(), shown.TextColumn('left'), shown.TimeRemainingColumn(),
+    )  # fmt: skip
+    with shown.Progress(*columns, console=console, speed_estimate_period=SPEED_PERIOD) as bar:
+        task = bar.add_task(what, total=total, completed=done)
+        for _ in rows:
+            bar.advance(task)
+
+
+def complain(command: str, error: object, status: int) -> int:
+    """Print in one line on standard error why a sub-command failed; return its exit status."""
+    print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
+    return status
+
+
+def print_json(result: Any) -> None:
+    """Print a result as one JSON object.
+
+    Args:
+        result: Of mappings, sequences, dataclasses, arrays and plain values; anything else becomes
+            text. JSON has no infinity and no NaN: these become null.
+    """
+    print(json.dumps(plain(result), indent=2), flush=True)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON can hold it; see `print_json`."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        value = value.value
+    if hasattr(value, 'tolist'):  # of numpy
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, (bool, int, str)) else str(value)

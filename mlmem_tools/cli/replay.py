@@ -1,0 +1,189 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem replay`: run a session's commands again and compare with what was recorded.
+
+Without ROS and as fast as possible, through its own device; with --ros, into a running node at the
+recorded pace. Exit status 0: nothing is missing from the recording and everything agrees (to the
+bit on the build that recorded, otherwise in every level and up to rounding; from a node, in how
+every procedure ended); 1: it does not, or there was nothing to compare; 2: the bag cannot be
+replayed. With --incomplete a recording that was cut off passes if what there is of it agrees.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mlmem_ros.clipped import printable
+
+from .command import JSON, command, option
+from .output import complain, print_json
+
+if TYPE_CHECKING:
+    from mlmem_ros.ros.client.play import Played
+    from mlmem_ros.session.replay import Progress
+    from mlmem_ros.session.report import ReplayReport
+
+
+OTHERS = 'case_2'
+"""Preset of the element for a bag that names none."""
+
+MOST_LISTED = 20
+"""Most levels or procedures listed."""
+
+
+@command(
+    'run a recorded session again and compare, without ROS or into a running node',
+    option('bag', type=Path, help="session bag, or any bag with the node's command topics"),
+    option('--node', default='', help='which node of the bag, if there are several'),
+    option(
+        '--preset', help=f'element for a bag written by another recorder; {OTHERS} unless given'
+    ),
+    option('--ros', metavar='NAME', help='play into the running node of this name'),
+    option(
+        '--incomplete',
+        action='store_true',
+        help='accept a recording of which part is missing, if what is there agrees',
+    ),
+    JSON,
+    text=__doc__,
+)
+def replay(arguments: argparse.Namespace) -> int:
+    """Replay; return the exit status."""
+    from mlmem_ros.bag.errors import BagError
+    from mlmem_ros.physics import DesignError
+
+    try:
+        return _into_node(arguments) if arguments.ros else _through_device(arguments)
+    except (BagError, DesignError) as error:
+        return complain('replay', error, 2)
+
+
+def _through_device(arguments: argparse.Namespace) -> int:
+    from mlmem_ros.bag.errors import BagError
+    from mlmem_ros.device import new_element, preset
+    from mlmem_ros.session.data import load
+    from mlmem_ros.session.replay import replay, replay_commands
+
+    session = load(arguments.bag, arguments.node)
+    if arguments.preset and session.header is not None:
+        raise BagError('--preset is for bags written by another recorder; this one has its own')
+    with _progress() as progress:
+        if session.header is not None:
+            report = replay(session, progress)
+        else:
+            element = new_element(preset(arguments.preset or OTHERS))
+            report = replay_commands(element, session, progress)
+    if arguments.json:
+        print_json(report.as_dict())
+    else:
+        _print(describe(report))
+    return _status(report, arguments)
+
+
+def _into_node(arguments: argparse.Namespace) -> int:
+    from mlmem_ros.contract.errors import RequestError
+    from mlmem_ros.ros.client.play import play
+    from mlmem_ros.session.data import load
+
+    session = load(arguments.bag, arguments.node)
+    try:
+        with _progress() as progress:
+            played = play(session, arguments.ros, progress)
+    except RequestError as error:
+        return complain('replay', error, 2)
+    if arguments.json:
+        print_json(played.as_dict())
+    else:
+        _print(describe_played(played))
+    return _status(played, arguments)
+
+
+def _status(found: ReplayReport | Played, arguments: argparse.Namespace) -> int:
+    return 0 if found.passed and (found.whole or arguments.incomplete) else 1
+
+
+def describe(report: ReplayReport) -> list[str]:
+    """Return a report as lines: what was run, what was compared, what is missing, the verdict."""
+    lines = [f'replayed    {report.ticks} ticks, {report.commands} commands']
+    lines += [f'refused     at {refusal}' for refusal in report.refused]
+    lines += [f'lost        {loss}' for loss in report.lost]
+    for name, (then, here) in report.other_build.items():
+        lines.append(f'build       {name} was {then}, is {here}')
+    if report.hashes:
+        line = f'states      {report.equal_hashes} of {report.hashes} equal'
+        if report.difference is not None:
+            line += (
+                f'; first difference at tick {report.difference.tick}, '
+                f'{report.difference.by:.3g} cells, greatest {report.state_difference:.3g}'
+            )
+        lines.append(line)
+    if echoes := len(report.recorded_levels):
+        line = f'echoes      {report.equal_echoes} of {echoes} equal'
+        if report.equal_echoes < echoes:
+            line += f', greatest difference {report.echo_difference:.3g} cells'
+        if report.other_echoes:
+            line += f', {report.other_echoes} with another number of samples'
+        if silent := echoes - min(echoes, len(report.levels)):
+            line += f', {silent} missing in the replay'
+        lines.append(line)
+    if report.streams:
+        streams = [f'~/{name} {each}' for name, each in report.streams.items()]
+        lines.append(f'streams     {", ".join(streams)} equal')
+    lines += _compared('levels', report.recorded_levels, report.levels)
+    lines += _compared('procedures', report.recorded_endings, report.endings)
+    return [*lines, report.verdict]
+
+
+def describe_played(played: Played) -> list[str]:
+    """Return lines on how a session went in a running node."""
+    return [
+        *(f'lost        {loss}' for loss in played.lost),
+        *_compared('procedures', played.recorded, played.ended),
+        *(f'beforehand  {hint}' for hint in played.hints),
+        played.verdict,
+    ]
+
+
+def _compared(what: str, recorded: Sequence[object], found: Sequence[object]) -> list[str]:
+    """Return a line on how many agree, and a second one on the first that does not.
+
+    A recorded None was never published, and there is nothing to compare.
+    """
+    both = zip_longest(recorded, found[: len(recorded)], fillvalue='nothing')
+    pairs = [(then, now) for then, now in both if then is not None]
+    if not pairs:
+        return [f'{what:<12}none recorded; here {_listed(found) or "none"}']
+    line = f'{what:<12}{sum(then == now for then, now in pairs)} of {len(pairs)} agree'
+    if len(found) > len(recorded):
+        line += f', {len(found) - len(recorded)} more than recorded'
+    lines = [f'{line}: {_listed([now for _, now in pairs])}']
+    for number, (then, now) in enumerate(pairs, start=1):
+        if then != now:
+            return [*lines, f'            number {number} was {then}, is {now}']
+    return lines
+
+
+def _listed(values: Sequence[object]) -> str:
+    more = ', ...' if len(values) > MOST_LISTED else ''
+    return ', '.join(map(str, values[:MOST_LISTED])) + more
+
+
+def _print(lines: Sequence[str]) -> None:
+    for line in lines:
+        print(printable(line))
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn('replaying'), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task('replaying', total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

@@ -1,0 +1,174 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Commands that make one request to a running node and print its answer."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from mlmem_ros.procedures import PROCEDURES, Procedure
+from mlmem_ros.words import describe_level
+
+from .command import JSON, NODE, Command, Option, command, one_of, option, wait
+from .output import complain, print_json
+
+if TYPE_CHECKING:
+    from mlmem_ros.contract.answers import Answer, Calibrated, Decoded, Done, Recorded, SelfTested
+    from mlmem_ros.ros.client.client import MemoryClient
+    from mlmem_ros.ros.client.reply import Reply
+
+SomeAnswer = TypeVar('SomeAnswer', bound='Answer')
+
+
+def _request(
+    summary: str,
+    ask: Callable[[MemoryClient, argparse.Namespace], Reply[SomeAnswer]],
+    describe: Callable[[SomeAnswer], str],
+    *options: Option,
+    more: str = '',
+) -> Command:
+    """Return the command of a request.
+
+    Its exit status is 0 on success, 1 on failure, on a failed self-test or if no node answers.
+    """
+
+    def run(arguments: argparse.Namespace) -> int:
+        from mlmem_ros.contract.errors import RequestError, RequestFailed
+        from mlmem_ros.ros.client.standalone import standalone
+
+        try:
+            with standalone(arguments.node) as client:
+                client.ready(arguments.wait).wait()
+                answer = ask(client, arguments).wait()
+        except (RequestError, ValueError) as error:
+            if arguments.json and isinstance(error, RequestFailed):
+                print_json(error.answer)
+            return complain(arguments.command, error, 1)
+        if arguments.json:
+            print_json(_as_dict(answer))
+        else:
+            print(describe(answer))
+        return 0 if getattr(answer, 'passed', True) else 1
+
+    text = f'{summary[0].upper()}{summary[1:]}.\n\n{more}'.rstrip()
+    return command(summary, *options, NODE, wait(5.0), JSON, text=text)(run)
+
+
+def _as_dict(answer: Answer) -> dict[str, Any]:
+    """Return an answer as plain values: the parsed ones, and everything from the node."""
+    fields = {field.name: getattr(answer, field.name) for field in dataclasses.fields(answer)}
+    said = fields.pop('details')
+    return {**fields, 'measured': said} if 'checks' in fields else {**said, **fields}
+
+
+def _decoded(answer: Decoded) -> str:
+    text = describe_level(answer.level)
+    if answer.code:
+        text += f' (code {answer.code})'
+    if answer.delay is not None:
+        text += f', echo delay {answer.delay:.2f}'
+    return (
+        f'{text}, level margin {answer.level_margin:.2f}, '
+        f'threshold margin {answer.threshold_margin:.2f}, confidence {answer.confidence:.2f}'
+    )
+
+
+def _stopped(answer: Done) -> str:
+    return f'stopped; the strain is at zero after {answer.ticks} ticks'
+
+
+def _calibrated(answer: Calibrated) -> str:
+    """Return the content as a line, and the delays as a table: levels by ends."""
+    columns = zip(*answer.delays.values(), strict=True)
+    rows = [
+        f'{level:5}' + ''.join(f'{delay:10.2f}' for delay in delays)
+        for level, delays in enumerate(columns)
+    ]
+    headings = 'level' + ''.join(f'{end:>10}' for end in answer.delays)
+    return '\n'.join([_decoded(answer), headings, *rows])
+
+
+def _tested(answer: SelfTested) -> str:
+    """Return the result of every check, one line each."""
+    width = max(map(len, answer.checks))
+    return '\n'.join(
+        f'{"FAILED" if name in answer.failed else "ok":6}  {name:{width}}  {found}'
+        for name, found in answer.checks.items()
+    )
+
+
+def _recorded(answer: Recorded) -> str:
+    return f'{"recording into" if answer.recording else "recorded"} {answer.path}'
+
+
+def _found(answer: Decoded) -> str:
+    """Return a decoded content, and whatever else was measured, one line each."""
+    usual = {field.name for field in dataclasses.fields(answer)} | USUAL
+    others = [f'{name} {value}' for name, value in answer.details.items() if name not in usual]
+    return '\n'.join([_decoded(answer), *others])
+
+
+USUAL = {'procedure', 'margin', 'reason', 'right_delay', 'asked', 'error'}
+"""Names in an answer that its line leaves out."""
+
+DESCRIBED: dict[str, Callable[[Any], str]] = {
+    **dict.fromkeys(('write', 'read', 'erase'), _decoded),
+    'abort': _stopped,
+    'calibrate': _calibrated,
+    'self_test': _tested,
+}
+"""How answers are put into words, by procedure; others by `_found`."""
+
+MORE = {
+    'abort': 'The answer comes once the element is at rest. The request that is stopped fails.',
+    'calibrate': 'It writes every level: as long as some ten writes, longer with many levels.',
+    'self_test': """\
+It writes and reads every level and tests actuator and transducers: as long as some ten writes,
+longer with many levels. Exit status 0 means that every check passed.""",
+}
+"""The rest of their help, by procedure."""
+
+TYPES: dict[str, Callable[[str], Any]] = {'int': int, 'str': str}
+
+
+def _procedure(name: str, row: Procedure) -> Command:
+    """Return the command of a procedure: what it must be given is positional."""
+
+    def ask(client: MemoryClient, given: argparse.Namespace) -> Reply[Any]:
+        wanted = {argument: getattr(given, argument) for argument, *_ in row.arguments}
+        own = getattr(client, name, None)  # with the time-out that suits it
+        return own(**wanted) if own is not None else client.procedure(name, **wanted)
+
+    options = [
+        option(argument, type=TYPES[kind], help=description.text)
+        if argument in row.required
+        else option(
+            f'--{argument}',
+            type=TYPES[kind],
+            default=default,
+            choices=description.choices or None,
+            metavar=argument.upper(),
+            help=description.text,
+        )
+        for argument, kind, default, description in row.arguments
+    ]
+    describe = DESCRIBED.get(name, _found)
+    return _request(row.meaning, ask, describe, *options, more=MORE.get(name, ''))
+
+
+COMMANDS = {name: _procedure(name, row) for name, row in PROCEDURES.items()}
+COMMANDS['record'] = _request(
+    'make a running node start or end recording a session',
+    lambda client, given: client.record(not given.stop, given.path or ''),
+    _recorded,
+    one_of(
+        option('path', nargs='?', help="path of the bag, on the node's machine"),
+        option('--stop', action='store_true', help='end the recording'),
+    ),
+    more="""\
+The bag is on the machine of the node, below its `files.root`. If the path exists, the time is
+added to its name; without a path, the node takes its `record.path`.""",
+)

@@ -1,0 +1,163 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem rig`: emulate an element behind a TCP port, for a node with `device.driver:=rig`.
+
+It has its own clock, and its line may delay, jitter and lose frames, all at random from a seed.
+The element keeps its state when a client disconnects and another connects. The first line printed
+is the value for `device.address`.
+
+The element is the design's, or scattered about it. With `--integrator rk4`, which the laboratory
+adds, it is simulated by other means than any element of this package, and may have friction: what
+a fit is tried on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import laboratory
+from .command import JSON, Option, command, option
+from .output import complain, print_json
+
+if TYPE_CHECKING:
+    from mlmem_ros.device import Driver, Preset
+    from mlmem_ros.physics import Specimen
+
+    from ..rig.emulated import EmulatedRig
+
+RK4 = 'rk4'
+
+
+def _number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
+    return option(name, type=float, default=default, metavar=metavar, help=text)
+
+
+def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
+    return _number(name, f'scatter of the {of}, {unit}')
+
+
+@command(
+    'run an emulated rig, for a node to drive over TCP',
+    option('--preset', default='case_2', help='shipped element'),
+    option('--host', default='127.0.0.1', help='address to listen on'),
+    option('--port', type=int, default=0, help='port to listen on; 0: any free one'),
+    option(
+        '--scale-time', type=float, metavar='S', help="s per time unit, by default the preset's"
+    ),
+    _number('--latency', 'delay of every frame', 'S'),
+    _number('--jitter', 'additional random delay', 'S'),
+    _number('--loss', 'probability that a frame is lost', 'P'),
+    _number('--drift', 'fraction by which its clock is fast'),
+    _number('--restart', 'disconnect after this time; 0: never', 'S'),
+    option(
+        '--at-once',
+        action='store_true',
+        help='play set-points as they arrive: as fast as the machine can',
+    ),
+    _deviation('--scatter', 'on-site stiffness of the cells'),
+    _deviation('--scatter-s', 'stiffness of the substrate'),
+    _deviation('--scatter-mass', 'masses of the cells'),
+    _deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
+    _deviation('--gain', 'gain of either transducer'),
+    _number('--noise', 'noise of a sample, in cells (s.d.)'),
+    _number('--sample-jitter', 'jitter of the time of a sample, in samples (s.d.)'),
+    option(
+        '--integrator',
+        choices=('noh_bathe', 'pefrl', RK4),
+        help="of the element, by default the preset's",
+    ),
+    _number('--step', 'step of rk4 in time units, at most', default=0.0625),
+    _number('--friction', 'dry friction of a cell in k_r cells; with rk4'),
+    option('--relative-damping', action='store_true', help='damp v - V instead of v'),
+    option('--truth', metavar='FILE', help='write the element as it was drawn to this JSON file'),
+    option('--seed', type=int, default=0, help='seed of the random numbers'),
+    JSON,
+    text=__doc__,
+)
+def rig(arguments: argparse.Namespace) -> int:
+    """Serve until interrupted; return the exit status."""
+    from mlmem_ros.device import preset
+    from mlmem_ros.physics import DesignError, StateError
+
+    from ..rig.server import Line, Server
+
+    try:
+        emulated, truth = _emulated(preset(arguments.preset), arguments)
+        line = Line(
+            arguments.latency, arguments.jitter, arguments.loss, arguments.restart, arguments.seed
+        )
+        if arguments.truth:
+            Path(arguments.truth).write_text(json.dumps(truth) + '\n', encoding='utf-8')
+        server = Server(emulated, line, arguments.host, arguments.port)
+    except (DesignError, StateError, ValueError, OSError) as error:
+        return complain('rig', error, 2)
+    address = f'tcp://{arguments.host}:{server.port}'
+    if arguments.json:
+        print_json({'address': address})
+    else:
+        print(address)
+    sys.stdout.flush()  # for whoever starts a rig and waits for its address
+    server.run()
+    return 0
+
+
+def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, dict[str, Any]]:
+    from mlmem_ros.chance import Stream, generator
+    from mlmem_ros.device.simulation import Simulation, steps_per_tick
+    from mlmem_ros.physics import Scatter, scattered
+
+    from ..rig.emulated import EmulatedRig
+    from ..rig.sensors import Sensors
+
+    settings, own = chosen.settings, given.integrator == RK4
+    if given.scale_time is not None:
+        settings = replace(settings, scale=replace(settings.scale, time=given.scale_time))
+    if given.integrator and not own:
+        settings = replace(settings, time=replace(settings.time, integrator=given.integrator))
+    if not own and given.friction:
+        raise ValueError(f'--friction needs --integrator {RK4}')
+    scatter = Scatter(given.scatter, given.scatter_s, given.scatter_mass, given.scatter_offset)
+    made = scattered(chosen.design, scatter, given.seed)
+    made = replace(made, damped_by_substrate=given.relative_damping)
+    element: Driver
+    if own:
+        dt = settings.time.tick / steps_per_tick(chosen.design, settings.time)
+        element = laboratory.part('rk4_element')(
+            made, dt, step=given.step, friction=given.friction
+        )
+    else:
+        element = Simulation.of(made, settings.time)
+    left, right = 1.0 + given.gain * generator(given.seed, Stream.GAIN).standard_normal(2)
+    sensors = Sensors(
+        gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,
+        seed=given.seed,
+    )  # fmt: skip
+    emulated = EmulatedRig(
+        chosen.design, settings, element, sensors, drift=given.drift, at_once=given.at_once
+    )
+    return emulated, _truth(made, emulated, given)
+
+
+def _truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) -> dict[str, Any]:
+    """Return what is true of an emulated element; arrays as in `Specimen`, alpha as a whole."""
+    return {
+        'alpha': made.alpha.tolist(),
+        's': made.s.tolist(),
+        'mass': made.masses.tolist(),
+        'offset': made.offsets.tolist(),
+        'eta': made.eta,
+        'gain': rig.sensors.gain,
+        'noise': given.noise,
+        'sample_jitter': given.sample_jitter,
+        'drift': given.drift,
+        'friction': given.friction,
+        'relative_damping': given.relative_damping,
+        'integrator': given.integrator,
+        'preset': given.preset,
+        'seed': given.seed,
+    }

@@ -1,0 +1,107 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""`mlmem view`: show the element behind a running node, or recorded sessions, in a browser.
+
+Serves a page on this machine until Ctrl-C and prints its address. It shows the running element, or
+the given session; two sessions stand side by side, with their differences. With --start it starts
+an element of its own. With --host other machines can open the page by the printed address, which
+holds a token.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import secrets
+import signal
+import socket
+import webbrowser
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from .command import JSON, NODE, command, option
+from .output import complain, print_json
+
+if TYPE_CHECKING:
+    from ..view.live import Live
+
+SMOOTH = 15
+"""Ticks between two pictures of an element that --start starts: 33 a second."""
+
+
+@command(
+    'show the element behind a running node, or sessions, in a browser',
+    option('session', nargs='*', help='one or two recorded sessions to show instead'),
+    NODE,
+    option('--start', action='store_true', help='also start a memory node of that name'),
+    option(
+        '--host', default='127.0.0.1', help='address to listen on; other machines need the token'
+    ),
+    option('--port', type=int, help='port (default: 8742, or a free one)'),
+    option('--browser', action='store_true', help='also open the page in the browser'),
+    JSON,
+    text=__doc__,
+)
+def view(arguments: argparse.Namespace) -> int:
+    """Serve the page; return the exit status."""
+    if len(arguments.session) > 2 or (arguments.session and arguments.start):
+        return complain('view', 'give one or two sessions, or --start without any', 2)
+    from mlmem_ros.bag.errors import BagError
+
+    try:
+        asyncio.run(_serve(arguments))
+    except OSError as error:
+        return complain('view', f'cannot serve at {arguments.host}: {error.strerror or error}', 1)
+    except BagError as error:
+        return complain('view', error, 1)
+    return 0
+
+
+async def _serve(arguments: argparse.Namespace) -> None:
+    from mlmem_ros.contract import topics
+    from mlmem_ros.ros.node_process import node_arguments, node_process
+
+    from ..view.guard import LOOPBACK, Guard
+    from ..view.server import Server, serve
+
+    over = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, over.set)
+    token = '' if arguments.host in LOOPBACK else secrets.token_urlsafe(24)
+
+    def ready(port: int) -> None:
+        address = _address(arguments.host, port, token)
+        if arguments.json:
+            print_json({'address': address})
+        else:
+            print(f'mlmem view: {address}', flush=True)
+        if arguments.browser:
+            webbrowser.open(address)
+
+    with ExitStack() as stack:
+        if arguments.start:
+            smooth = {topic.interval: SMOOTH for topic in topics.PERIODIC}
+            stack.enter_context(node_process(node_arguments(arguments.node, smooth)))
+        live = None if arguments.session else _live(arguments.node, stack)
+        server = Server(Guard(token), live, arguments.session)
+        await server.check()
+        await serve(server, arguments.host, arguments.port, ready, over)
+
+
+def _address(host: str, port: int, token: str) -> str:
+    """Return the page's address; on all interfaces, with this machine's name."""
+    if host in ('0.0.0.0', '::'):
+        host = socket.gethostname()
+    host = f'[{host}]' if ':' in host else host
+    return f'http://{host}:{port}/' + (f'?token={token}' if token else '')
+
+
+def _live(node: str, stack: ExitStack) -> Live:
+    from mlmem_ros.ros.client.standalone import standalone
+
+    from ..view.live import Live
+
+    live = Live(stack.enter_context(standalone(node)))
+    stack.callback(live.end)
+    return live

@@ -1,0 +1,194 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""An emulated rig: a simulated chain that plays the frames it receives, on its own clock."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from collections.abc import Callable
+
+import numpy as np
+
+from mlmem_ros.device import Driver, Settings
+from mlmem_ros.device.simulation import Simulation
+from mlmem_ros.physics import Chain, Design, HeldCell
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.rig.frames import PLAY, SAMPLES, VERSION, Frame, Kind
+from mlmem_ros.rig.hello import Hello
+from mlmem_ros.rig.link import Link
+
+from .sensors import Sensors
+
+BUFFER = 1 << 18
+"""Samples of set-points that it can hold."""
+
+RELEASE, SETTLE = 600.0, 2000.0
+"""Time units in which it ramps its strain to zero without a client, and then rests."""
+
+FALLS_SILENT = 50_000.0
+"""Time units after which an idle element has come to rest and is no longer computed."""
+
+
+_Tick = tuple[Array, HeldCell | None]  # displacements of the substrate's end, and a held end
+
+
+class EmulatedRig:
+    """An element with a rig around it; the caller supplies the line and the clock."""
+
+    def __init__(
+        self,
+        design: Design,
+        settings: Settings,
+        element: Driver | None = None,
+        sensors: Sensors | None = None,
+        *,
+        numbers: str = '<f8',
+        drift: float = 0.0,
+        at_once: bool = False,
+    ) -> None:
+        """Make a rig around an element.
+
+        Args:
+            design: What the element is meant to be.
+            settings: Tick, scale and integrator are used.
+            element: What it is; by default a blank one, exactly as designed.
+            sensors: What it measures with; by default ideal ones, in cells.
+            numbers: Type of its numbers: '<f4' or '<f8'.
+            drift: Fraction by which its clock is fast.
+            at_once: Play set-points as soon as they arrive, without a clock; the element stands
+                still in between.
+        """
+        scale = settings.scale
+        self.element = element or Simulation.of(design, settings.time)
+        self.sensors = sensors or Sensors()
+        self.element.advance(np.zeros(0))  # compiles it
+        dt, unit = self.element.dt, self.sensors.unit
+        self._samples = round(settings.time.tick / dt)
+        self.tick_seconds = settings.tick_seconds / (1.0 + drift)
+        self._at_once = at_once
+        self._hello = Hello(
+            VERSION, 'emulated', dt, self._samples, dt * scale.time, unit * scale.length, BUFFER,
+            scale.stiffness * scale.length, self.sensors.zero, self.element.nodes, numbers,
+        )  # fmt: skip
+        self._begin(lambda data: None)
+
+    @property
+    def chain(self) -> Chain:
+        """The element, if it is one of the package's own chains."""
+        assert self.element.chain is not None
+        return self.element.chain
+
+    def begin(self, send: Callable[[bytes], object]) -> None:
+        """Serve a new client, to which `send` puts bytes on the line; the set-points of the
+        previous one are dropped.
+        """
+        self.let_go()
+        self._begin(send)
+
+    def _begin(self, send: Callable[[bytes], object]) -> None:
+        self._link = Link(send, answers=True)
+        self._restart(0.0)
+
+    def _restart(self, ahead: float) -> None:
+        self._ahead = ahead
+        self._ticks: deque[_Tick] = deque()
+        self._due = self._waited = 0.0
+        self._next = self._played = self._missed = 0
+        self._playing = False
+        self._held: tuple[int, float] | None = None  # the held end and its position
+
+    def let_go(self) -> None:
+        """Ramp the strain to zero and let the element come to rest."""
+        element, nodes = self.element, len(self.element.nodes)
+        falling = np.linspace(1.0, 0.0, nodes * round(RELEASE / element.dt))
+        if element.V_N:
+            element.advance(element.V_N * falling)
+            element.advance(np.zeros(nodes * round(SETTLE / element.dt)))
+
+    @property
+    def playing(self) -> bool:
+        """Whether there is anything to play."""
+        return bool(self._ticks)
+
+    def take(self, data: bytes) -> None:
+        """Take bytes off the line."""
+        for frame in self._link.feed(data):
+            if frame.kind == Kind.HELLO:
+                self._restart(json.loads(frame.payload)['ahead'])
+                self._link.send(Kind.HELLO, self._hello.payload())
+            elif frame.kind == Kind.PLAY:
+                self._store(frame)
+
+    def _store(self, frame: Frame) -> None:
+        first, samples, site, driven = PLAY.unpack_from(frame.payload)
+        numbers = np.frombuffer(frame.payload, self._hello.numbers, offset=PLAY.size)
+        numbers, nodes = numbers.astype(np.float64), len(self._hello.nodes)
+        ticks, rest = divmod(samples, self._samples)
+        full = len(self._ticks) * self._samples + samples > BUFFER
+        if first != self._next or rest or len(numbers) != nodes * samples + 2 * driven or full:
+            self._link.send(Kind.FAULT, b'set-points that cannot be played')
+            return
+        self._next += samples
+        V_N, motion = numbers[: nodes * samples], numbers[nodes * samples :].reshape(2, driven)
+        if site:
+            motion = self.sensors.held(site, motion)
+        for number in range(ticks):
+            part = slice(number * nodes * self._samples, (number + 1) * nodes * self._samples)
+            held = motion[:, part]
+            held_cell = HeldCell(site, held) if site and held.shape[1] else None
+            self._ticks.append((V_N[part] * self.sensors.unit, held_cell))
+
+    def pass_time(self, seconds: float) -> None:
+        """Advance by the time of an exact clock: play what is due and send the samples."""
+        if self._at_once:
+            self._play(len(self._ticks))
+            return
+        self._due += seconds / self.tick_seconds
+        due = int(self._due)
+        self._due -= due
+        if self._ticks and not self._playing:
+            self._waited += seconds
+            ahead = len(self._ticks) * self.tick_seconds
+            self._playing = max(ahead, self._waited) >= self._ahead
+        played = min(due, len(self._ticks)) if self._playing else 0
+        self._play(played)
+        if not self._ticks:
+            self._waited = 0.0
+        if due > played:
+            self._playing = False
+            self._idle(due - played)
+
+    def _play(self, ticks: int) -> None:
+        if not ticks:
+            return
+        ends = np.concatenate([self._pass(self._ticks.popleft()) for _ in range(ticks)], axis=1)
+        readings, force = self.sensors.readings(ends), self.element.force()
+        head = SAMPLES.pack(
+            self._played, ends.shape[1], min(self._missed, 2**32 - 1),
+            float('nan') if force is None else force,
+        )  # fmt: skip
+        self._link.send(Kind.SAMPLES, head + readings.astype(self._hello.numbers).tobytes())
+        self._played += ends.shape[1]
+        self._missed = 0
+
+    def _pass(self, tick: _Tick) -> Array:
+        V_N, held_cell = tick
+        whole = held_cell is not None and held_cell.motion.shape[1] == len(V_N)
+        self._held = (
+            (held_cell.site, float(held_cell.motion[0, -1])) if held_cell and whole else None
+        )
+        return self.element.advance(V_N, held_cell)
+
+    def _idle(self, ticks: int) -> None:
+        """Hold the set-points while there is nothing to play; the element moves on."""
+        if self._missed * self.element.dt < FALLS_SILENT:
+            V_N = np.full(ticks * self._samples * len(self._hello.nodes), self.element.V_N)
+            held_cell = None
+            if self._held is not None:
+                site, position = self._held
+                held_cell = HeldCell(
+                    site, np.stack((np.full_like(V_N, position), np.zeros_like(V_N)))
+                )
+            self.element.advance(V_N, held_cell)
+        self._missed += ticks * self._samples

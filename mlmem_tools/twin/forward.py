@@ -1,0 +1,243 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The forward model: what both ends of an element do after a pulse, and its derivatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mlmem_ros.device.end import End
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.physics import PEFRL, Chain, HeldCell, Integrator, Specimen, substep_times
+from mlmem_ros.physics.equilibrium import relax, wall_profile
+from mlmem_ros.physics.potential import Array
+
+from . import tangent
+from .unknowns import Unknowns
+
+STEP = 0.35
+"""Largest step in time units: the error is below 1e-6 cells then."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How the motion between samples is computed.
+
+    Attributes:
+        integrator: Of the forward model; that of a simulated element repeats its errors.
+        parts: Steps between two samples that are compared.
+        stride: Samples between those that are compared.
+    """
+
+    integrator: Integrator
+    parts: int
+    stride: int
+
+    @classmethod
+    def of(cls, dt: float, integrator: Integrator | None = None) -> Clock:
+        """Return the clock for samples dt apart, of a simulated element or a real one."""
+        if integrator is not None:
+            return cls(integrator, 1, 1)
+        return cls(PEFRL, max(1, math.ceil(dt / STEP)), max(1, math.floor(STEP / dt)))
+
+
+def at_rest(specimen: Specimen, wall: float, strain: float) -> Array:
+    """Return the displacements of an element at rest, shape (N,).
+
+    Args:
+        specimen: The element.
+        wall: Site near which its wall rests, 0 for a blank element.
+        strain: Strain, held; it must not free the wall.
+
+    Raises:
+        StateError: There is no such equilibrium.
+    """
+    design = specimen.design
+    V = design.end_displacement(strain) * specimen.strain_shape
+    v = wall_profile(design, wall) if wall else np.full(design.N, design.D_s1)
+    return relax(specimen, v + specimen.offsets + V, V)
+
+
+class Forward:
+    """Predicts the shots of an element with given values of the unknowns.
+
+    Attributes:
+        unknowns: What the values mean.
+        x: The values, shape (size,).
+        specimen: The element that they describe.
+    """
+
+    def __init__(self, unknowns: Unknowns, x: Array, integrator: Integrator | None = None) -> None:
+        """Make the element.
+
+        Raises:
+            DesignError: There is no such element.
+        """
+        self.unknowns, self.x = unknowns, x
+        self.specimen = unknowns.specimen(x)
+        self._integrator = integrator
+        self._rest: dict[tuple[float, float], Array] = {}
+        self._chains: dict[float, Chain] = {}
+
+    def rest(self, shot: Shot) -> Array:
+        """Return the displacements before a shot, shape (N,).
+
+        Raises:
+            StateError: There is no such equilibrium.
+        """
+        key = shot.wall, shot.strain
+        if key not in self._rest:
+            self._rest[key] = at_rest(self.specimen, *key)
+        return self._rest[key]
+
+    def predict(self, shot: Shot, duration: float) -> Array:
+        """Return the readings of both ends at rest and at the compared samples, (2, m + 1), for a
+        duration after the pulse began.
+
+        Raises:
+            StateError: There is no such equilibrium, or the motion becomes unstable.
+            DesignError: The step is beyond the stability limit.
+        """
+        return self.exchanged([shot], duration)
+
+    def exchanged(self, shots: Sequence[Shot], duration: float) -> Array:
+        """Return what `predict` does for pulses one after the other into the same element; their
+        samples end together.
+
+        Raises:
+            StateError, DesignError: As in `predict`.
+        """
+        first, design, unit = shots[0], self.specimen.design, self._of('time_unit')
+        clock, steps = self._course(first, duration)
+        dt = first.dt * clock.stride / clock.parts
+        chain = self._chain(dt * unit, clock.integrator)
+        v = self.rest(first)
+        chain.place(v, design.end_displacement(first.strain))
+        begins = [self.begin(first, shot) * clock.parts for shot in shots]
+        parts = [v[[0, -1], None]]
+        for shot, begin, end in zip(shots, begins, [*begins[1:], steps], strict=True):
+            motion = self._motion(shot, dt, end - begin, clock.integrator)
+            site = shot.end.site(design)
+            gain = self.unknowns.of_ends(self.x, 'drive')[shot.end.row]
+            held = gain * motion / np.array([[1.0], [unit]])
+            held[0] += v[site - 1]
+            V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
+            parts.append(
+                chain.advance(V_N, HeldCell(site, held))[:, clock.parts - 1 :: clock.parts]
+            )
+        zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))
+        return np.asarray(zero + gain * np.concatenate(parts, axis=1))
+
+    def _chain(self, dt: float, integrator: Integrator) -> Chain:
+        """Return the element as a chain, made once a step: its limits take longer than a shot."""
+        if dt not in self._chains:
+            chain = Chain(self.specimen.design, dt, integrator)
+            chain.set_specimen(self.specimen)
+            self._chains[dt] = chain
+        return self._chains[dt]
+
+    def begin(self, first: Shot, shot: Shot) -> int:
+        """Return after how many compared samples of the first shot another one began."""
+        late: int = first.samples.shape[1] - shot.samples.shape[1]
+        return late // Clock.of(first.dt, self._integrator).stride
+
+    def linearised_exchange(
+        self, shots: Sequence[Shot], duration: float
+    ) -> tuple[Array, tangent.Single]:
+        """Return `exchanged`, and its derivatives: waves of small pulses add up.
+
+        Raises:
+            StateError, DesignError: As in `predict`.
+        """
+        predicted = self.exchanged(shots, duration)
+        compared = np.arange(predicted.shape[1])
+        total: tangent.Single | None = None
+        for shot in shots:
+            begin = self.begin(shots[0], shot)
+            J = self.linearised(shot, duration - begin * shot.dt)[1]
+            J = J[:, np.clip(compared - begin, 0, J.shape[1] - 1)]
+            total = J if total is None else total + J - J[:, :1]
+        assert total is not None
+        return predicted, total
+
+    def linearised(self, shot: Shot, duration: float) -> tuple[Array, tangent.Single]:
+        """Return `predict`, and its derivatives by all unknowns, shape (2, m + 1, size).
+
+        Raises:
+            StateError, DesignError: As in `predict`.
+        """
+        predicted = self.predict(shot, duration)
+        unknowns, design, made = self.unknowns, self.specimen.design, self.specimen
+        clock, steps = self._course(shot, duration)
+        unit, eta = self._of('time_unit'), self._of('eta')
+        V_N = design.end_displacement(shot.strain)
+        origins = -np.ones((1, design.N))
+        if V_N:
+            origins = np.concatenate((origins, V_N * unknowns.substrate_rates(self.x)))
+        material = tangent.Material(
+            made.alpha * design.d, made.offsets + V_N * made.strain_shape - design.c,
+            made.masses + 0.0, origins, (design.a, design.b), unit * unit, unit * eta,
+            unknowns.masses, unknowns.offsets,
+        )  # fmt: skip
+        dt = shot.dt * clock.stride / clock.parts
+        motion = self._motion(shot, dt, steps, PEFRL)
+        motion = motion[:, : motion.shape[1] // 5 * 5]
+        gains = unknowns.of_ends(self.x, 'drive')
+        source = tangent.Source(
+            shot.end.site(design) - 1, np.ascontiguousarray(motion), float(gains[shot.end.row])
+        )
+        raw = tangent.run(material, self.rest(shot), source, dt, steps)[:, :: clock.parts]
+        J = self._by_unknowns(shot, raw, material)
+        for end, zero, gain in zip(
+            End, unknowns.of_ends(self.x, 'zero'), unknowns.of_ends(self.x, 'gain'), strict=True
+        ):
+            J[end.row, :, unknowns.shared(f'gain_{end}')] = (predicted[end.row] - zero) / gain
+        return predicted, J
+
+    def _by_unknowns(
+        self, shot: Shot, raw: tangent.Single, material: tangent.Material
+    ) -> tangent.Single:
+        """Return derivatives by the unknowns, from those by the quantities of a run."""
+        unknowns, design = self.unknowns, self.specimen.design
+        unit, eta = self._of('time_unit'), self._of('eta')
+        first, N, q = material.first, design.N, len(material.origins)
+        J = np.zeros((*raw.shape[:2], unknowns.size), np.float32)
+        J[..., unknowns.alpha] = np.float32(design.d) * raw[..., :N]
+        if unknowns.masses:
+            J[..., unknowns.mass] = raw[..., N : 2 * N]
+        if unknowns.offsets:
+            J[..., unknowns.offset] = raw[..., first - N : first]
+        a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q :], -1, 0)
+        rates = unknowns.phase_rates(self.x)
+        for k in range(3):
+            J[..., N + k] = rates[0, k] * a + rates[1, k] * b
+        J[..., N + 2] += raw[..., first]
+        J[..., unknowns.shared('eta')] = unit * damping
+        J[..., unknowns.shared('time_unit')] = 2.0 * unit * forces + eta * damping
+        for k, name in enumerate(('substrate_ratio', 'j_0')[: q - 1]):
+            J[..., unknowns.shared(name)] = raw[..., first + 1 + k]
+        J[..., unknowns.shared(f'drive_{shot.end}')] = drive
+        if unknowns.friction:
+            J[..., -1] = friction
+        J *= unknowns.of_ends(self.x, 'gain').astype(np.float32)[:, None, None]
+        for end in End:
+            J[end.row, :, unknowns.shared(f'zero_{end}')] = 1.0
+        return J
+
+    def _of(self, name: str) -> float:
+        return float(self.x[self.unknowns.shared(name)])
+
+    def _course(self, shot: Shot, duration: float) -> tuple[Clock, int]:
+        clock = Clock.of(shot.dt, self._integrator)
+        samples = math.ceil(max(0.0, duration) / shot.dt)
+        samples = min(samples, shot.samples.shape[1]) // clock.stride
+        return clock, samples * clock.parts
+
+    def _motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
+        """Return the motion of the driven end from its rest in the instrument's time, (2, m)."""
+        times = substep_times(steps, dt, integrator)
+        return shot.pulse.at(times[times <= shot.pulse.duration])

@@ -1,0 +1,258 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The tangent-linear run: an element's motion and its derivatives, all of them in one pass.
+
+The stages are those of PEFRL (`physics.methods.pefrl`), over a substrate at rest. The motion is
+computed in double precision, the derivatives in single: they need not be exact, because a fit
+compares with the motion alone. A row holds the derivatives of one cell's displacement, so that
+every loop over them has the same factors and vectorises.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mlmem_ros.physics.formulas import INVERSE_TURN, wave
+from mlmem_ros.physics.jit import inlined, kernel
+from mlmem_ros.physics.methods.pefrl import DRIFTS, KICKS
+from mlmem_ros.physics.potential import Array
+from mlmem_ros.physics.tridiagonal import solve
+
+Single = NDArray[np.float32]
+
+WIDTH = 16
+"""Single numbers in the widest vector: rows are padded to a multiple."""
+
+COMMON = ('a', 'b', 'forces', 'eta', 'friction', 'drive')
+"""The last derivatives, by what all cells share: the potential, a factor on all forces, damping,
+dry friction (the motion itself has none), and the amplitude of the driven end."""
+
+
+class Material(NamedTuple):
+    """What a run is made with, in the instrument's time.
+
+    Attributes:
+        height: alpha_j d, shape (N,).
+        origin: Displacement at which theta is zero, shape (N,).
+        mass: Shape (N,).
+        origins: Derivatives of the origins by whatever moves them, shape (q, N).
+        potential: a and b.
+        forces: Factor on all forces: the square of the time unit.
+        eta: Damping.
+        masses: Whether to take derivatives by every mass.
+        offsets: Whether to take derivatives by every origin.
+    """
+
+    height: Array
+    origin: Array
+    mass: Array
+    origins: Array
+    potential: tuple[float, float]
+    forces: float
+    eta: float
+    masses: bool = False
+    offsets: bool = False
+
+    @property
+    def first(self) -> int:
+        """Column of the first derivative that is not by one cell."""
+        return len(self.height) * (1 + self.masses + self.offsets)
+
+    @property
+    def columns(self) -> int:
+        """Number of derivatives: by heights, masses, offsets, origins, and `COMMON`."""
+        return self.first + len(self.origins) + len(COMMON)
+
+
+class Source(NamedTuple):
+    """The driven end.
+
+    Attributes:
+        site: Its index.
+        motion: Its displacement from rest and velocity at the nodes of PEFRL while it is held,
+            shape (2, 5 steps).
+        amplitude: Factor on the motion.
+    """
+
+    site: int
+    motion: Array
+    amplitude: float
+
+
+def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> Single:
+    """Return the derivatives of the motion of both ends.
+
+    Args:
+        material: The element.
+        v: Displacements at rest, shape (N,): an equilibrium.
+        source: The driven end.
+        dt: Step in the instrument's time.
+        steps: Number of steps.
+
+    Returns:
+        At rest and after every step, shape (2, steps + 1, columns).
+    """
+    n, columns = len(v), material.columns
+    U = np.zeros((n, columns + -columns % WIDTH), np.float32)
+    U[:, :columns] = at_rest(material, v)
+    out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
+    cells = material.height, material.origin, material.mass
+    constants = *material.potential, material.forces, material.eta
+    masses = n if material.masses else -1
+    offsets = n * (1 + material.masses) if material.offsets else -1
+    _run(
+        dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
+        material.origins, (masses, offsets, material.first), source, out,
+        (np.array(DRIFTS), np.array(KICKS)),
+    )  # fmt: skip
+    return out[:, :, :columns]
+
+
+def at_rest(material: Material, v: Array) -> Array:
+    """Return the derivatives of an equilibrium, shape (N, columns)."""
+    n, q = len(v), len(material.origins)
+    y = v - material.origin
+    a, b = material.potential
+    theta, slope = y * (a + b * y * y), a + 3.0 * b * y * y
+    sine, cosine = np.sin(theta), np.cos(theta)
+    stiffness = material.height * (cosine * slope**2 + sine * 6.0 * b * y)
+    pushes = np.zeros((material.columns, n))
+    pushes[:n] = -np.diag(sine * slope)
+    if material.offsets:
+        pushes[material.first - n : material.first] = np.diag(stiffness)
+    pushes[material.first : material.first + q] = stiffness * material.origins
+    pushes[material.first + q] = -material.height * (cosine * y * slope + sine)
+    pushes[material.first + q + 1] = -material.height * y**2 * (cosine * y * slope + 3.0 * sine)
+    diagonal = stiffness + 2.0
+    diagonal[[0, -1]] -= 1.0
+    solve(diagonal, np.full(n - 1, -1.0), pushes)
+    return pushes.T
+
+
+@inlined
+def _forces(
+    x: Array,
+    v: Array,
+    h: float,
+    cells: tuple[Array, Array, Array],
+    constants: tuple[float, float, float, float],
+    origins: Array,
+    local: Single,
+    shared: Single,
+) -> None:
+    """Kick the cells, and find what the kick does to the derivatives.
+
+    Rows of `local`, by cell: decay and kick of a velocity, the kick of its own displacement, of
+    its height, of its mass, of its origin. Rows of `shared`: the kicks of everything else.
+    """
+    height, origin, mass = cells
+    a, b, forces, eta = constants
+    n, q = len(x), len(origins)
+    for j in range(n):
+        here = x[j]
+        left, right = x[max(j - 1, 0)], x[min(j + 1, n - 1)]
+        y = here - origin[j]
+        y2 = y * y
+        turns = y * (a + b * y2) * INVERSE_TURN
+        slope = a + 3.0 * b * y2
+        sine, cosine = wave(turns), wave(turns + 0.25)
+        pull = sine * slope
+        stiffness = height[j] * (cosine * slope * slope + sine * 6.0 * b * y)
+        force = left + right - 2.0 * here - height[j] * pull
+        inverse = 1.0 / mass[j]
+        z = eta * h * inverse
+        decay = 1.0 - z * (1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0)))
+        push = h * inverse * (1.0 - z * (0.5 - z / 6.0))
+        kick = push * forces
+        local[0, j] = decay
+        local[1, j] = kick
+        local[2, j] = -kick * (stiffness + 2.0)
+        local[3, j] = -kick * pull
+        local[4, j] = inverse * (z * v[j] - kick * force)
+        local[5, j] = kick * stiffness
+        for i in range(q):
+            shared[i, j] = kick * stiffness * origins[i, j]
+        shared[q, j] = -kick * height[j] * (cosine * y * slope + sine)
+        shared[q + 1, j] = -kick * height[j] * y2 * (cosine * y * slope + 3.0 * sine)
+        shared[q + 2, j] = push * force
+        shared[q + 3, j] = -h * inverse * (v[j] + 0.5 * h * inverse * forces * force)
+        shared[q + 4, j] = -push * forces * np.sign(v[j])
+        v[j] = decay * v[j] + kick * force
+
+
+@inlined
+def _carry(
+    to: Single, w: Single, left: Single, here: Single, right: Single,
+    decay: np.float32, kick: np.float32, own: np.float32, drift: np.float32,
+) -> None:  # fmt: skip
+    """Kick the rates of a cell's derivatives, and let the derivatives drift."""
+    for p in range(len(w)):
+        rate = decay * w[p] + (kick * (left[p] + right[p]) + own * here[p])
+        w[p] = rate
+        to[p] = here[p] + drift * rate
+
+
+@kernel
+def _run(
+    dt: float,
+    state: tuple[Array, Array],
+    tangents: tuple[Single, Single, Single],
+    cells: tuple[Array, Array, Array],
+    constants: tuple[float, float, float, float],
+    origins: Array,
+    columns: tuple[int, int, int],
+    source: Source,
+    out: Single,
+    stages: tuple[Array, Array],
+) -> None:
+    x, v = state
+    U, T, W = tangents
+    masses, offsets, first = columns
+    site, motion, amplitude = source
+    drifts, kicks = stages
+    (n, width), q = U.shape, len(origins)
+    rest, at_rest = x[site], U[site].copy()
+    drive = first + q + 5
+    local, shared = np.zeros((6, n), np.float32), np.zeros((q + 5, n), np.float32)
+    out[0, 0], out[1, 0] = U[0], U[n - 1]
+    for k in range(out.shape[1] - 1):
+        held = 5 * (k + 1) <= motion.shape[1]
+        drift = np.float32(drifts[0] * dt)
+        for j in range(n):
+            x[j] += drifts[0] * dt * v[j]
+            for p in range(width):
+                U[j, p] += drift * W[j, p]
+        for stage in range(4):
+            if held:
+                node = 5 * k + (1 - stage % 2) + stage // 2 * 2
+                x[site] = rest + amplitude * motion[0, node]
+                U[site] = at_rest
+                U[site, drive] += np.float32(motion[0, node])
+            _forces(x, v, kicks[stage] * dt, cells, constants, origins, local, shared)
+            drift = np.float32(drifts[stage + 1] * dt)
+            for j in range(n):
+                x[j] += drifts[stage + 1] * dt * v[j]
+                left, right = U[max(j - 1, 0)], U[min(j + 1, n - 1)]
+                _carry(T[j], W[j], left, U[j], right, local[0, j], local[1, j], local[2, j], drift)
+                W[j, j] += local[3, j]
+                T[j, j] += drift * local[3, j]
+                if masses >= 0:
+                    W[j, masses + j] += local[4, j]
+                    T[j, masses + j] += drift * local[4, j]
+                if offsets >= 0:
+                    W[j, offsets + j] += local[5, j]
+                    T[j, offsets + j] += drift * local[5, j]
+                for i in range(q + 5):
+                    W[j, first + i] += shared[i, j]
+                    T[j, first + i] += drift * shared[i, j]
+            U, T = T, U
+        if held:
+            node = 5 * k + 4
+            x[site], v[site] = rest + amplitude * motion[0, node], amplitude * motion[1, node]
+            U[site], W[site] = at_rest, np.float32(0.0)
+            U[site, drive] += np.float32(motion[0, node])
+            W[site, drive] = np.float32(motion[1, node])
+        out[0, k + 1], out[1, k + 1] = U[0], U[n - 1]

@@ -1,0 +1,143 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The unknowns of an element and its instrument.
+
+They form one vector. First the amplifications alpha_j in units of the design's d: only alpha_j d
+acts, so d keeps its value. Then what all cells share; then, if asked for, masses and offsets of
+the cells.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mlmem_ros.device.end import End
+from mlmem_ros.physics import Design, Specimen
+from mlmem_ros.physics.potential import Array
+
+SHARED = (
+    'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',
+    'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
+)  # fmt: skip
+"""What all cells share: ground states, offset of the potential, damping, the time unit of the
+instrument in true ones, s_max / s_min, j_0; and the transducers: zero, gain as a sensor, gain as a
+driver."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """The vector of unknowns of a design.
+
+    Attributes:
+        design: The element as designed.
+        masses: Whether the masses of the cells are unknown.
+        offsets: Whether the offsets of the cells are unknown.
+        friction: Whether to take the derivative by dry friction, which the model does not have.
+    """
+
+    design: Design
+    masses: bool = False
+    offsets: bool = False
+    friction: bool = False
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.design.N * (1 + self.masses + self.offsets) + len(SHARED) + self.friction
+
+    @property
+    def alpha(self) -> slice:
+        """Where the amplifications are."""
+        return slice(0, self.design.N)
+
+    def shared(self, name: str) -> int:
+        """Return where a shared unknown is."""
+        return self.design.N + SHARED.index(name)
+
+    @property
+    def shared_end(self) -> int:
+        """Where the shared unknowns end."""
+        return self.design.N + len(SHARED)
+
+    @property
+    def mass(self) -> slice:
+        """Where the masses are."""
+        first = self.shared_end
+        return slice(first, first + self.design.N * self.masses)
+
+    @property
+    def offset(self) -> slice:
+        """Where the offsets are."""
+        return slice(self.mass.stop, self.mass.stop + self.design.N * self.offsets)
+
+    @property
+    def mean(self) -> Array:
+        """The design's values, shape (size,)."""
+        design = self.design
+        shared = (
+            design.D_s1, design.D_s2, design.c, design.eta, 1.0,
+            design.s_max / design.s_min, design.j_0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0,
+        )  # fmt: skip
+        ones = np.ones(self.mass.stop - self.mass.start)
+        none = np.zeros(self.offset.stop - self.offset.start)
+        return np.concatenate((design.alpha, shared, ones, none, np.zeros(int(self.friction))))
+
+    def specimen(self, x: Array) -> Specimen:
+        """Return the element that a vector describes.
+
+        Raises:
+            DesignError: There is no such element.
+        """
+        D_s1, D_s2, c = map(float, x[self.design.N : self.design.N + 3])
+        a, b = phase_of(self.design, D_s1, D_s2, c)
+        design = replace(
+            self.design, a=a, b=b, c=c, eta=float(x[self.shared('eta')]),
+            s_max=self.design.s_min * float(x[self.shared('substrate_ratio')]),
+            j_0=float(x[self.shared('j_0')]), substrate='rigid',
+        )  # fmt: skip
+        return Specimen(
+            design,
+            alpha_factor=x[self.alpha] / design.alpha,
+            mass=x[self.mass] if self.masses else 1.0,
+            offset=x[self.offset] if self.offsets else 0.0,
+        )
+
+    def phase_rates(self, x: Array) -> Array:
+        """Return the derivatives of a and b by D_s1, D_s2 and c, shape (2, 3)."""
+        at = x[self.design.N : self.design.N + 3]
+        step = 1e-6
+        up, down = (
+            np.array([phase_of(self.design, *(at + way * one)) for one in np.eye(3)])
+            for way in (step, -step)
+        )
+        return np.asarray((up - down).T / (2.0 * step))
+
+    def substrate_rates(self, x: Array) -> Array:
+        """Return the derivatives of V_j per V_N by substrate ratio and j_0, shape (2, N)."""
+        step = 1e-4
+        x, ratio = x.copy(), self.shared('substrate_ratio')
+        x[ratio] = max(x[ratio], 1.0 + step)  # below 1 there is no element
+        rows = []
+        for name in ('substrate_ratio', 'j_0'):
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = x.copy()
+                moved[self.shared(name)] += sign * step
+                ends.append(self.specimen(moved).strain_shape)
+            rows.append((ends[0] - ends[1]) / (2.0 * step))
+        return np.array(rows)
+
+    def of_ends(self, x: Array, what: str) -> Array:
+        """Return the zero, gain or drive of both transducers, shape (2,)."""
+        return x[[self.shared(f'{what}_{end}') for end in End]]
+
+
+def phase_of(design: Design, D_s1: float, D_s2: float, c: float) -> tuple[float, float]:
+    """Return a and b of the potential with these ground states and this c."""
+    y1, y2 = D_s1 + c, D_s2 + c
+    first, second = (2.0 * math.pi * (design.phase + k) / y for k, y in enumerate((y1, y2)))
+    b = (second - first) / (y2 * y2 - y1 * y1)
+    return float(first - b * y1 * y1), float(b)

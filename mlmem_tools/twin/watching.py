@@ -1,0 +1,245 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A twin beside its element: every read is compared with its forecast, and a change is placed.
+
+A change of one cell, or of one thing that all cells share, leaves a residual of its own shape in
+the waveforms. So does what the fit left open of every cell, each by its own standard deviation:
+the whole element may be a little faster or slower than its twin. That is fitted first, with its
+prior; of the rest, the change that explains most is told once reads agree on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from mlmem_ros.device.reading import UNDECODABLE, Reading
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.element_file import Element
+from mlmem_ros.physics import Design, Integrator
+from mlmem_ros.physics.potential import Array
+
+from .changes import CELL, SHARED_KINDS, Change
+from .forecasts import Forecasts
+from .noise import about_zero, noise
+from .resting import NEAR, equilibria
+
+MOST_CELLS = 1000
+"""Cells up to which an element is watched: the derivatives by all of them take memory and time."""
+
+WAVES = 5.0
+"""How many times their size waves that were there before the pulse count as noise: they are in the
+band of the echo, which is a twentieth of what is sampled."""
+
+QUIET = 1.1
+"""Departure from rest before a pulse, over the noise, up to which there are no waves."""
+
+LOUD = 3.0
+"""The same, from which a read is not compared: waves of what was before it look like a change."""
+
+ZERO = 1e-3
+"""Standard deviation of what a transducer reads at rest in cells: its zero may drift."""
+
+AGREEING = 2
+"""Reads in a row that must agree before a change is told."""
+
+SURE = 10.0
+"""Standard deviations from which a change is believed, half of it by either read: residuals that
+are left by a fit, and by its linearisation, reach 7."""
+
+EXPLAINS = 0.3
+"""Least share of the residual beyond noise and fit that a change must explain, or it is not what
+has happened."""
+
+UNEXPLAINED = 8.0
+"""Residual, over that of noise and fit, from which one that no change explains is told: waves that
+are left of a write give more in a single read only."""
+
+LEAST = 1e-300
+"""Keeps quotients finite where nothing is heard."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """A read beside its forecast.
+
+    Attributes:
+        chi2: Residual per datum, in standard deviations squared; 1 or less if all is as forecast.
+        residual: Root mean square residual of either end in cells, shape (2,).
+        wall: Site near which the wall rests, as far as its echo tells; 0 for a blank element.
+        change: What explains it, if that is beyond doubt.
+        text: In words; empty if all is as forecast.
+    """
+
+    chi2: float
+    residual: Array
+    wall: float
+    change: Change | None = None
+    text: str = ''
+
+
+class _Read(NamedTuple):
+    """What a read says of the candidates.
+
+    Attributes:
+        g, H: Normal equations, with the noise that its residual shows.
+        z: Of each candidate alone, its size in standard deviations, shape (m,).
+        share: Of each alone, the share of the residual beyond noise and fit that it explains.
+        excess: Residual over that of noise and fit.
+        chi2: Residual per datum.
+        rms: Root mean square residual of either end, shape (2,).
+        wall: Where the wall rests in the forecast.
+    """
+
+    g: Array
+    H: Array
+    z: Array
+    share: Array
+    excess: float
+    chi2: float
+    rms: Array
+    wall: float
+
+
+def left_over(g: Array, H: Array, spread: Array) -> tuple[Array, Array, float]:
+    """Return normal equations of what remains if the first unknowns are fitted with a prior.
+
+    Args:
+        g: J^T r, shape (m,).
+        H: J^T J, shape (m, m).
+        spread: Standard deviations of the first unknowns about 0 before, shape (n,).
+
+    Returns:
+        g of what remains, the diagonal of its H, and by how much the fit lowers r^T r.
+    """
+    n = len(spread)
+    across = spread[:, None] * H[:n]
+    inner = np.eye(n) + across[:, :n] * spread
+    solved = np.linalg.solve(inner, np.column_stack((across, spread * g[:n])))
+    fitted = across.T @ solved[:, -1]
+    return (
+        g - fitted,
+        np.diag(H) - np.sum(across * solved[:, :-1], axis=0),
+        float((spread * g[:n]) @ solved[:, -1]),
+    )
+
+
+class Watch:
+    """Compares reads with their forecast; call it from one thread."""
+
+    def __init__(self, element: Element, integrator: Integrator | None = None) -> None:
+        """Watch an element.
+
+        Args:
+            element: The element as fitted.
+            integrator: That of a simulated element, whose errors are repeated; None for a real
+                one.
+        """
+        self.element = element
+        self._forecasts = Forecasts(element, integrator)
+        self._reads: deque[_Read] = deque(maxlen=AGREEING)
+        self._N = element.specimen.design.N
+        self._places: dict[float, float] = {}
+        self._open = np.asarray(element.alpha_std / element.specimen.alpha)
+
+    def quiet(self, shots: Sequence[Shot]) -> bool:
+        """Return whether the element was at rest before a read; only then can it be compared."""
+        return bool(shots[0].unrest <= LOUD * noise(shots[0]).max())
+
+    def compare(self, shots: Sequence[Shot], wall: float) -> Comparison:
+        """Compare a read with its forecast.
+
+        Args:
+            shots: Its pulses, in their order; their samples end together.
+            wall: Site of the defect that holds the wall, 0 for a blank element.
+
+        Raises:
+            StateError, DesignError: There is no forecast: the twin holds no such wall.
+        """
+        read = self._read(shots, self._places.get(wall, wall))
+        if read.excess > UNEXPLAINED:  # a defect may hold the wall at one of several places
+            first = replace(shots[0], wall=wall)
+            near = np.arange(wall - NEAR, wall + NEAR + 1.0) if wall else np.empty(0)
+            near = near[(near >= 2.0) & (near < self._N)]
+            places = equilibria(self._forecasts.forward, first, near)
+            others = (self._read(shots, place) for place in places if abs(place - wall) <= NEAR)
+            read = min((read, *others), key=lambda each: each.excess)
+            self._places[wall] = read.wall
+        self._reads.append(read)
+        return Comparison(read.chi2, read.rms, read.wall, *self._judged())
+
+    def _read(self, shots: Sequence[Shot], wall: float) -> _Read:
+        """Return what a read says if its wall rests near a site."""
+        shots = [replace(shot, wall=wall) for shot in shots]
+        forecast, first = self._forecasts.of(shots), shots[0]
+        every = forecast.stride
+        measured = np.concatenate((first.rest[:, None], first.samples[:, every - 1 :: every]), 1)
+        m = min(measured.shape[1], forecast.waveforms.shape[1])
+        residual = measured[:, :m] - forecast.waveforms[:, :m]
+        eta = self._forecasts.forward.specimen.eta
+        fades = np.exp(-0.5 * eta * first.dt * every * np.arange(m))
+        white = noise(first)
+        waves = WAVES * math.sqrt(max(0.0, first.unrest**2 - (QUIET * white.max()) ** 2))
+        spread = np.sqrt(white[:, None] ** 2 + (waves * fades) ** 2)
+        weights = np.where(np.isfinite(residual), 1.0 / spread, 0.0)
+        weights[:, 0] = 1.0 / ZERO
+        residual = about_zero(np.where(weights > 0.0, residual, 0.0), weights)
+        rms = np.sqrt(np.mean(residual[:, 1:] ** 2, axis=1))
+        r = weights * residual
+        J = weights[..., None] * about_zero(forecast.J[:, :m].astype(float), weights[..., None])
+        data, cost = max(1, int(np.count_nonzero(weights))), float(np.sum(r**2))
+        J = J.reshape(-1, J.shape[2])
+        g, H = J.T @ r.ravel(), J.T @ J
+        rest, alone, fitted = left_over(g, H, self._open)
+        explained = rest**2 / np.maximum(alone, LEAST)
+        cost_then = cost - fitted
+        trust = 1.0 / max(1.0, (cost_then - explained.max()) / data)  # little if disturbed
+        return _Read(
+            trust * g, trust * H,
+            np.sign(rest) * np.sqrt(trust * explained),
+            explained / max(cost_then - data, explained.max(), LEAST),
+            cost_then / data, cost / data, rms, wall,
+        )  # fmt: skip
+
+    def _judged(self) -> tuple[Change | None, str]:
+        """Return what has changed, as the last reads agree, and in words."""
+        if len(self._reads) < AGREEING:
+            return None, ''
+        g, H = (sum(getattr(read, name) for read in self._reads) for name in ('g', 'H'))
+        g, alone, _ = left_over(g, H, self._open)
+        alone = np.maximum(alone, LEAST)
+        best = int(np.argmax(g**2 / alone))
+        of_cell = best < self._N
+        name, site = ('cell', best + 1) if of_cell else (list(SHARED_KINDS)[best - self._N], 0)
+        change = Change(name, site, float(g[best] / alone[best]), float(alone[best] ** -0.5))
+        least = (CELL if of_cell else SHARED_KINDS[name]).least
+        believed = abs(change.amount) > max(least, SURE * change.deviation)
+        agree = min(
+            math.copysign(read.z[best], change.amount * read.z[best]) for read in self._reads
+        )
+        explains = min(read.share[best] for read in self._reads)
+        if believed and agree > SURE / 2.0 and explains > EXPLAINS:
+            return change, str(change)
+        if min(read.excess for read in self._reads) > UNEXPLAINED:
+            return None, 'the echo is not as forecast, and no single change explains it'
+        return None, ''
+
+
+def place(design: Design, reading: Reading, known: float | None, moved: bool) -> float | None:
+    """Return the cell of the wall that was read, 0 without a wall, or None if it is not known.
+
+    Args:
+        design: The element.
+        reading: What was read.
+        known: The cell before.
+        moved: Whether the wall may be elsewhere by now; otherwise, if the reading does not tell,
+            it is where it was.
+    """
+    if reading.level == UNDECODABLE:
+        return None if moved else known
+    return float(design.defect(reading.level)) if reading.level >= 0 else 0.0

@@ -1,0 +1,117 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a page needs to know about an element, from the node's public parameters alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.device import Faults
+from mlmem_ros.device.settings import ActuatorSettings, ScaleSettings
+from mlmem_ros.physics import Design
+from mlmem_ros.procedures import PROCEDURES
+
+ROWS = 512
+"""Most cells in a picture; of a longer chain every second, third ... one is shown."""
+
+FAULTS = tuple(f'faults.{each.name}' for each in fields(Faults))
+
+WANTED = (
+    *(f'design.{each.name}' for each in fields(Design)),
+    *FAULTS,
+    'actuator.max_strain',
+    'actuator.max_rate',
+    'actuator.hand_rate',
+    'probe.v_th',
+    'probe.gain_decay',
+    'probe_right.v_th',
+    'probe_right.gain_decay',
+    'scale.time',
+    'scale.length',
+    'time.speed',
+)
+"""Parameters of a node that a page needs."""
+
+
+def grouped(parameters: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return parameters by group and name."""
+    groups: dict[str, dict[str, Any]] = {}
+    for name, value in parameters.items():
+        group, _, key = name.partition('.')
+        groups.setdefault(group, {})[key] = value
+    return groups
+
+
+@dataclass(frozen=True)
+class About:
+    """An element as a page shows it.
+
+    Attributes:
+        design: The element.
+        actuator: Its actuator; only limits of strain and rate are set.
+        scale: Its units in SI.
+        stride: Every stride-th cell is shown.
+        json: What the page gets.
+    """
+
+    design: Design
+    actuator: ActuatorSettings
+    scale: ScaleSettings
+    stride: int
+    json: dict[str, Any]
+
+    @property
+    def phases(self) -> tuple[float, float]:
+        """Configurations of the inactive and of the active phase."""
+        return self.design.D_s1, self.design.D_s2
+
+    @property
+    def length(self) -> float:
+        """Its length in metres: end displacement over strain."""
+        return self.design.N * self.scale.length
+
+    @classmethod
+    def of(cls, groups: Mapping[str, Mapping[str, Any]], node: str) -> About:
+        """Make one from parameters.
+
+        Args:
+            groups: Values by group and name: design, actuator, probe, probe_right and scale; from
+                a running node also faults and time.
+            node: Full name of the node.
+
+        Raises:
+            DesignError: They do not describe an element.
+        """
+        design = Design(**groups['design'])
+        actuator, scale = ActuatorSettings(**groups['actuator']), ScaleSettings(**groups['scale'])
+        stride = math.ceil(design.N / ROWS)
+        probes = {'left': groups['probe'], 'right': groups['probe_right']}
+        json = {
+            'node': node,
+            'cells': design.N,
+            'rows': len(range(0, design.N, stride)),
+            'stride': stride,
+            'levels': design.levels,
+            'codes': [design.code(level) for level in range(design.levels)],
+            'defects': [design.defect(level) for level in range(design.levels)],
+            'phases': [design.D_s1, design.D_s2],
+            'springs': np.round(np.diff(design.strain_shape) * design.N, 4).tolist(),
+            'substrate': design.substrate,
+            'max_strain': actuator.max_strain,
+            'probes': {
+                end: {'threshold': probe['v_th'], 'gain': probe['gain_decay']}
+                for end, probe in probes.items()
+            },
+            'faults': groups.get('faults', {}),
+            'procedures': {
+                name: {'takes': row.required, 'changes': row.changes, 'title': row.meaning}
+                for name, row in PROCEDURES.items()
+            },
+            'speed': groups.get('time', {}).get('speed', 1.0),
+        }
+        return cls(design, actuator, scale, stride, json)

@@ -1,0 +1,227 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A running element for pages: its node's messages as frames, and the pages' requests."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.contract import topics
+from mlmem_ros.contract.errors import RequestError
+from mlmem_ros.contract.goals import action_types
+from mlmem_ros.ros.client.monitor import Status, components, listen
+from mlmem_ros.ros.qos import RELIABLE
+
+from .about import WANTED, About, grouped
+from .activity import Activity
+from .frames import packed, thinned
+from .pages import Page, Pages
+from .pictures import Pictures
+from .requests import Requests
+
+if TYPE_CHECKING:
+    from mlmem_ros.ros.client import MemoryClient
+
+PARAMETERS = topics.Topic(
+    '/parameter_events',
+    'rcl_interfaces/msg/ParameterEvent',
+    topics.EVERY_ONE,
+    'parameters that were set',
+)
+
+SILENCE = 2.5
+"""Seconds of silence after which a node counts as gone; it reports its health every second."""
+
+BEHIND = 0.03
+"""Seconds for which an outcome waits for the echo that it was decoded from."""
+
+LEAVE = 30.0
+"""Seconds after the last page has closed, during which the streams are still received; then they
+no longer cost the node time."""
+
+
+class Live:
+    """The element behind a node, in the server's event loop.
+
+    Attributes:
+        pages: Open pages; see `open` and `close`.
+        requests: What pages ask for.
+    """
+
+    def __init__(self, client: MemoryClient) -> None:
+        """Listen; to be called in the event loop."""
+        self._client = client
+        self._loop = asyncio.get_running_loop()
+        self.pages = Pages()
+        self._about: About | None = None
+        self._activity = Activity()
+        self.requests = Requests(client, self._activity)
+        self._latest: dict[str, bytes] = {}  # what a new page gets first
+        self._pictures = Pictures(self._loop, self._show)
+        self._last_message, self._present, self._ticks = -SILENCE, False, 0.0
+        self._meeting: asyncio.Task[None] | None = None
+        self._left = time.monotonic()
+        self._streams: list[Any] = []
+        self._listen()
+        self._watch(True)
+        self._keeper = self._loop.create_task(self._keep())
+
+    # --- pages ---------------------------------------------------------------------------
+
+    def open(self) -> Page:
+        """Return a page that gets everything known so far, and whatever comes from now on."""
+        page = Page()
+        self._watch(True)
+        for frame in self._latest.values():
+            page.tell(frame)
+        page.tell(self._pictures.past())
+        self.pages.add(page)
+        return page
+
+    def close(self, page: Page) -> None:
+        """Forget a page."""
+        self.pages.discard(page)
+        self._left = time.monotonic()
+
+    def end(self) -> None:
+        """Stop listening."""
+        self._keeper.cancel()
+        self._watch(False)
+
+    # --- what the node publishes -------------------------------------------------------------
+
+    def _listen(self) -> None:
+        for topic, take in (
+            (topics.LEVEL, self._on_level),
+            (topics.OUTCOME, self._on_outcome),
+            (topics.ECHO, self._on_echo),
+            (topics.DIAGNOSTICS, self._on_diagnostics),
+            (PARAMETERS, self._on_parameters),
+        ):
+            listen(self._client, topic, self._in_loop(take))
+        for name, action in action_types().items():
+            self._client.node.create_subscription(
+                action.Impl.FeedbackMessage,
+                f'{self._client.name}/{name}/_action/feedback',
+                self._in_loop(partial(self._on_feedback, name)),
+                RELIABLE,
+            )
+
+    def _in_loop(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Return a callback for the client's thread that hands messages over to the loop."""
+
+        def hand_over(message: Any) -> None:
+            self._loop.call_soon_threadsafe(take, message)
+
+        return hand_over
+
+    def _watch(self, on: bool) -> None:
+        if on and not self._streams:
+            self._streams = [
+                listen(self._client, topic, partial(self._pictures.take, topic))
+                for topic in topics.PERIODIC
+            ]
+        elif not on:
+            while self._streams:
+                self._client.node.destroy_subscription(self._streams.pop())
+
+    def _on_level(self, message: Any) -> None:
+        self._hear()
+        self._announce('level', {'level': message.data})
+
+    def _on_outcome(self, message: Any) -> None:
+        self._hear()
+        self._loop.call_later(BEHIND, self._end, Status.of(message))
+
+    def _end(self, outcome: Status) -> None:
+        self._activity.ended(outcome.values.get('procedure', ''))
+        self._announce('outcome', {**asdict(outcome), 't': self._pictures.clock})
+
+    def _on_echo(self, message: Any) -> None:
+        self._hear()
+        data = thinned(message)
+        self._announce('echo', {'samples': data.shape[1]}, data)
+
+    def _on_feedback(self, name: str, message: Any) -> None:
+        self._activity.progress(name, message.feedback)
+
+    def _on_parameters(self, message: Any) -> None:
+        if message.node == self._client.name:
+            self._hear()
+            self._meet()
+
+    def _on_diagnostics(self, message: Any) -> None:
+        parts = components(message, self._client.name)
+        if 'loop' not in parts:
+            return
+        self._hear()
+        loop = parts['loop'].values
+        self._activity.reported(loop.get('procedure', ''))
+        ticks = float(loop.get('ticks', 0.0))
+        if ticks < self._ticks:  # another life of the node
+            self._meet()
+        self._ticks = ticks
+        self._announce('health', {'parts': {name: asdict(part) for name, part in parts.items()}})
+
+    def _hear(self) -> None:
+        self._last_message = time.monotonic()
+        if not self._present:
+            self._present = True
+            self._meet()
+
+    # --- meeting a node ------------------------------------------------------------------
+
+    def _meet(self) -> None:
+        """Ask for the parameters that pages need; start again if they change meanwhile."""
+        if self._meeting is not None:
+            self._meeting.cancel()
+        self._meeting = self._loop.create_task(self._ask_parameters())
+
+    async def _ask_parameters(self) -> None:
+        await asyncio.sleep(0.05)  # they change by the dozen
+        try:
+            parameters = await self._client.parameters(*WANTED, timeout=3.0)
+            about = About.of(grouped(parameters), self._client.name)
+        except (RequestError, ValueError) as error:
+            self._link(str(error))
+            self._present = False
+            return
+        if self._about is not None and about.design != self._about.design:
+            self._pictures.forget()
+        self._about = self.requests.about = about
+        self._announce('element', about.json)
+        self._link('')
+
+    def _show(self) -> None:
+        self._hear()
+        if self._about is not None:
+            self.pages.show(self._pictures.make(self._about, self._activity.now()))
+
+    async def _keep(self) -> None:
+        """Notice a node that is gone, and streams that nobody watches."""
+        self._link(f'waiting for {self._client.name}')
+        while True:
+            await asyncio.sleep(0.25)
+            now = time.monotonic()
+            if self._present and now - self._last_message > SILENCE:
+                self._present = False
+                self._activity.ended()
+                self._link(f'{self._client.name} is silent')
+            if not self.pages and now - self._left > LEAVE:
+                self._watch(False)
+
+    def _link(self, problem: str) -> None:
+        """Announce whether the node answers: no problem, or the reason."""
+        self._announce('link', {'problem': problem})
+
+    def _announce(self, kind: str, values: dict[str, Any], body: Any = None) -> None:
+        """Send to all pages, and to those that open later."""
+        frame = packed({'k': kind, **values}, body)
+        self._latest.pop(kind, None)  # in the order of their latest values
+        self._latest[kind] = frame
+        self.pages.tell(frame)

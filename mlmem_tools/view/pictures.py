@@ -1,0 +1,97 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a running element from its streams, and those of the last minute."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.contract import received, topics
+
+from .about import About
+from .frames import counts, packed
+
+PERIOD = 0.03
+"""Least seconds between two pictures."""
+
+TOGETHER = 0.004
+"""Seconds within which the streams of one tick arrive."""
+
+GAP = 0.2
+"""Longest step of the picture's clock in seconds: without messages it stands still."""
+
+HISTORY = 1800
+"""Pictures that are kept for a page that opens: a minute."""
+
+
+class Pictures:
+    """Makes pictures of the newest messages; any thread may call `take`, only the loop's the rest.
+
+    Attributes:
+        clock: Time of the last picture in seconds.
+    """
+
+    def __init__(self, loop: asyncio.AbstractEventLoop, due: Callable[[], None]) -> None:
+        """Call `due` in the server's event loop when it is time for a picture."""
+        self.clock = 0.0
+        self._loop = loop
+        self._due = due
+        self._stamp = time.monotonic()
+        self._newest: dict[topics.Topic, Any] = {}
+        self._fresh = False
+        self._history: deque[tuple[float, float, Any]] = deque(maxlen=HISTORY)
+
+    def take(self, topic: topics.Topic, message: Any) -> None:
+        """Take a message of a stream."""
+        self._newest[topic] = message
+        if not self._fresh:
+            self._fresh = True
+            self._loop.call_soon_threadsafe(self._arrange)
+
+    def forget(self) -> None:
+        """Discard the history: it was another element's."""
+        self._history.clear()
+
+    def make(self, about: About, doing: dict[str, Any]) -> bytes:
+        """Return a picture of the newest messages."""
+        field, joints = self._newest.get(topics.FIELD), self._newest.get(topics.JOINT_STATES)
+        strain = 0.0 if joints is None else received.displacement(joints) / about.length
+        column = None  # a real element publishes none
+        if field is not None and len(field.data) == about.design.N:
+            column = counts(np.asarray(field.data)[:: about.stride], about.phases)
+        self._history.append((self.clock, strain, column))
+        head = {'k': 'picture', 't': self.clock, 'strain': strain, 'walls': self._walls()}
+        return packed(head | doing, column)
+
+    def past(self) -> bytes:
+        """Return the pictures of the last minute in one frame."""
+        columns = [(t, column) for t, _, column in self._history if column is not None]
+        head = {
+            'k': 'history',
+            't': [t for t, _ in columns],
+            'strain': [[t for t, *_ in self._history], [strain for _, strain, _ in self._history]],
+            'walls': self._walls(),
+        }
+        return packed(head, np.stack([column for _, column in columns]) if columns else None)
+
+    def _walls(self) -> list[float]:
+        walls = self._newest.get(topics.WALL)
+        return [] if walls is None else list(walls.data)
+
+    def _arrange(self) -> None:
+        """Schedule a picture, no sooner than a period after the last."""
+        wait = self._stamp + PERIOD - time.monotonic()
+        self._loop.call_later(max(wait, TOGETHER), self._make)
+
+    def _make(self) -> None:
+        self._fresh = False
+        now = time.monotonic()
+        self.clock += min(now - self._stamp, GAP)
+        self._stamp = now
+        self._due()

@@ -1,0 +1,207 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded session for a page: its public topics, thinned out to a bounded size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mlmem_ros.bag.errors import BagError
+from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.clipped import clipped
+from mlmem_ros.contract import received, topics
+from mlmem_ros.contract.commands import OF_REQUEST
+from mlmem_ros.device import Command, Disturb, FollowTrajectory, Read, SetFaults, SetStrain, Write
+from mlmem_ros.session.messages import COMMAND, HEADER
+from mlmem_ros.session.records import Header, naming, read_command, read_header
+from mlmem_ros.session.timeline import timed
+
+from .about import About
+from .frames import counts, packed, thinned
+
+COLUMNS = 12_000
+"""Most configurations shown; of a longer session every second, fourth ... one."""
+
+EVENTS = 5000
+"""Most commands, outcomes and echoes shown, of each kind."""
+
+NAMES: dict[type[Any], str] = {
+    **{kind: name for name, kind in OF_REQUEST.items()},
+    SetStrain: 'strain',
+    SetFaults: 'faults',
+}
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A session as a page shows it.
+
+    Attributes:
+        parameters: What a replay depends on, by name: design, settings, versions.
+        events: Commands and outcomes in order: t, kind, text.
+        frame: Everything a page needs, as a frame.
+    """
+
+    parameters: Mapping[str, Any]
+    events: list[dict[str, Any]]
+    frame: bytes
+
+
+class Columns:
+    """Times and rows of numbers; if there are too many, every second one is dropped."""
+
+    def __init__(self) -> None:
+        self.t: list[float] = []
+        self.rows: list[Any] = []
+        self._every = 1
+        self._count = 0
+
+    def add(self, t: float, row: Any) -> None:
+        """Add a row, if it is its turn."""
+        if self._count % self._every == 0:
+            self.t.append(t)
+            self.rows.append(row)
+            if len(self.t) > COLUMNS:
+                del self.t[1::2], self.rows[1::2]
+                self._every *= 2
+        self._count += 1
+
+
+def load(path: str | Path) -> Recorded:
+    """Read a session.
+
+    Raises:
+        BagError: It cannot be read, or holds no session.
+    """
+    reader = BagReader(path)
+    node, header = _header(reader)
+    groups = {'design': asdict(header.design), **header.settings.as_dict()}
+    about, known = About.of(groups, node), header.calibration
+    collector = _Collector(about)
+    collector.take(reader)
+    head = {
+        'k': 'session',
+        'name': Path(path).resolve().name,
+        'element': about.json,
+        'delays': {end: known.table(end).delays for end in known.ends},
+        'lost': list(map(str, reader.losses)),
+        'duration': collector.duration,
+    }
+    parameters = {
+        f'{group}.{name}': value
+        for group, values in {**groups, 'versions': header.versions}.items()
+        for name, value in values.items()
+    }
+    return Recorded(parameters, collector.events, collector.frame(head))
+
+
+def _header(reader: BagReader) -> tuple[str, Header]:
+    names = [name for name in reader.topics if name.endswith(f'/{HEADER}')]
+    for message in reader.messages(names):
+        with naming(message.topic):
+            header = read_header(reader.deserialize(message).data)
+        return message.topic.removesuffix(f'/{HEADER}'), header
+    raise BagError(
+        f'{reader.path} must hold a session of a memory node, as made by `mlmem record`; '
+        f'got {clipped(sorted(reader.topics), 300)}'
+    )
+
+
+class _Collector:
+    """Sorts messages into what a page draws."""
+
+    def __init__(self, about: About) -> None:
+        self._about = about
+        self._fields, self._strains, self._walls = Columns(), Columns(), Columns()
+        self._levels: list[tuple[float, int]] = []
+        self._echoes: list[dict[str, Any]] = []
+        self.events: list[dict[str, Any]] = []
+        self.duration = 0.0
+
+    def take(self, reader: BagReader) -> None:
+        """Take all messages."""
+        takers = {
+            topics.FIELD.name: self._field,
+            topics.JOINT_STATES.name: self._joints,
+            topics.WALL.name: self._wall,
+            topics.LEVEL.name: self._level,
+            topics.ECHO.name: self._echo,
+            topics.OUTCOME.name: self._outcome,
+            COMMAND: self._command,
+        }
+        node = self._about.json['node']
+        takers = {f'{node}/{name}': take for name, take in takers.items()}
+        for seconds, message in timed(reader, node, takers):
+            self.duration = seconds
+            with naming(f'{message.topic} at {seconds:.3f} s'):
+                takers[message.topic](seconds, reader.deserialize(message))
+
+    def frame(self, head: dict[str, Any]) -> bytes:
+        """Return all of it, with the rest of its header."""
+        head |= {
+            't': self._fields.t,
+            'strain': [self._strains.t, self._strains.rows],
+            'walls': [self._walls.t, self._walls.rows],
+            'levels': self._levels,
+            'events': self.events,
+            'echoes': self._echoes,
+        }
+        return packed(head, np.stack(self._fields.rows) if self._fields.rows else None)
+
+    def _field(self, t: float, message: Any) -> None:
+        if len(message.data) != self._about.design.N:
+            raise ValueError(f'data must have {self._about.design.N} cells')
+        data = np.asarray(message.data)[:: self._about.stride]
+        self._fields.add(t, counts(data, self._about.phases))
+
+    def _joints(self, t: float, message: Any) -> None:
+        self._strains.add(t, round(received.displacement(message) / self._about.length, 6))
+
+    def _wall(self, t: float, message: Any) -> None:
+        self._walls.add(t, [round(float(site), 3) for site in message.data])
+
+    def _level(self, t: float, message: Any) -> None:
+        if len(self._levels) < EVENTS:
+            self._levels.append((t, int(message.data)))
+
+    def _echo(self, t: float, message: Any) -> None:
+        x, y = thinned(message)
+        self._echoes.append({'t': t, 'x': np.round(x, 2).tolist(), 'y': y.tolist()})
+        if len(self._echoes) > EVENTS // 10:
+            del self._echoes[1::2]
+
+    def _outcome(self, t: float, message: Any) -> None:
+        values, ok = received.values(message), message.level == 0
+        text = message.message if ok else f'{values["procedure"]} failed: {message.message}'
+        self._event(t, 'outcome', text, ok=ok, values=values)
+
+    def _command(self, t: float, message: Any) -> None:
+        _, command = read_command(message.data)
+        if not isinstance(command, Disturb):  # there are too many
+            self._event(t, 'command', _words(command))
+
+    def _event(self, t: float, kind: str, text: str, **more: Any) -> None:
+        if len(self.events) < EVENTS:
+            self.events.append({'t': round(t, 4), 'kind': kind, 'text': text, **more})
+
+
+def _words(command: Command) -> str:
+    name = NAMES[type(command)]
+    match command:
+        case Write(level=level):
+            return f'{name} {level}'
+        case SetStrain(strain=strain):
+            return f'{name} {strain:+.4f}'
+        case FollowTrajectory(strains=strains):
+            return f'{name} to {strains[-1]:+.4f}'
+        case Read(end=end) if end:
+            return f'{name} from {end}'
+        case SetFaults(faults=faults):
+            return f'{name} {", ".join(faults.active()) or "healed"}'
+        case _:
+            return name

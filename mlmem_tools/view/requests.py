@@ -1,0 +1,160 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a page may ask for, as requests to the node; nothing else gets through."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from time import strftime
+from typing import TYPE_CHECKING, Any
+
+from mlmem_ros.contract.errors import NoAnswer, RequestError, RequestRefused
+from mlmem_ros.described import problems
+from mlmem_ros.device import Faults
+from mlmem_ros.procedures import PROCEDURES, Procedure
+
+from .about import About
+from .activity import Activity
+
+if TYPE_CHECKING:
+    from mlmem_ros.ros.client import MemoryClient
+    from mlmem_ros.ros.client.reply import Reply
+
+Asked = Mapping[str, Any]
+"""A page's message: `do`, which names the request, and its arguments."""
+
+PATIENCE = 600.0
+"""Longest wait in seconds for procedures; some write every level."""
+
+HASTE = 1.65
+"""Duration of a drag's move, relative to the least for a straight one; a smooth one needs 1.5."""
+
+LOG = logging.getLogger(__name__)
+
+HEALTHY = {f'faults.{name}': value for name, value in asdict(Faults()).items() if name != 'seed'}
+
+
+class Requests:
+    """Sends the requests of pages and waits for the answers, in the server's event loop.
+
+    Attributes:
+        about: The element, once it is known.
+        folder: Where recordings started by pages go, on the node's machine.
+        recordings: Paths of the sessions that pages have recorded.
+    """
+
+    def __init__(self, client: MemoryClient, activity: Activity) -> None:
+        self._client = client
+        self._activity = activity
+        self.about: About | None = None
+        self.folder = Path.cwd() / 'sessions'
+        self.recordings: list[str] = []
+
+    async def ask(self, asked: Asked) -> dict[str, Any]:
+        """Do what a page asks for; return the reply, whatever the result."""
+        try:
+            return await self._ask(asked)
+        except Exception as error:
+            LOG.exception('a request of a page failed; this is a fault in the software')
+            return {
+                'ok': False,
+                'kind': 'failed',
+                'text': f'a fault in the software: {error!r}'[:200],
+            }
+
+    async def _ask(self, asked: Asked) -> dict[str, Any]:
+        try:
+            reply = self.send(asked)
+        except ValueError as error:
+            return {'ok': False, 'kind': 'refused', 'text': str(error)}
+        began = self._activity.asked(asked)
+        try:
+            answer = await reply
+        except RequestError as error:
+            kind = {RequestRefused: 'refused', NoAnswer: 'silent'}.get(type(error), 'failed')
+            if began and kind != 'failed':
+                self._activity.refused()
+            return {'ok': False, 'kind': kind, 'text': str(error)}
+        details = dict(getattr(answer, 'details', {}))
+        if asked['do'] == 'self_test' and not answer.passed:
+            failed = '; '.join(f'{name}: {answer.checks[name]}' for name in answer.failed)
+            return {'ok': False, 'kind': 'failed', 'text': failed}
+        if asked['do'] == 'record' and not answer.recording and answer.path:
+            self.recordings.append(answer.path)
+            details['id'] = f'r{len(self.recordings) - 1}'
+        return {'ok': True, 'details': details}
+
+    def send(self, asked: Asked) -> Reply[Any]:
+        """Send a page's request.
+
+        Raises:
+            ValueError: It is not valid.
+        """
+        client = self._client
+        match asked.get('do'):
+            case str(name) if name in PROCEDURES:
+                return client.procedure(name, PATIENCE, **_arguments(asked, PROCEDURES[name]))
+            case 'strain':
+                return self._strain(_number(asked, 'strain', -1.0, 1.0))
+            case 'pause':
+                return client.pause(asked.get('hold') is not False)
+            case 'step':
+                return client.step()
+            case 'speed':
+                return client.set_parameters({'time.speed': _number(asked, 'speed', 0.0, 1e6)})
+            case 'fault':
+                return client.set_parameters(_fault(asked))
+            case 'heal':
+                return client.set_parameters(HEALTHY)
+            case 'record':
+                on = asked.get('on') is not False
+                path = str(self.folder / f'view-{strftime("%Y%m%d-%H%M%S")}')
+                return client.record(on, path if on else '')
+            case other:
+                raise ValueError(f'there is no request {str(other)[:40]!r}')
+
+    def _strain(self, strain: float) -> Reply[Any]:
+        """Drag the strain: a smooth move, in the time of the longest one.
+
+        A set-point on `~/strain` would do the same, but be refused silently.
+        """
+        if self.about is None:
+            raise ValueError('the element is not known yet')
+        actuator, scale = self.about.actuator, self.about.scale
+        seconds = HASTE * 2.0 * actuator.max_strain / actuator.by_hand * scale.time
+        return self._client.follow([seconds], [strain], [0.0])
+
+
+def _number(asked: Asked, name: str, low: float, high: float) -> float:
+    value = asked.get(name)
+    if (
+        not isinstance(value, int | float)
+        or isinstance(value, bool)
+        or not low <= value <= high  # also of NaN, and of an integer that no float can hold
+    ):
+        raise ValueError(f'{name} must be a number from {low:g} to {high:g}')
+    return float(value)
+
+
+def _arguments(asked: Asked, row: Procedure) -> dict[str, Any]:
+    names = [name for name, *_ in row.arguments]
+    given = {name: asked[name] for name in names if name in asked}
+    if missing := [name for name in row.required if name not in given]:
+        raise ValueError(f'{", ".join(missing)} must be given')
+    if wrong := problems(row.command(**given)):
+        raise ValueError('; '.join(wrong))
+    return given
+
+
+def _fault(asked: Asked) -> dict[str, Any]:
+    name = f'faults.{asked.get("name")}'
+    if name not in HEALTHY:
+        raise ValueError('name must be the name of a fault')
+    kind = type(HEALTHY[name])
+    value = asked.get('value')
+    if kind is not bool:
+        value = _number(asked, 'value', -1e6, 1e6)
+    return {name: kind(value)}

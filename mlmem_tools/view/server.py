@@ -1,0 +1,230 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page's server: its files, a socket for each open page, sessions and downloads."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
+
+from mlmem_ros.bag.errors import BagError
+
+from .differences import differences
+from .frames import finite, packed
+from .guard import Guard
+from .live import Live
+from .pages import Page
+from .recorded import Recorded, load
+
+STATIC = Path(__file__).parent / 'static'
+
+DEFAULT_PORT = 8742
+"""The page's port, unless it is taken."""
+
+MESSAGE = 4096
+"""Longest message of a page in bytes."""
+
+UNDER_WAY = 8
+"""Most requests of a page under way."""
+
+RATE = 30.0
+"""Requests that are taken from a page per second; further ones wait."""
+
+PATIENCE = 10.0
+"""Seconds after which a page that reads nothing is disconnected."""
+
+
+class Server:
+    """Serves a running element, sessions, or both."""
+
+    def __init__(self, guard: Guard, live: Live | None, sessions: Sequence[str] = ()) -> None:
+        self._live = live
+        self._sessions = list(sessions)
+        self._load = lru_cache(maxsize=4)(load)
+        self.application = web.Application(
+            middlewares=[guard.middleware()], client_max_size=MESSAGE
+        )
+        self.application.add_routes(
+            [
+                web.get('/', self._page),
+                web.get('/about', self._about),
+                web.get('/live', self._socket),
+                web.get('/sessions/{number}', self._session),
+                web.get('/sessions/{number}/bag.zip', self._bag),
+                web.get('/differences/{left}/{right}', self._differences),
+                web.static('/static', STATIC),
+            ]
+        )
+
+    async def check(self) -> None:
+        """Read the sessions.
+
+        Raises:
+            BagError: One of them cannot be read.
+        """
+        for path in self._sessions:
+            await asyncio.to_thread(self._load, path)
+
+    # --- the page ------------------------------------------------------------------------
+
+    async def _page(self, _: web.Request) -> web.StreamResponse:
+        return web.FileResponse(STATIC / 'index.html')
+
+    async def _about(self, _: web.Request) -> web.StreamResponse:
+        about = {'live': self._live is not None, 'sessions': len(self._sessions)}
+        return web.json_response(about)
+
+    # --- a running element ---------------------------------------------------------------
+
+    async def _socket(self, request: web.Request) -> web.StreamResponse:
+        live = self._live
+        if live is None:
+            raise web.HTTPNotFound(text='there is no running element')
+        if live.pages.full:
+            raise web.HTTPServiceUnavailable(text='too many pages are open')
+        socket = web.WebSocketResponse(heartbeat=PATIENCE, max_msg_size=MESSAGE, compress=False)
+        await socket.prepare(request)
+        page = live.open()
+        sender = asyncio.create_task(_send(request, socket, page))
+        under_way = set[asyncio.Task[None]]()
+        try:
+            async for message in socket:
+                if message.type != WSMsgType.TEXT:
+                    break
+                asked = _parsed(message.data)
+                if asked is None:
+                    break
+                if len(under_way) >= UNDER_WAY:
+                    refusal = {'ok': False, 'kind': 'refused', 'text': 'too many requests at once'}
+                    page.tell(_answer(asked, refusal))
+                else:
+                    task = asyncio.create_task(_serve(live, page, asked))
+                    under_way.add(task)
+                    task.add_done_callback(under_way.discard)
+                await asyncio.sleep(1.0 / RATE)
+        finally:
+            live.close(page)
+            sender.cancel()
+        return socket
+
+    # --- sessions ------------------------------------------------------------------------
+
+    async def _session(self, request: web.Request) -> web.StreamResponse:
+        session = await self._loaded(request.match_info['number'])
+        return web.Response(body=session.frame, content_type='application/octet-stream')
+
+    async def _differences(self, request: web.Request) -> web.StreamResponse:
+        left = await self._loaded(request.match_info['left'])
+        right = await self._loaded(request.match_info['right'])
+        return web.json_response(finite(differences(left, right)))
+
+    async def _bag(self, request: web.Request) -> web.StreamResponse:
+        path = self._path(request.match_info['number'])
+        if not path.exists():
+            raise web.HTTPNotFound(text=f'{path} is not on this machine')
+        with tempfile.TemporaryDirectory() as folder:
+            archive = await asyncio.to_thread(
+                shutil.make_archive, f'{folder}/bag', 'zip', path.parent, path.name
+            )
+            response = web.FileResponse(
+                archive, headers={'Content-Disposition': f'attachment; filename="{path.name}.zip"'}
+            )
+            await response.prepare(request)
+        return response
+
+    async def _loaded(self, number: str) -> Recorded:
+        path = self._path(number)
+        try:
+            return await asyncio.to_thread(self._load, str(path))
+        except BagError as error:
+            raise web.HTTPNotFound(text=str(error)) from error
+
+    def _path(self, number: str) -> Path:
+        """Return the path of a session: one that was given, or `r0`, `r1` ... of pages."""
+        recordings = self._live.requests.recordings if self._live else []
+        paths = recordings if number.startswith('r') else self._sessions
+        try:
+            index = int(number.removeprefix('r'))
+            if index < 0:
+                raise IndexError
+            return Path(paths[index])
+        except (ValueError, IndexError):
+            raise web.HTTPNotFound(text='there is no such session') from None
+
+
+async def _send(request: web.Request, socket: web.WebSocketResponse, page: Page) -> None:
+    """Send a page its queue as fast as it reads; disconnect one that reads nothing."""
+    try:
+        async for frame in page.frames():
+            await asyncio.wait_for(socket.send_bytes(frame), PATIENCE)
+    except (ConnectionError, RuntimeError):
+        return
+    except asyncio.TimeoutError:
+        if request.transport is not None:
+            request.transport.abort()  # a close message would not be read either
+
+
+async def _serve(live: Live, page: Page, asked: dict[str, Any]) -> None:
+    page.tell(_answer(asked, await live.requests.ask(asked)))
+
+
+def _answer(asked: dict[str, Any], answer: dict[str, Any]) -> bytes:
+    number = asked.get('id')
+    return packed({'k': 'answer', 'id': number if isinstance(number, int) else None, **answer})
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    try:
+        asked = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return asked if isinstance(asked, dict) else None
+
+
+def running(server: Server) -> web.AppRunner:
+    """Return what runs a server. It logs its own failures, not those of whoever speaks to it."""
+    log = logging.getLogger(__name__)
+    log.addFilter(_of_ours)
+    return web.AppRunner(server.application, access_log=None, logger=log, shutdown_timeout=1.0)
+
+
+def _of_ours(record: logging.LogRecord) -> bool:
+    """Return whether a failure is not that of a malformed request, which is answered with 400."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, HttpProcessingError)
+
+
+async def serve(
+    server: Server, host: str, port: int | None, ready: Callable[[int], None], over: asyncio.Event
+) -> None:
+    """Serve at a port, or at `DEFAULT_PORT` or another one if that is taken, until it is `over`;
+    tell `ready` the port.
+
+    Raises:
+        OSError: The port is not available.
+    """
+    runner = running(server)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, host, DEFAULT_PORT if port is None else port)
+        try:
+            await site.start()
+        except OSError:
+            if port is not None:
+                raise
+            site = web.TCPSite(runner, host, 0)
+            await site.start()
+        ready(runner.addresses[0][1])
+        await over.wait()
+    finally:
+        await runner.cleanup()
