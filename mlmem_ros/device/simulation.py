@@ -46,15 +46,21 @@ class Simulation(Driver):
         self.nodes = chain.integrator.nodes
 
     @classmethod
-    def of(cls, made: Design | Specimen, time: TimeSettings) -> Simulation:
+    def of(cls, made: Design | Specimen, time: TimeSettings, finer: int = 1) -> Simulation:
         """Return the driver of a blank element at rest, exactly as designed if a design is given.
+
+        Args:
+            made: The element.
+            time: Tick and integrator.
+            finer: By how much its steps are shorter than they need to be.
 
         Raises:
             SettingsError: A tick needs too many steps.
             DesignError: The step is beyond the stability limit.
             StateError: Its ground states are scattered so much that nothing rests in them.
         """
-        dt, integrator = time.tick / steps_per_tick(made, time), INTEGRATORS[time.integrator]
+        dt = time.tick / (finer * steps_per_tick(made, time))
+        integrator = INTEGRATORS[time.integrator]
         if isinstance(made, Design):
             return cls(Chain(made, dt, integrator))
         chain = Chain(made.design, dt, integrator)

@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 
 RK4 = 'rk4'
 
+FINER = 2
+"""By how much steps are shorter than in a node: what stands for a real element has no step, and a
+fit would hear the errors of the usual one."""
+
 
 def _number(name: str, text: str, metavar: str = 'X', default: float = 0.0) -> Option:
     return option(name, type=float, default=default, metavar=metavar, help=text)
@@ -131,7 +135,7 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
             made, dt, step=given.step, friction=given.friction
         )
     else:
-        element = Simulation.of(made, settings.time)
+        element = Simulation.of(made, settings.time, FINER)
     left, right = 1.0 + given.gain * generator(given.seed, Stream.GAIN).standard_normal(2)
     sensors = Sensors(
         gain=(float(left), float(right)), noise=given.noise, jitter=given.sample_jitter,

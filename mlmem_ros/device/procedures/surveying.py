@@ -34,6 +34,13 @@ STRAIN = 0.009
 """Strain that tells of the substrate; no wall is there that it could free."""
 
 
+INAUDIBLE = 3e-7
+"""Mean size of waves in cells that no fit hears: a third of what it takes for noise at least."""
+
+WHITE = 1.1
+"""Mean departure from rest, over that of white noise, up to which there are no waves in it."""
+
+
 class Aim(NamedTuple):
     """A pulse of a survey.
 
@@ -143,6 +150,7 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
         yield from ramp(element, max(-limit, min(aim.strain, limit)), times.ramp)
     yield from quiet(element)
     yield from wait(element, SILENCE / element.design.eta)
+    yield from _faded(element)
     probe = ProbeSettings(omega_c=carrier(element.design, wall, aim), A=AMPLITUDE, sigma=aim.sigma)
     transducer = element.transducer
     tape = transducer.shoot(aim.end, probe)
@@ -155,6 +163,17 @@ def _shoot(element: Memory, wall: float, aim: Aim) -> Procedure[None]:
     element.report(tape.shot(wall, element.linkage.encoder, element.driver.dt))
     if aim.strain:
         yield from ramp(element, 0.0, times.release)
+
+
+def _faded(element: Memory) -> Procedure[None]:
+    """Wait until no earlier wave is left that a fit would hear, at most as long again."""
+    transducer, step = element.transducer, 1.0 / element.design.eta
+    for _ in range(round(SILENCE)):
+        if all(
+            transducer.unrest(end) <= max(WHITE * transducer.noise(end), INAUDIBLE) for end in End
+        ):
+            return
+        yield from wait(element, step)
 
 
 def carrier(design: Design, wall: float, aim: Aim) -> float:
