@@ -20,7 +20,7 @@
 #define TICK 80u      /* samples of a tick */
 #define BUFFER 4096u  /* samples of set-points that it holds; the driver sends half at once */
 #define KEPT 64u      /* ticks of samples that it keeps, to send them again: more than BUFFER */
-#define QUIET 1.0     /* s without a byte after which the driver has gone */
+#define QUIET 1.0     /* s of its ticks without a byte after which the driver has gone */
 
 /* --- the element: Case II of the paper over a rigid substrate, by velocity Verlet ------------- */
 
@@ -324,7 +324,7 @@ int main(int count, char **given)
     tcsetattr(port, TCSANOW, &raw);
     unit = strtod(given[2], NULL);
     element_begin();
-    double due = board_seconds(), heard = due;
+    double due = board_seconds(), quiet = 0.0; /* since the last byte, in time that was played */
     for (;;) {
         double now = board_seconds(), wait = due > now ? due - now : 0.0;
         struct pollfd waiting = {port, POLLIN, 0};
@@ -333,13 +333,14 @@ int main(int count, char **given)
             if (come <= 0)
                 return 0;
             take(bytes, (size_t)come);
-            heard = board_seconds();
-        } else if (now - heard > QUIET && last.V_N != 0.0f) {
+            quiet = 0.0;
+        } else if (quiet > QUIET && last.V_N != 0.0f) {
             let_go();
             send_fault("no byte came for a second: the strain is zero");
         }
         if ((now = board_seconds()) >= due) {
             tick();
+            quiet += TICK * DT * unit;
             due += TICK * DT * unit;
             if (due < now)
                 due = now; /* a simulated element waits for a slow machine */

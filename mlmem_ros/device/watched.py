@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
@@ -20,6 +20,9 @@ T = TypeVar('T')
 
 PATIENCE = 10.0
 """Seconds after which a call to a driver times out."""
+
+LOOKS = 10
+"""Waits that make up a time-out: a host that is held up loses one of them, not all."""
 
 
 EXPECTED = (DriverError, SettingsError, DesignError, StateError)
@@ -105,13 +108,15 @@ class Watched(Driver):
         if self._hangs:
             raise DriverHangs(f'the driver {self._name} hangs')
         self._work.put(work)
-        try:
-            value, error = self._done.get(timeout=self._patience + more)
-        except Empty:
+        for _ in range(LOOKS):
+            with suppress(Empty):
+                value, error = self._done.get(timeout=(self._patience + more) / LOOKS)
+                break
+        else:
             self._hangs = True
             raise DriverHangs(
                 f'the driver {self._name} hangs: {what} takes longer than {self._patience:g} s'
-            ) from None
+            )
         with self._guarded(what):
             if error is not None:
                 raise error

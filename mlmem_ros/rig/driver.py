@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import json
 import math
+import weakref
 from collections import deque
+from threading import Condition
 from typing import NoReturn
 
 import numpy as np
@@ -32,11 +34,18 @@ LEAD = 0.05
 PATIENCE = 1.0
 """Seconds of silence after which the driver gives up, unless the address has `patience`."""
 
+BEAT = 0.25
+"""Seconds without a call after which the driver says that it is still there."""
+
 _NONE = np.empty((2, 0))
 
 
 class Rig(Driver):
-    """An element behind a line."""
+    """An element behind a line.
+
+    Between calls a thread keeps the line alive, for `patience` seconds: the device may compile or
+    plan meanwhile, or wait for a core, and a rig that hears nothing lets its element go.
+    """
 
     own_clock = True
 
@@ -49,7 +58,7 @@ class Rig(Driver):
             design: The element.
             settings: The instrument's settings.
             address: Address of the rig, with options (see `docs/reference/rig.md`).
-            transport: The line, if it is already open.
+            transport: The line, if it is already open; the caller keeps it alive.
 
         Raises:
             SettingsError: The address is invalid, or the rig does not fit these settings.
@@ -61,12 +70,21 @@ class Rig(Driver):
         self._transport = transport or opened(address, self._patience)
         self._link = Link(self._transport.send)
         self._received: deque[Frame] = deque()
+        self._turn = threads.Condition()  # held by whoever uses the line
+        self._beats = 0  # since the last call
         try:
             self.lag = math.ceil(lead / settings.tick_seconds)
             self._begin(settings)
         except BaseException:
             self.close()
             raise
+        if transport is None:
+            threads.Thread(
+                target=_keep_alive,
+                args=(weakref.ref(self), self._turn),
+                name='mlmem-rig',
+                daemon=True,
+            ).start()
 
     def _begin(self, settings: Settings) -> None:
         ahead = self.lag * settings.time.tick * settings.scale.time
@@ -105,6 +123,11 @@ class Rig(Driver):
         looks: int = 1,
     ) -> Array:
         """Send set-points and return the samples of `lag` ticks ago; see `Driver.advance`."""
+        with self._turn:
+            self._beats = 0
+            return self._advance(V_N, held_cell)
+
+    def _advance(self, V_N: Array, held_cell: HeldCell | None) -> Array:
         if self._failure:
             raise DriverError(self._failure)
         # A lost frame is noticed when the next one comes: while three quarters are left to play.
@@ -146,8 +169,22 @@ class Rig(Driver):
 
     def close(self) -> None:
         """Close the line; the rig then releases its element by itself."""
-        self._failure = self._failure or f'the line to the rig at {self._address} is closed'
-        self._transport.close()
+        with self._turn:
+            self._failure = self._failure or f'the line to the rig at {self._address} is closed'
+            self._transport.close()
+            self._turn.notify_all()
+
+    def _beat(self) -> bool:
+        """Send a sign of life if no call came since the last beat; return whether to go on."""
+        if self._failure:
+            return False
+        if 0 < self._beats < self._patience / BEAT:
+            try:
+                self._link.show(1 + self._sent // self._said.samples)
+            except OSError:  # the next call finds out, and tells
+                return False
+        self._beats += 1
+        return True
 
     # --- set-points ----------------------------------------------------------------------
 
@@ -203,16 +240,19 @@ class Rig(Driver):
     def _receive(self, playing: float) -> Frame:
         """Return the next frame; raise `DriverError` if the rig stays silent.
 
-        It may need `playing` seconds in addition, to play what it has.
+        It may need `playing` seconds in addition, to play what it has. Silence is the time spent
+        listening in vain: a host that is held up in between has not listened.
         """
-        last = threads.monotonic() + self._patience + playing
+        silent = 0.0
         while not self._received:
+            begun = threads.monotonic()
             try:
                 data = self._transport.receive(self._poke)
             except EOFError as error:
                 raise DriverError(f'{error}') from error
             self._received.extend(self._link.feed(data))
-            if not self._received and threads.monotonic() > last:
+            silent += min(threads.monotonic() - begun, self._poke)
+            if not self._received and silent > self._patience + playing:
                 wrong = f'; {self._link.wrong}' if self._link.wrong else ''
                 raise DriverError(f'the rig has been silent for {self._patience:g} s{wrong}')
             if not data:
@@ -223,6 +263,17 @@ class Rig(Driver):
         self._failure = f'{self._address}: {why}'
         self._transport.close()
         raise DriverError(self._failure)
+
+
+def _keep_alive(rig: weakref.ref[Rig], turn: Condition) -> None:
+    """Let a rig's driver send a sign of life between calls, until it is closed or forgotten."""
+    with turn:
+        while True:
+            turn.wait(BEAT)
+            driver = rig()
+            if driver is None or not driver._beat():
+                return
+            del driver
 
 
 def _known(frame: Frame) -> Kind:

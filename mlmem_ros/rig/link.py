@@ -66,6 +66,12 @@ class Link:
         self.asked += 1
         self._send(encode(Kind.AGAIN, self._next_in))
 
+    def show(self, due: int) -> None:
+        """Send a sign of life: a request for frames from number `due` on, of which none is sent
+        yet.
+        """
+        self._send(encode(Kind.AGAIN, due))
+
     def feed(self, data: bytes) -> Iterator[Frame]:
         """Take bytes off the line and yield the frames that are next in order.
 

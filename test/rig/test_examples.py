@@ -9,6 +9,7 @@ import os
 import random
 import select
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -129,7 +130,8 @@ def compiled(tmp_path_factory):
 
 @contextlib.contextmanager
 def wired(program):
-    """Run the program at one end of a serial line; yield the port at the other.
+    """Run the program at one end of a serial line; yield the port at the other, and
+    the process.
 
     The line is two pseudo-terminals.
     """
@@ -154,7 +156,7 @@ def wired(program):
     thread.start()
     process = subprocess.Popen([program, os.ttyname(other), str(UNIT)])
     try:
-        yield f'serial://{os.ttyname(port)}?baud=3000000&patience=10'
+        yield f'serial://{os.ttyname(port)}?baud=3000000&patience=10', process
         assert process.poll() is None
     finally:
         process.kill()
@@ -239,7 +241,7 @@ def test_the_rig_in_c_allocates_nothing(source):
 
 
 def test_the_rig_in_c_remembers(program):
-    with wired(program) as address:
+    with wired(program) as (address, _):
         remembers(address, 0, 'C99')
 
 
@@ -260,14 +262,53 @@ def test_the_rig_in_c_repairs_its_line(compiled, source):
     assert line.asked > 5
 
 
+def strained(address):
+    """Return an element that is held at a strain."""
+    element = element_at(address)
+    element.actuator.ramp_to(0.01, 100.0)
+    while element.actuator.moving:
+        element.advance()
+    return element
+
+
+def goes_on(element):
+    """Pass more ticks than are under way: a fault would be heard."""
+    for _ in range(2 * element.driver.lag):
+        element.advance()
+    element.driver.close()
+
+
+def test_the_rig_in_c_waits_for_a_driver_that_computes(program):
+    """A device may compile or plan for longer than the rig's second of silence."""
+    with wired(program) as (address, _):
+        element = strained(address)
+        time.sleep(1.5)
+        goes_on(element)
+
+
 def test_the_rig_in_c_goes_limp_when_nobody_speaks(program):
     """A strain that nobody looks after is released, and the driver hears of it."""
-    with wired(program) as address:
-        element = element_at(address)
-        element.actuator.ramp_to(0.01, 100.0)
-        while element.actuator.moving:
-            element.advance()
-        time.sleep(2.0)
+    with wired(program) as (address, _):
+        element = strained(address)
+        rig, heard = element.driver.driver, b''
+        with rig._turn:  # it hangs in a call
+            while b'the strain is zero' not in heard:
+                come = rig._transport.receive(SOON)
+                assert come, 'the strain is held though nobody speaks'
+                heard += come
+            rig._transport._come = heard
         with pytest.raises(DriverError, match='has stopped: no byte came for a second'):
             element.perform(Read())
         element.driver.close()
+
+
+def test_the_rig_in_c_does_not_count_what_it_was_stopped(program):
+    """A host that is held up for longer than a second has heard nothing, and judges nothing."""
+    with wired(program) as (address, process):
+        element = strained(address)
+        with element.driver.driver._turn:  # the driver is held up, too
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(1.2)
+            process.send_signal(signal.SIGCONT)
+            time.sleep(0.1)
+        goes_on(element)

@@ -7,6 +7,7 @@ The rig plays by its own sample clock, and samples carry its numbers; no time of
 
 import dataclasses
 import random
+import time
 
 import numpy as np
 import pytest
@@ -33,7 +34,8 @@ from mlmem_ros.device.procedures.listening import pulse_echo
 from mlmem_ros.device.settings import ScaleSettings, TimeSettings
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import CASE_II
-from mlmem_ros.rig.frames import encode
+from mlmem_ros.rig.driver import BEAT
+from mlmem_ros.rig.frames import Kind, encode
 from mlmem_tools.rig.sensors import Sensors
 
 from .lines import Line, calibration, driven, emulated
@@ -168,6 +170,39 @@ def test_an_echo_is_not_heard_across_a_break(number):
         element.advance()
     assert len(asked) == 4  # both ends, twice
     assert element.reading.delay == pytest.approx(reading.delay, abs=2.0)
+
+
+def test_a_driver_that_was_held_up_looks_at_what_has_come():
+    """Its host stopped for twice its patience: that was no silence of the rig."""
+    line, stops = Line(emulated()), [0.1]
+    element = driven(line)
+    receive = line.receive
+
+    def held_up(seconds):
+        if stops:
+            time.sleep(stops.pop())
+            return b''
+        return receive(seconds)
+
+    line.receive = held_up
+    assert element.perform(Read()).reading.level == -1
+    assert not stops
+
+
+def test_signs_of_life_end_with_the_patience():
+    """A device that hangs does not keep its element strained."""
+    line, said = Line(emulated()), []
+    driver = driven(line, address='tcp://nowhere:1?lead=0.01&patience=2').driver
+    line.inward = lambda frame: (said.append(frame), encode(*frame))[1]
+    for _ in range(100):
+        driver._beat()
+    assert len(said) * BEAT == pytest.approx(2.0, abs=BEAT)
+    before = len(said)
+    driver.advance(np.zeros(80))
+    assert said[before].kind == Kind.PLAY
+    driver._beat(), driver._beat()
+    assert said[-1].kind == Kind.AGAIN  # of nothing: no frame is sent twice
+    assert driver.health()['dropped_frames'] == 0
 
 
 def test_an_element_without_set_points_is_not_read():

@@ -53,7 +53,9 @@ RULES = """\
    set-points again.
 6. When the driver has gone, the rig releases the ends and brings the strain slowly to zero. A rig
    on a serial line takes a second of silence while the element is strained for that, and ends with
-   a FAULT.
+   a FAULT. A driver that has nothing to send, because its device computes, sends an AGAIN from the
+   first frame that is not due yet, four times a second and for `patience` seconds: it requests
+   nothing, and tells that the driver is there.
 
 **Lost frames.** Each side takes frames in order. It drops a frame with another number than the
 one it expects, and if that number was greater, requests the expected one by AGAIN. After a silence
