@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from mlmem_ros.packages import added
 
 from . import laboratory
-from .command import JSON, command, option
+from .command import JSON, command, option, settled
 from .output import plain_console, plain_table, print_json, show_progress
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def demo(arguments: argparse.Namespace) -> int:
     except RequestError as error:
         console.print(f'the demonstration failed: {error}', style='red')
         return 1
+    settled()
     _print_table(console, rows)
     console.print(f'session  {session}')
     picture = None

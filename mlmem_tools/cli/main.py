@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Iterable, Sequence
 from importlib import import_module
@@ -15,7 +16,7 @@ from mlmem_ros.procedures import PROCEDURES
 from mlmem_ros.version import __version__
 
 from . import laboratory
-from .command import Command, add_commands
+from .command import INTERRUPTED, Command, add_commands, heed_interrupts, settled
 from .output import complain
 
 REQUESTS = (*PROCEDURES, 'record')
@@ -60,6 +61,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else arguments
     first = given[0] if given else ''
+    if arguments is None:
+        heed_interrupts()
+    try:
+        status = _run(given, first)
+        settled()
+    except KeyboardInterrupt:
+        status = complain(first, 'interrupted', INTERRUPTED)
+    if arguments is None:  # Python would die of a signal that finds it leaving
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    return status
+
+
+def _run(given: Sequence[str], first: str) -> int:
     if first in laboratory.NAMES and first not in _added():
         return complain(first, missing(laboratory.absent()), 1)
     known = first in SUBCOMMANDS or first in _added()
@@ -69,8 +83,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _command(parsed.command).run(parsed)
     except ModuleNotFoundError as error:
         return complain(parsed.command, missing(error), 1)
-    except KeyboardInterrupt:
-        return complain(parsed.command, 'interrupted', 130)
 
 
 if __name__ == '__main__':

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from mlmem_ros.clipped import printable
 
+from .command import settled
+
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
@@ -76,6 +78,7 @@ def show_progress(
 
 def complain(command: str, error: object, status: int) -> int:
     """Print in one line on standard error why a sub-command failed; return its exit status."""
+    settled()
     print(printable(f'mlmem {command}: {error}'), file=sys.stderr)
     return status
 

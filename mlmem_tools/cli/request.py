@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from mlmem_ros.procedures import PROCEDURES, Procedure
 from mlmem_ros.words import describe_level
 
-from .command import JSON, NODE, Command, Option, command, one_of, option, wait
+from .command import JSON, NODE, Command, Option, command, one_of, option, settled, wait
 from .output import complain, print_json
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def _request(
             with standalone(arguments.node) as client:
                 client.ready(arguments.wait).wait()
                 answer = ask(client, arguments).wait()
+                settled()
         except (RequestError, ValueError) as error:
             if arguments.json and isinstance(error, RequestFailed):
                 print_json(error.answer)

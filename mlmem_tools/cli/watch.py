@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import time
 
-from .command import JSON, NODE, command, option, wait
+from .command import JSON, NODE, command, option, settled, wait
 from .output import complain, plain_console, print_json
 
 FIRST_REPORT = 3.0
@@ -48,6 +48,7 @@ def watch(arguments: argparse.Namespace) -> int:
             monitor = Monitor(client, client.parameters(*WANTED).wait())
             if arguments.once:
                 wait_until(lambda: monitor.view.health, 'a health report', FIRST_REPORT)
+                settled()
                 if arguments.json:
                     print_json(monitor.view)
                 else:
