@@ -37,6 +37,7 @@ class Stream(IntEnum):
     SCREEN = 20
     LEVELS = 21
     GAIN = 22
+    K_R = 23
 
 
 _SPAWNED = Stream.ALPHA

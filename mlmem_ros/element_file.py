@@ -77,6 +77,8 @@ class Element:
         }
         if (made.masses != 1.0).any():
             values['mass'] = made.masses.tolist()
+        if (made.k_r != 1.0).any():
+            values['k_r'] = made.k_r.tolist()
         if made.offsets.any():
             values['offset'] = made.offsets.tolist()
         return values | {
@@ -105,8 +107,8 @@ class Element:
             if alpha.shape != (design.N,) or deviations.shape != alpha.shape:
                 raise ValueError(f'alpha and alpha_std must be {design.N} numbers each')
             made = Specimen(
-                design, alpha / design.alpha, mass=data.get('mass', 1.0),
-                offset=data.get('offset', 0.0),
+                design, alpha / design.alpha, k_r_factor=data.get('k_r', 1.0),
+                mass=data.get('mass', 1.0), offset=data.get('offset', 0.0),
             )  # fmt: skip
             time_unit = float(data.get('time_unit', 1.0))
             if not 0.5 <= time_unit <= 2.0:

@@ -14,11 +14,11 @@ DESIGN = preset('bits_1').design
 
 def test_an_element_survives_its_file(tmp_path):
     alpha = 1.0 + 0.01 * np.random.default_rng(1).standard_normal(DESIGN.N)
-    made = Specimen(DESIGN, alpha, mass=1.01, offset=0.002)
+    made = Specimen(DESIGN, alpha, k_r_factor=0.99, mass=1.01, offset=0.002)
     element_file.save(tmp_path / 'e.yaml', element_file.Element(made, 1e-4 * alpha))
     again = element_file.load(tmp_path / 'e.yaml')
     assert again.specimen.design == DESIGN
-    for name in ('alpha', 'masses', 'offsets'):
+    for name in ('alpha', 'k_r', 'masses', 'offsets'):
         assert getattr(again.specimen, name) == pytest.approx(getattr(made, name), rel=1e-12)
 
 

@@ -87,9 +87,9 @@ class Rk4Element(Driver):
         site, motion = (held_cell.site, held_cell.motion) if held_cell else (1, np.empty((2, 0)))
         ends = np.empty((2, len(V_N)))
         v, velocity = self.v.copy(), self.velocity.copy()
-        p = made.potential
+        p, springs = made.potential, np.concatenate(([0.0], made.k_r, [0.0]))
         cells = Cells(
-            (made.alpha * p.d, p.a, p.b), (), made.offsets - p.c, 1.0 / made.masses,
+            (made.alpha * p.d, p.a, p.b), (springs,), made.offsets - p.c, 1.0 / made.masses,
             made.strain_shape, np.flatnonzero(np.isinf(made.masses)), made.eta,
         )  # fmt: skip
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)
@@ -144,7 +144,7 @@ def _advance(
         friction: Dry friction of a cell.
         ends: Out: displacement of both ends after every sample, shape (2, n).
     """
-    law, _, origin, mobility, under, _, eta = cells
+    law, (k_r,), origin, mobility, under, _, eta = cells
     n, h = len(v), dt / steps
     x, u = np.empty(n + 2), np.empty(n)
     rate, kick = np.zeros(n), np.zeros(n)
@@ -173,7 +173,8 @@ def _advance(
                     slope, sine = on_site(law, j, x[j + 1] - (end * under[j] + origin[j]))
                     slip = u[j] - speed * under[j]
                     damped = slip if relative else u[j]
-                    pull = x[j] - 2.0 * x[j + 1] + x[j + 2] - slope * sine - eta * damped
+                    springs = k_r[j + 1] * (x[j + 2] - x[j + 1]) - k_r[j] * (x[j + 1] - x[j])
+                    pull = springs - slope * sine - eta * damped
                     needed = pull + stop[j] * slip
                     rate[j] = u[j]
                     kick[j] = mobility[j] * (pull - min(max(needed, -friction), friction))

@@ -57,6 +57,9 @@ class Faults(Checked):
     disorder_alpha: float = described(
         0.0, 'standard deviation of every on-site stiffness, relative', low=0.0, high=0.5
     )
+    disorder_k_r: float = described(
+        0.0, 'standard deviation of every coupling spring, relative', low=0.0, high=0.5
+    )
     disorder_s: float = described(
         0.0, 'standard deviation of every substrate spring, relative', low=0.0, high=0.5
     )
@@ -107,7 +110,7 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
             f'stuck_cell must be 0 or from 2 to N - 1 = {design.N - 1}, because the transducers '
             f'hold the ends; got {faults.stuck_cell}'
         )
-    scatter = Scatter(alpha=faults.disorder_alpha, s=faults.disorder_s)
+    scatter = Scatter(faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s)
     disorder = scattered(design, scatter, faults.seed)
     alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
     mass = made.masses.copy()
@@ -116,7 +119,8 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
     if faults.stuck_cell:
         mass[faults.stuck_cell - 1] = np.inf
     return dataclasses.replace(
-        made, alpha_factor=alpha, s_factor=made.s_factor * disorder.s_factor, mass=mass,
+        made, alpha_factor=alpha, k_r_factor=made.k_r * disorder.k_r,
+        s_factor=made.s_factor * disorder.s_factor, mass=mass,
         eta_factor=made.eta_factor * faults.damping_factor,
     )  # fmt: skip
 

@@ -205,8 +205,9 @@ class Chain:
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
         p = made.potential
         self._cells = Cells(
-            (aligned(made.alpha * p.d), p.a, p.b), (), aligned(made.offsets - p.c), mobility,
-            aligned(under), np.flatnonzero(mobility == 0.0), made.eta,
+            (aligned(made.alpha * p.d), p.a, p.b), tuple(map(aligned, made.springs)),
+            aligned(made.offsets - p.c), mobility, aligned(under),
+            np.flatnonzero(mobility == 0.0), made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET

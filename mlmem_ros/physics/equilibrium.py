@@ -72,10 +72,10 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
         force = metamaterial_force(specimen, v, V)
         diagonal = stiffness(specimen, v, V)
         if np.abs(force).max() < TOLERANCE * diagonal.max():
-            if _solve(diagonal, force) is None:
+            if _solve(specimen, diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
             return v
-        step = _downhill_step(diagonal, force)
+        step = _downhill_step(specimen, diagonal, force)
         v += step * min(1.0, 0.2 / float(np.abs(step).max()))
     raise StateError(
         f'no equilibrium within {iterations} Newton steps; the residual force is '
@@ -110,21 +110,20 @@ def _width(design: Design) -> float:
     return 2.0 / math.sqrt(0.5 * (design.k_s1 + design.k_s2))
 
 
-def _downhill_step(diagonal: Array, force: Array) -> Array:
+def _downhill_step(specimen: Specimen, diagonal: Array, force: Array) -> Array:
     """Solve (H + shift) step = force with the least shift of 0, 0.01, 0.04 ... that is definite.
 
-    H is tridiagonal with off-diagonal -1; the pivots of the elimination show its signs.
+    H is tridiagonal with off-diagonal -k_r; the pivots of the elimination show its signs.
     """
     shift = 0.0
     while True:
-        step = _solve(diagonal + shift, force)
+        step = _solve(specimen, diagonal + shift, force)
         if step is not None:
             return step
         shift = 4.0 * shift if shift else 0.01
 
 
-def _solve(diagonal: Array, right: Array) -> Array | None:
+def _solve(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None if it is not positive definite."""
     solution = right[None].copy()
-    beside = np.full(len(right) - 1, -1.0)
-    return solution[0] if solve(diagonal.copy(), beside, solution) else None
+    return solution[0] if solve(diagonal.copy(), -specimen.k_r, solution) else None

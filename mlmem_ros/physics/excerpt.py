@@ -33,7 +33,7 @@ class Excerpt:
     """Consecutive cells of an element.
 
     Attributes:
-        made: These cells as an element of their own, with the same alpha and s.
+        made: These cells as an element of their own, with the same alpha, k_r and s.
         before: Number of cells left out at the left: site j of the element is j - before here.
         strain_shape: Substrate displacement of every cell for a unit strain of the whole
             element, shape (n,), from that in the middle.
@@ -76,6 +76,7 @@ def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
     own = Specimen(
         part,
         np.asarray(made.alpha_factor)[cells],
+        made.k_r[before : last - 1],
         np.asarray(made.s_factor)[before : last - 1],
         made.masses[cells],
         made.offsets[cells],

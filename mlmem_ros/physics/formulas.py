@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numba
 import numpy as np
 
 from .jit import fma, inlined
@@ -54,9 +56,30 @@ def on_site(constants: tuple[Array, float, float], j: int, y: float) -> tuple[fl
 
 
 @inlined
-def coupling(constants: tuple[float, ...], left: float, x: float, right: float) -> float:
-    """Return the pull of both neighbours' springs, of stiffness 1, on a cell at x."""
-    return fma(-2.0, x, left) + right
+def coupling(constants: tuple[Array, ...], j: int, left: float, x: float, right: float) -> float:
+    """Return the pull of both neighbours' springs on a cell at x.
+
+    Without constants they have stiffness 1, and nothing else is compiled. The one constant is the
+    stiffness left of every cell and right of the last, 0 beyond the ends, shape (n + 1,).
+    """
+    pull: float = _pull(constants, j, left, x, right)
+    return pull
+
+
+def _pull(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+    raise NotImplementedError  # only the compiler's choice below is called
+
+
+@numba.extending.overload(_pull, inline='always')
+def _pull_by_type(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+    def alike(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+        return fma(-2.0, x, left) + right
+
+    def scattered(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
+        k_r = constants[0]
+        return fma(k_r[j + 1], right - x, -k_r[j] * (x - left))
+
+    return scattered if len(constants) else alike
 
 
 @inlined

@@ -74,7 +74,7 @@ def hold_walls(
     normal = np.zeros_like(v)
     normal[rows, left], normal[rows, left + 1] = 1.0 - ahead, ahead
     value = design.D_barrier + normal @ V
-    beside = np.full((len(rows), design.N - 1), -1.0)
+    beside = np.tile(-specimen.k_r, (len(rows), 1))
     beside[rows, left] += STIFFENING * (1.0 - ahead) * ahead
     for _ in range(iterations):
         residual = metamaterial_force(specimen, v, V)

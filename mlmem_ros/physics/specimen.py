@@ -16,7 +16,7 @@ from .design import Design, strain_shape
 from .errors import DesignError
 from .potential import Array, Potential
 
-ARRAYS = ('alpha_factor', 's_factor', 'mass', 'offset')
+ARRAYS = ('alpha_factor', 'k_r_factor', 's_factor', 'mass', 'offset')
 """The fields of a specimen that have a value for every cell or spring."""
 
 LARGEST_OFFSET = 0.5
@@ -33,6 +33,8 @@ class Specimen:
     Attributes:
         design: The intended element.
         alpha_factor: Amplification alpha_j over the design's, shape (N,), above 0.
+        k_r_factor: Stiffness of the springs between the metamaterial's cells over k_r, shape
+            (N - 1,), above 0.
         s_factor: Substrate stiffness over the design's, shape (N - 1,), above 0.
         mass: Masses of the metamaterial's cells in m, shape (N,), above 0; infinite for a cell
             that is stuck where it is.
@@ -47,6 +49,7 @@ class Specimen:
 
     design: Design
     alpha_factor: Array | float = 1.0
+    k_r_factor: Array | float = 1.0
     s_factor: Array | float = 1.0
     mass: Array | float = 1.0
     offset: Array | float = 0.0
@@ -55,12 +58,12 @@ class Specimen:
 
     def __post_init__(self) -> None:
         n = self.design.N
-        for name, size in (('alpha_factor', n), ('s_factor', n - 1), ('mass', n), ('offset', n)):
+        for name, size in zip(ARRAYS, (n, n - 1, n - 1, n, n), strict=True):
             given = np.array(getattr(self, name), dtype=np.float64)  # a private copy
             if given.shape not in ((), (size,)):
                 raise DesignError(f'{name} must have shape ({size},); got {given.shape}')
             object.__setattr__(self, name, np.broadcast_to(given, size))
-        for name in ('alpha_factor', 's_factor'):
+        for name in ('alpha_factor', 'k_r_factor', 's_factor'):
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
                 raise DesignError(f'{name} must be above 0 and finite; got {_worst(values)}')
@@ -94,7 +97,7 @@ class Specimen:
         """
         return cls(
             Design(**data['design']),
-            **{name: data[name] for name in ARRAYS},
+            **{name: data[name] for name in ARRAYS if name in data or name != 'k_r_factor'},
             eta_factor=float(data['eta_factor']),
             damped_by_substrate=bool(data.get('damped_by_substrate', False)),
         )
@@ -107,7 +110,7 @@ class Specimen:
     @property
     def ideal(self) -> bool:
         """Whether it is exactly as designed."""
-        arrays = (getattr(self, name) for name in ('alpha_factor', 's_factor', 'mass'))
+        arrays = (getattr(self, name) for name in ARRAYS if name != 'offset')
         same = all((values == 1.0).all() for values in arrays)
         plain = self.eta_factor == 1.0 and not self.damped_by_substrate
         return same and plain and not self.offsets.any()
@@ -134,6 +137,24 @@ class Specimen:
         """Amplification of the on-site potential, shape (N,)."""
         return np.asarray(self.design.alpha * self.alpha_factor)
 
+    @property
+    def k_r(self) -> Array:
+        """Stiffness of the springs between the metamaterial's cells, shape (N - 1,)."""
+        return np.asarray(self.k_r_factor)
+
+    @property
+    def springs(self) -> tuple[Array, ...]:
+        """These springs as the loops take them: nothing where all are k_r."""
+        alike = (self.k_r == 1.0).all()
+        return () if alike else (np.concatenate(([0.0], self.k_r, [0.0])),)
+
+    @cached_property
+    def tied(self) -> Array:
+        """Stiffness of both such springs of a cell, shape (N,); at an end that of its one, twice:
+        a ghost cell that repeats its neighbour is tied there.
+        """
+        return np.asarray(np.pad(self.k_r, (1, 0), 'edge') + np.pad(self.k_r, (0, 1), 'edge'))
+
     @cached_property
     def s(self) -> Array:
         """Substrate stiffness, shape (N - 1,)."""
@@ -156,12 +177,14 @@ class Scatter:
 
     Attributes:
         alpha: Of the on-site amplification, relative.
+        k_r: Of the springs between the metamaterial's cells, relative.
         s: Of the substrate stiffness, relative.
         mass: Of the masses, relative.
         offset: Of the ground states, in lattice constants.
     """
 
     alpha: float = 0.0
+    k_r: float = 0.0
     s: float = 0.0
     mass: float = 0.0
     offset: float = 0.0
@@ -177,9 +200,8 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     Every quantity has its own random stream, so that one scatter does not change the others'
     values for the same seed.
     """
-    alpha, s, mass, offset = (
-        generator(seed, stream) for stream in (Stream.ALPHA, Stream.S, Stream.MASS, Stream.OFFSET)
-    )
+    streams = Stream.ALPHA, Stream.K_R, Stream.S, Stream.MASS, Stream.OFFSET
+    alpha, k_r, s, mass, offset = (generator(seed, stream) for stream in streams)
 
     def factor(generator: np.random.Generator, deviation: float, size: int) -> Array:
         return np.maximum(1.0 + deviation * generator.standard_normal(size), LEAST_FACTOR)
@@ -188,6 +210,7 @@ def scattered(design: Design, scatter: Scatter, seed: int) -> Specimen:
     return Specimen(
         design,
         alpha_factor=factor(alpha, scatter.alpha, n),
+        k_r_factor=factor(k_r, scatter.k_r, n - 1),
         s_factor=factor(s, scatter.s, n - 1),
         mass=factor(mass, scatter.mass, n),
         offset=np.clip(

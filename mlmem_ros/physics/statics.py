@@ -18,7 +18,7 @@ def energies(specimen: Specimen, v: Array, V: Array) -> tuple[Array, Array, Arra
     """Return the energies of coupling, on-site and substrate springs, shape (...) each."""
     on_site = specimen.alpha * specimen.potential.energy(v - (V + specimen.offsets))
     return (
-        np.asarray(0.5 * np.sum(np.diff(v) ** 2, axis=-1)),
+        np.asarray(0.5 * np.sum(specimen.k_r * np.diff(v) ** 2, axis=-1)),
         np.asarray(np.sum(on_site, axis=-1)),
         np.asarray(0.5 * np.sum(specimen.s * np.diff(V) ** 2, axis=-1)),
     )
@@ -26,7 +26,7 @@ def energies(specimen: Specimen, v: Array, V: Array) -> tuple[Array, Array, Arra
 
 def metamaterial_force(specimen: Specimen, v: Array, V: Array) -> Array:
     """Return the force on every cell, -dU/dv_j of Eq. (1a), shape (..., N)."""
-    return _with_springs(-_on_site(specimen, v, V), np.diff(v))
+    return _with_springs(-_on_site(specimen, v, V), specimen.k_r * np.diff(v))
 
 
 def substrate_force(specimen: Specimen, v: Array, V: Array) -> Array:
@@ -35,9 +35,10 @@ def substrate_force(specimen: Specimen, v: Array, V: Array) -> Array:
 
 
 def stiffness(specimen: Specimen, v: Array, V: Array) -> Array:
-    """Return d2U/dv_j2, shape (..., N): the diagonal of a matrix with -1 beside it."""
-    diagonal = specimen.alpha * specimen.potential.stiffness(v - (V + specimen.offsets)) + 2.0
-    diagonal[..., [0, -1]] -= 1.0
+    """Return d2U/dv_j2, shape (..., N): the diagonal of a matrix with -k_r beside it."""
+    on_site = specimen.alpha * specimen.potential.stiffness(v - (V + specimen.offsets))
+    diagonal = on_site + specimen.tied
+    diagonal[..., [0, -1]] -= specimen.k_r[[0, -1]]
     return np.asarray(diagonal)
 
 

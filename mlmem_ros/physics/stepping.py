@@ -71,7 +71,7 @@ def _cells(specimen: Specimen, reach: float | None = None) -> tuple[float, float
     """Return the greatest square of a cell's frequency, and the on-site stiffness in it."""
     stiffest = specimen.potential.stiffest(_wells(specimen) if reach is None else reach)
     on_site = stiffest * float(specimen.alpha.max())
-    return (4.0 + on_site) / float(specimen.masses.min()), on_site
+    return (2.0 * float(specimen.tied.max()) + on_site) / float(specimen.masses.min()), on_site
 
 
 def _limit(specimen: Specimen, integrator: Integrator, reach: float | None = None) -> float:

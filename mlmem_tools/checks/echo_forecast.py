@@ -85,14 +85,15 @@ def echo_response(
     Returns:
         Ratio of the complex amplitudes, shape (m,).
     """
-    stiffness = specimen.alpha * specimen.potential.stiffness(v - specimen.offsets)
+    on_site = specimen.alpha * specimen.potential.stiffness(v - specimen.offsets)
+    k_r = specimen.k_r
     if end is End.RIGHT:
-        stiffness = stiffness[::-1]
-    common = 2.0 - integrator.squared_frequency(omega, specimen.eta, dt)
-    ratio = 1.0 / (stiffness[-1] + common - 1.0)  # v_N / v_{N-1}: the far end is free
-    for local in stiffness[-2:0:-1]:
-        ratio = 1.0 / (local + common - ratio)
-    outgoing = propagation(stiffness[0] + common)
+        on_site, k_r = on_site[::-1], k_r[::-1]
+    common = -integrator.squared_frequency(omega, specimen.eta, dt)
+    ratio = k_r[-1] / (on_site[-1] + common + k_r[-1])  # v_N / v_{N-1}: the far end is free
+    for local, left, right in zip(on_site[-2:0:-1], k_r[-2::-1], k_r[:0:-1], strict=True):
+        ratio = left / (local + common + left + right * (1.0 - ratio))
+    outgoing = propagation(on_site[0] / k_r[0] + common / k_r[0] + 2.0)
     reflected = (ratio - outgoing) / (1.0 / outgoing - ratio)
     return np.asarray(reflected * (1.0 + outgoing))  # a free end moves farther than the wave
 

@@ -64,6 +64,7 @@ def _deviation(name: str, of: str, unit: str = 'relative') -> Option:
         help='play set-points as they arrive: as fast as the machine can',
     ),
     _deviation('--scatter', 'on-site stiffness of the cells'),
+    _deviation('--scatter-k-r', 'springs between the cells'),
     _deviation('--scatter-s', 'stiffness of the substrate'),
     _deviation('--scatter-mass', 'masses of the cells'),
     _deviation('--scatter-offset', 'ground states of the cells', 'in cells'),
@@ -125,7 +126,10 @@ def _emulated(chosen: Preset, given: argparse.Namespace) -> tuple[EmulatedRig, d
         settings = replace(settings, time=replace(settings.time, integrator=given.integrator))
     if not own and given.friction:
         raise ValueError(f'--friction needs --integrator {RK4}')
-    scatter = Scatter(given.scatter, given.scatter_s, given.scatter_mass, given.scatter_offset)
+    scatter = Scatter(
+        given.scatter, given.scatter_k_r, given.scatter_s, given.scatter_mass,
+        given.scatter_offset,
+    )  # fmt: skip
     made = scattered(chosen.design, scatter, given.seed)
     made = replace(made, damped_by_substrate=given.relative_damping)
     element: Driver
@@ -151,6 +155,7 @@ def _truth(made: Specimen, rig: EmulatedRig, given: argparse.Namespace) -> dict[
     """Return what is true of an emulated element; arrays as in `Specimen`, alpha as a whole."""
     return {
         'alpha': made.alpha.tolist(),
+        'k_r': made.k_r.tolist(),
         's': made.s.tolist(),
         'mass': made.masses.tolist(),
         'offset': made.offsets.tolist(),

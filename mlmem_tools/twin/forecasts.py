@@ -102,12 +102,15 @@ def forward_of(element: Element, integrator: Integrator | None) -> Forward:
     """Return the forward model of an element in a file."""
     made = element.specimen
     unknowns = Unknowns(
-        made.design, masses=bool((made.masses != 1.0).any()), offsets=bool(made.offsets.any())
-    )
+        made.design, masses=bool((made.masses != 1.0).any()), offsets=bool(made.offsets.any()),
+        springs=bool(made.springs),
+    )  # fmt: skip
     x = unknowns.mean
     x[unknowns.alpha] = made.alpha
-    x[unknowns.mass] = made.masses[: unknowns.mass.stop - unknowns.mass.start]
-    x[unknowns.offset] = made.offsets[: unknowns.offset.stop - unknowns.offset.start]
+    for where, values in (
+        (unknowns.mass, made.masses), (unknowns.offset, made.offsets), (unknowns.k_r, made.k_r),
+    ):  # fmt: skip
+        x[where] = values[: where.stop - where.start]
     x[unknowns.shared('time_unit')] = element.time_unit
     for name, ends in element.transducers.items():
         for end, value in zip(('left', 'right'), ends, strict=True):

@@ -180,8 +180,8 @@ class Forward:
             origins = np.concatenate((origins, V_N * unknowns.substrate_rates(self.x)))
         material = tangent.Material(
             made.alpha * design.d, made.offsets + V_N * made.strain_shape - design.c,
-            made.masses + 0.0, origins, (design.a, design.b), unit * unit, unit * eta,
-            unknowns.masses, unknowns.offsets,
+            made.masses + 0.0, made.k_r + 0.0, origins, (design.a, design.b), unit * unit,
+            unit * eta, unknowns.masses, unknowns.offsets, unknowns.springs,
         )  # fmt: skip
         dt = shot.dt * clock.stride / clock.parts
         motion = self._motion(shot, dt, steps, PEFRL)
@@ -207,10 +207,9 @@ class Forward:
         first, N, q = material.first, design.N, len(material.origins)
         J = np.zeros((*raw.shape[:2], unknowns.size), np.float32)
         J[..., unknowns.alpha] = np.float32(design.d) * raw[..., :N]
-        if unknowns.masses:
-            J[..., unknowns.mass] = raw[..., N : 2 * N]
-        if unknowns.offsets:
-            J[..., unknowns.offset] = raw[..., first - N : first]
+        J[..., unknowns.mass] = raw[..., material.mass_columns]
+        J[..., unknowns.offset] = raw[..., material.offset_columns]
+        J[..., unknowns.k_r] = raw[..., material.spring_columns]
         a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q :], -1, 0)
         rates = unknowns.phase_rates(self.x)
         for k in range(3):

@@ -38,32 +38,54 @@ class Material(NamedTuple):
         height: alpha_j d, shape (N,).
         origin: Displacement at which theta is zero, shape (N,).
         mass: Shape (N,).
+        k_r: Of the springs between the cells, shape (N - 1,).
         origins: Derivatives of the origins by whatever moves them, shape (q, N).
         potential: a and b.
         forces: Factor on all forces: the square of the time unit.
         eta: Damping.
         masses: Whether to take derivatives by every mass.
         offsets: Whether to take derivatives by every origin.
+        springs: Whether to take derivatives by every k_r.
     """
 
     height: Array
     origin: Array
     mass: Array
+    k_r: Array
     origins: Array
     potential: tuple[float, float]
     forces: float
     eta: float
     masses: bool = False
     offsets: bool = False
+    springs: bool = False
+
+    @property
+    def mass_columns(self) -> slice:
+        """Columns of the derivatives by masses."""
+        n = len(self.height)
+        return slice(n, n * (1 + self.masses))
+
+    @property
+    def offset_columns(self) -> slice:
+        """Columns of those by origins."""
+        start = self.mass_columns.stop
+        return slice(start, start + len(self.height) * self.offsets)
+
+    @property
+    def spring_columns(self) -> slice:
+        """Columns of those by k_r."""
+        start = self.offset_columns.stop
+        return slice(start, start + len(self.k_r) * self.springs)
 
     @property
     def first(self) -> int:
-        """Column of the first derivative that is not by one cell."""
-        return len(self.height) * (1 + self.masses + self.offsets)
+        """Column of the first derivative that is not by one cell or spring."""
+        return len(self.height) * (1 + self.masses + self.offsets) + len(self.k_r) * self.springs
 
     @property
     def columns(self) -> int:
-        """Number of derivatives: by heights, masses, offsets, origins, and `COMMON`."""
+        """Number of derivatives: by heights, masses, offsets, k_r, origins, and `COMMON`."""
         return self.first + len(self.origins) + len(COMMON)
 
 
@@ -99,13 +121,15 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     U = np.zeros((n, columns + -columns % WIDTH), np.float32)
     U[:, :columns] = at_rest(material, v)
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
-    cells = material.height, material.origin, material.mass
+    springs = np.concatenate(([0.0], material.k_r, [0.0]))
+    cells = material.height, material.origin, material.mass, springs
     constants = *material.potential, material.forces, material.eta
-    masses = n if material.masses else -1
-    offsets = n * (1 + material.masses) if material.offsets else -1
+    masses = material.mass_columns.start if material.masses else -1
+    offsets = material.offset_columns.start if material.offsets else -1
+    pulls = material.spring_columns.start if material.springs else -1
     _run(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
-        material.origins, (masses, offsets, material.first), source, out,
+        material.origins, (masses, offsets, pulls, material.first), source, out,
         (np.array(DRIFTS), np.array(KICKS)),
     )  # fmt: skip
     return out[:, :, :columns]
@@ -122,13 +146,16 @@ def at_rest(material: Material, v: Array) -> Array:
     pushes = np.zeros((material.columns, n))
     pushes[:n] = -np.diag(sine * slope)
     if material.offsets:
-        pushes[material.first - n : material.first] = np.diag(stiffness)
+        pushes[material.offset_columns] = np.diag(stiffness)
+    if material.springs:
+        stretch, spring = np.diff(v), np.arange(n - 1)
+        at = material.spring_columns.start + spring
+        pushes[at, spring], pushes[at, spring + 1] = stretch, -stretch
     pushes[material.first : material.first + q] = stiffness * material.origins
     pushes[material.first + q] = -material.height * (cosine * y * slope + sine)
     pushes[material.first + q + 1] = -material.height * y**2 * (cosine * y * slope + 3.0 * sine)
-    diagonal = stiffness + 2.0
-    diagonal[[0, -1]] -= 1.0
-    solve(diagonal, np.full(n - 1, -1.0), pushes)
+    diagonal = stiffness + np.append(material.k_r, 0.0) + np.append(0.0, material.k_r)
+    solve(diagonal, -material.k_r, pushes)
     return pushes.T
 
 
@@ -137,7 +164,7 @@ def _forces(
     x: Array,
     v: Array,
     h: float,
-    cells: tuple[Array, Array, Array],
+    cells: tuple[Array, Array, Array, Array],
     constants: tuple[float, float, float, float],
     origins: Array,
     local: Single,
@@ -145,10 +172,11 @@ def _forces(
 ) -> None:
     """Kick the cells, and find what the kick does to the derivatives.
 
-    Rows of `local`, by cell: decay and kick of a velocity, the kick of its own displacement, of
-    its height, of its mass, of its origin. Rows of `shared`: the kicks of everything else.
+    Rows of `local`, by cell: the decay of a velocity; the kick of its left neighbour's
+    displacement, its own, its right neighbour's, of its height, of its mass, of its origin, of the
+    spring left of it, of that right of it. Rows of `shared`: the kicks of everything else.
     """
-    height, origin, mass = cells
+    height, origin, mass, k_r = cells
     a, b, forces, eta = constants
     n, q = len(x), len(origins)
     for j in range(n):
@@ -161,18 +189,22 @@ def _forces(
         sine, cosine = wave(turns), wave(turns + 0.25)
         pull = sine * slope
         stiffness = height[j] * (cosine * slope * slope + sine * 6.0 * b * y)
-        force = left + right - 2.0 * here - height[j] * pull
+        from_left, from_right = left - here, right - here
+        force = k_r[j] * from_left + k_r[j + 1] * from_right - height[j] * pull
         inverse = 1.0 / mass[j]
         z = eta * h * inverse
         decay = 1.0 - z * (1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0)))
         push = h * inverse * (1.0 - z * (0.5 - z / 6.0))
         kick = push * forces
         local[0, j] = decay
-        local[1, j] = kick
-        local[2, j] = -kick * (stiffness + 2.0)
-        local[3, j] = -kick * pull
-        local[4, j] = inverse * (z * v[j] - kick * force)
-        local[5, j] = kick * stiffness
+        local[1, j] = kick * k_r[j]
+        local[2, j] = -kick * (stiffness + k_r[j] + k_r[j + 1])
+        local[3, j] = kick * k_r[j + 1]
+        local[4, j] = -kick * pull
+        local[5, j] = inverse * (z * v[j] - kick * force)
+        local[6, j] = kick * stiffness
+        local[7, j] = kick * from_left
+        local[8, j] = kick * from_right
         for i in range(q):
             shared[i, j] = kick * stiffness * origins[i, j]
         shared[q, j] = -kick * height[j] * (cosine * y * slope + sine)
@@ -186,11 +218,12 @@ def _forces(
 @inlined
 def _carry(
     to: Single, w: Single, left: Single, here: Single, right: Single,
-    decay: np.float32, kick: np.float32, own: np.float32, drift: np.float32,
+    factors: tuple[np.float32, np.float32, np.float32, np.float32], drift: np.float32,
 ) -> None:  # fmt: skip
     """Kick the rates of a cell's derivatives, and let the derivatives drift."""
+    decay, by_left, own, by_right = factors
     for p in range(len(w)):
-        rate = decay * w[p] + (kick * (left[p] + right[p]) + own * here[p])
+        rate = decay * w[p] + ((by_left * left[p] + by_right * right[p]) + own * here[p])
         w[p] = rate
         to[p] = here[p] + drift * rate
 
@@ -200,23 +233,23 @@ def _run(
     dt: float,
     state: tuple[Array, Array],
     tangents: tuple[Single, Single, Single],
-    cells: tuple[Array, Array, Array],
+    cells: tuple[Array, Array, Array, Array],
     constants: tuple[float, float, float, float],
     origins: Array,
-    columns: tuple[int, int, int],
+    columns: tuple[int, int, int, int],
     source: Source,
     out: Single,
     stages: tuple[Array, Array],
 ) -> None:
     x, v = state
     U, T, W = tangents
-    masses, offsets, first = columns
+    masses, offsets, springs, first = columns
     site, motion, amplitude = source
     drifts, kicks = stages
     (n, width), q = U.shape, len(origins)
     rest, at_rest = x[site], U[site].copy()
     drive = first + q + 5
-    local, shared = np.zeros((6, n), np.float32), np.zeros((q + 5, n), np.float32)
+    local, shared = np.zeros((9, n), np.float32), np.zeros((q + 5, n), np.float32)
     out[0, 0], out[1, 0] = U[0], U[n - 1]
     for k in range(out.shape[1] - 1):
         held = 5 * (k + 1) <= motion.shape[1]
@@ -236,15 +269,21 @@ def _run(
             for j in range(n):
                 x[j] += drifts[stage + 1] * dt * v[j]
                 left, right = U[max(j - 1, 0)], U[min(j + 1, n - 1)]
-                _carry(T[j], W[j], left, U[j], right, local[0, j], local[1, j], local[2, j], drift)
-                W[j, j] += local[3, j]
-                T[j, j] += drift * local[3, j]
+                factors = local[0, j], local[1, j], local[2, j], local[3, j]
+                _carry(T[j], W[j], left, U[j], right, factors, drift)
+                W[j, j] += local[4, j]
+                T[j, j] += drift * local[4, j]
                 if masses >= 0:
-                    W[j, masses + j] += local[4, j]
-                    T[j, masses + j] += drift * local[4, j]
+                    W[j, masses + j] += local[5, j]
+                    T[j, masses + j] += drift * local[5, j]
                 if offsets >= 0:
-                    W[j, offsets + j] += local[5, j]
-                    T[j, offsets + j] += drift * local[5, j]
+                    W[j, offsets + j] += local[6, j]
+                    T[j, offsets + j] += drift * local[6, j]
+                if springs >= 0:
+                    for side in range(2):  # the springs left and right of the cell
+                        if 0 <= j - 1 + side < n - 1:
+                            W[j, springs + j - 1 + side] += local[7 + side, j]
+                            T[j, springs + j - 1 + side] += drift * local[7 + side, j]
                 for i in range(q + 5):
                     W[j, first + i] += shared[i, j]
                     T[j, first + i] += drift * shared[i, j]

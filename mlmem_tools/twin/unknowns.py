@@ -4,7 +4,7 @@
 
 They form one vector. First the amplifications alpha_j in units of the design's d: only alpha_j d
 acts, so d keeps its value. Then what all cells share; then, if asked for, masses and offsets of
-the cells.
+the cells, and the stiffness of the springs between them.
 """
 
 from __future__ import annotations
@@ -35,18 +35,23 @@ class Unknowns:
         design: The element as designed.
         masses: Whether the masses of the cells are unknown.
         offsets: Whether the offsets of the cells are unknown.
+        springs: Whether the stiffness k_r of every spring between the cells is unknown.
         friction: Whether to take the derivative by dry friction, which the model does not have.
     """
 
     design: Design
     masses: bool = False
     offsets: bool = False
+    springs: bool = False
     friction: bool = False
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return self.design.N * (1 + self.masses + self.offsets) + len(SHARED) + self.friction
+        cells = (
+            self.design.N * (1 + self.masses + self.offsets) + (self.design.N - 1) * self.springs
+        )
+        return cells + len(SHARED) + self.friction
 
     @property
     def alpha(self) -> slice:
@@ -74,6 +79,11 @@ class Unknowns:
         return slice(self.mass.stop, self.mass.stop + self.design.N * self.offsets)
 
     @property
+    def k_r(self) -> slice:
+        """Where the stiffnesses of the springs are."""
+        return slice(self.offset.stop, self.offset.stop + (self.design.N - 1) * self.springs)
+
+    @property
     def mean(self) -> Array:
         """The design's values, shape (size,)."""
         design = self.design
@@ -81,9 +91,10 @@ class Unknowns:
             design.D_s1, design.D_s2, design.c, design.eta, 1.0,
             design.s_max / design.s_min, design.j_0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0,
         )  # fmt: skip
-        ones = np.ones(self.mass.stop - self.mass.start)
-        none = np.zeros(self.offset.stop - self.offset.start)
-        return np.concatenate((design.alpha, shared, ones, none, np.zeros(int(self.friction))))
+        mean = np.zeros(self.size)
+        mean[: self.shared_end] = np.concatenate((design.alpha, shared))
+        mean[self.mass] = mean[self.k_r] = 1.0
+        return mean
 
     def specimen(self, x: Array) -> Specimen:
         """Return the element that a vector describes.
@@ -103,6 +114,7 @@ class Unknowns:
             alpha_factor=x[self.alpha] / design.alpha,
             mass=x[self.mass] if self.masses else 1.0,
             offset=x[self.offset] if self.offsets else 0.0,
+            k_r_factor=x[self.k_r] if self.springs else 1.0,
         )
 
     def phase_rates(self, x: Array) -> Array:

@@ -321,14 +321,19 @@ def test_the_material_is_worn_at_the_stated_cells():
 
 def test_disorder_depends_on_the_seed():
     one, same, other = (
-        with_faults(Specimen(CASE_II), Faults(disorder_alpha=0.1, disorder_s=0.1, seed=seed))
+        with_faults(
+            Specimen(CASE_II),
+            Faults(disorder_alpha=0.1, disorder_k_r=0.1, disorder_s=0.1, seed=seed),
+        )
         for seed in (1, 1, 2)
     )
     np.testing.assert_array_equal(one.alpha, same.alpha)
+    np.testing.assert_array_equal(one.k_r, same.k_r)
     np.testing.assert_array_equal(one.s, same.s)
     assert (one.alpha != other.alpha).all()
     # the deviation of 225 numbers is known to 1 / sqrt(450): four of them
     assert np.std(one.alpha / CASE_II.alpha) == pytest.approx(0.1, rel=4 / math.sqrt(450))
+    assert np.std(one.k_r) == pytest.approx(0.1, rel=4 / math.sqrt(450))
     assert np.std(one.s / CASE_II.s) == pytest.approx(0.1, rel=4 / math.sqrt(450))
 
 
@@ -366,6 +371,7 @@ ILL = Faults(
     weak_cell=40,
     weak_factor=0.97,
     disorder_alpha=0.002,
+    disorder_k_r=0.002,
     disorder_s=0.05,
     damping_factor=1.2,
     seed=11,

@@ -22,10 +22,12 @@ from mlmem_ros.physics import (
     substep_times,
 )
 from mlmem_ros.physics.energy import energy
+from mlmem_ros.physics.equilibrium import resting_wall
 from mlmem_ros.physics.statics import energies, metamaterial_force
+from mlmem_ros.physics.stepping import highest_frequency, stable_step
 
 SMALL = dataclasses.replace(CASE_II, N=51)
-SCATTER = Scatter(alpha=0.1, s=0.1, mass=0.1, offset=0.05)
+SCATTER = Scatter(alpha=0.1, k_r=0.1, s=0.1, mass=0.1, offset=0.05)
 
 
 def test_an_ideal_specimen_gives_the_bits_of_the_design():
@@ -48,8 +50,8 @@ def right_hand_side(specimen, V_N, shake):
         D = u - V * V_N(t) - specimen.offsets
         slope = specimen.alpha * p.potential.slope(D)
         springs = np.zeros(p.N)
-        springs[1:] += u[:-1] - u[1:]
-        springs[:-1] += u[1:] - u[:-1]
+        springs[1:] += specimen.k_r * (u[:-1] - u[1:])
+        springs[:-1] += specimen.k_r * (u[1:] - u[:-1])
         return np.concatenate(
             (w, (springs - slope - specimen.eta * w) / specimen.masses - shake(t))
         )
@@ -89,6 +91,91 @@ def test_a_scattered_and_shaken_element_moves_as_dop853_says(method, dt, error):
         atol=1e-12,
     ).y[:, -1]
     np.testing.assert_allclose(chain.v, truth[: SMALL.N], atol=error)
+
+
+@pytest.mark.parametrize(('method', 'dt', 'error'), [(NOH_BATHE, 0.01, 2e-4), (PEFRL, 0.05, 5e-6)])
+def test_springs_over_an_elastic_substrate_scatter_too(method, dt, error):
+    """Against the printed equations with k_r in them, by DOP853."""
+    design = dataclasses.replace(SMALL, N=27, s_min=20.0, s_max=26.0, substrate='elastic')
+    specimen = scattered(design, Scatter(k_r=0.2), seed=4)
+    n, steps = design.N, round(30.0 / dt)
+
+    def V_N(t):
+        return 1.5 * np.sin(0.05 * t)
+
+    def derivative(t, y):
+        v, w, V, W = (part.copy() for part in np.split(y, 4))
+        V[0], V[-1], W[0], W[-1] = 0.0, V_N(t), 0.0, 0.0
+        on_site = design.alpha * design.potential.slope(v - V)
+        tension, strain = specimen.k_r * np.diff(v), design.s * np.diff(V)
+        pull = np.diff(tension, prepend=0.0, append=0.0) - on_site - design.eta * w
+        below = np.diff(strain, prepend=0.0, append=0.0) + on_site - design.eta * W
+        below[[0, -1]] = 0.0
+        return np.concatenate((w, pull, W, below))
+
+    chain = Chain(design, dt, method)
+    chain.set_specimen(specimen)
+    start = np.where(design.sites < 12, design.D_s2, design.D_s1)
+    chain.place(start)
+    chain.advance(V_N(substep_times(steps, dt, method)))
+    begin = np.concatenate((start, np.zeros(3 * n)))
+    options = {'method': 'DOP853', 'rtol': 1e-10, 'atol': 1e-12}
+    truth = solve_ivp(derivative, (0.0, steps * dt), begin, **options).y[:, -1]
+    np.testing.assert_allclose(chain.v, truth[:n], atol=error)
+
+
+@pytest.mark.parametrize('k_r', [0.7, 1.3])
+@pytest.mark.parametrize('method', [NOH_BATHE, PEFRL])
+def test_a_standing_wave_swings_with_the_frequency_of_its_springs(method, k_r):
+    """omega^2 = k_s1 + 2 k_r (1 - cos kappa), for a mode of free ends and a small step."""
+    design = dataclasses.replace(SMALL, gamma=0.0, beta=0.0, eta=0.0)
+    chain, mode, A = Chain(design, 0.02, method), 30, 1e-5
+    chain.set_specimen(Specimen(design, k_r_factor=k_r))
+    kappa = math.pi * mode / design.N
+    shape = np.cos(kappa * (design.sites - 0.5))
+    chain.place(design.D_s1 + A * shape)
+    omega = math.sqrt(design.k_s1 + 2.0 * k_r * (1.0 - math.cos(kappa)))
+    steps = 1000
+    chain.rest(steps)
+    # The step changes the phase by (omega dt)^2 / 24 of itself, the wave's size the frequency by
+    # less than 1e-5 of itself: 2e-4 in 25 radians.
+    expected = A * math.cos(omega * steps * 0.02) * shape
+    np.testing.assert_allclose(chain.v - design.D_s1, expected, atol=5e-3 * A)
+
+
+def test_springs_that_are_all_alike_cost_nothing():
+    """The loops are then compiled without them, and any other value is another loop."""
+    assert Specimen(SMALL, k_r_factor=1.0).springs == ()
+    assert Specimen(SMALL, k_r_factor=1.001).springs != ()
+
+
+def test_an_equilibrium_balances_its_own_springs():
+    specimen = scattered(CASE_II, Scatter(k_r=0.05), seed=1)
+    v = resting_wall(specimen, 3)
+    on_site = CASE_II.alpha * CASE_II.potential.slope(v)
+    pull = np.diff(specimen.k_r * np.diff(v), prepend=0.0, append=0.0)
+    np.testing.assert_allclose(pull, on_site, atol=1e-11)
+    chain = Chain(CASE_II)
+    chain.set_specimen(specimen)
+    chain.place(v)
+    chain.rest(200)
+    np.testing.assert_allclose(chain.v, v, atol=1e-10)
+
+
+def test_stiffer_springs_need_a_shorter_step():
+    """Gershgorin: the cells of springs 4 k_r swing at 2 sqrt(k_r) at least."""
+    stiff = Specimen(SMALL, k_r_factor=9.0)
+    assert highest_frequency(stiff) > 6.0 > highest_frequency(Specimen(SMALL))
+    with pytest.raises(DesignError, match='the specimen needs a step of at most'):
+        Chain(SMALL, stable_step(Specimen(SMALL))).set_specimen(stiff)
+
+
+def test_a_specimen_of_older_sessions_has_springs_as_designed():
+    data = Specimen(SMALL, offset=0.01).as_dict()
+    del data['k_r_factor']
+    assert (Specimen.from_dict(data).k_r == 1.0).all()
+    made = scattered(SMALL, SCATTER, seed=2)
+    assert (Specimen.from_dict(made.as_dict()).k_r == made.k_r).all()
 
 
 def test_a_slow_shake_bends_every_cell_by_the_acceleration_over_its_stiffness():
@@ -184,6 +271,7 @@ def test_scatter_has_the_given_deviation_and_depends_on_the_seed():
     made = scattered(design, SCATTER, seed=5)
     for values, deviation in (
         (made.alpha_factor, 0.1),
+        (made.k_r_factor, 0.1),
         (made.s_factor, 0.1),
         (made.masses, 0.1),
         (made.offsets, 0.05),
@@ -202,6 +290,8 @@ def test_scatter_has_the_given_deviation_and_depends_on_the_seed():
         ({'alpha_factor': np.ones(3)}, 'shape'),
         ({'alpha_factor': 0.0}, 'alpha_factor must be above 0'),
         ({'s_factor': np.nan}, 's_factor'),
+        ({'k_r_factor': np.ones(51)}, r'k_r_factor must have shape \(50,\)'),
+        ({'k_r_factor': 0.0}, 'k_r_factor must be above 0'),
         ({'mass': -1.0}, 'mass must be above 0'),
         ({'mass': np.nan}, 'mass must be above 0'),
         ({'offset': 0.6}, 'offset must be'),

@@ -29,7 +29,7 @@ def files_page() -> str:
     quick = quick_moves.QuickMoves({}, '')
     taken, learnt = snapshot.take(element), trims.Trims((trims.AS_SET,), '', quick)
     calibrated = dataclasses.replace(element.calibration, trims=learnt).as_dict()
-    made = Specimen(element.design, offset=0.01)
+    made = Specimen(element.design, k_r_factor=1.01, offset=0.01)
     known = element_file.Element(dataclasses.replace(made, mass=2.0), made.alpha, plan=learnt)
     element.made, element.forecast = made, element.calibration
     header = _content(messages.header(element, '/mlmem', {}))

@@ -28,8 +28,8 @@ SESSION = {
         'parameters': 'parameters of the node, for information',
         'initial': 'state of the device; see the snapshot in a state file',
         'specimen': 'a simulated element that is not exactly as designed: alpha_factor, '
-        's_factor, mass, offset and eta_factor over a design, and damped_by_substrate if it is; '
-        'one number stands for equal ones',
+        'k_r_factor, s_factor, mass, offset and eta_factor over a design, and damped_by_substrate '
+        'if it is; one number stands for equal ones',
         'forecast': 'the calibration that a twin forecasts; absent without a twin',
     },
     messages.COMMAND: {
@@ -126,6 +126,7 @@ ELEMENT = {
     'alpha': 'alpha_j of every cell; alpha_j d is its strength',
     'alpha_std': 'standard deviation of each',
     'mass': 'mass of every cell; absent: 1',
+    'k_r': 'stiffness of every spring between the cells over k_r; absent: 1',
     'offset': 'shift of the ground states of every cell in lattice constants; absent: 0',
     'time_unit': "the instrument's time unit in true ones",
     'transducers': 'zero, gain as a sensor and gain as a driver of the left and the right end',

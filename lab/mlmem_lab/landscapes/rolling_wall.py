@@ -5,10 +5,10 @@
 The N cells are reduced to one coordinate: the wall held at X with everything else relaxed
 (`held_wall`) has the energy U(X, strain), and a moving wall has the profile of a held one. Then M
 X'' = -dU/dX - eta M X' + e'' B, where M = sum (dv_j / dX)^2, and e'' B is the inertia of the cells
-on a substrate whose strain e changes. Scatter in an element adds to U to first order: alpha_j by
-its relative deviation times the energy of the cell, a shift of the ground state by minus the slope
-of that energy. Neglected are waves, the wall's change of shape, and that a shift also moves the
-point called X.
+on a substrate whose strain e changes. Scatter in an element adds to U to first order: alpha_j and
+k_r by their relative deviation times the energy of the cell or spring, a shift of the ground state
+by minus the slope of the cell's energy. Neglected are waves, the wall's change of shape, and that
+a shift also moves the point called X.
 """
 
 from __future__ import annotations
@@ -45,7 +45,9 @@ class Track:
         mass: Of the wall, in m.
         pull: -dU/dX by strain and position, as designed, shape (e, m).
         to_alpha: Pull by position for a unit relative deviation of every alpha_j, shape (m, n).
-        to_offset: The same for a unit shift of every ground state.
+        to_k_r: The same for every spring between them, unstrained and at the peak, shape
+            (2, m, n - 1): what is strained as a whole stretches them.
+        to_offset: The same as to_alpha for a unit shift of every ground state.
         inertia: Pull by position for a unit second derivative of the strain, shape (m,).
     """
 
@@ -56,6 +58,7 @@ class Track:
     mass: float
     pull: Array
     to_alpha: Array
+    to_k_r: Array
     to_offset: Array
     inertia: Array
 
@@ -70,8 +73,10 @@ class Track:
         shift = specimen.strain_shape[part] - self.design.strain_shape[part]
         shift = self.design.end_displacement(self.peak) * (shift - shift.mean())
         fixed = self.to_alpha @ alpha + self.to_offset @ specimen.offsets[part]
+        unstrained, strained = self.to_k_r @ (specimen.k_r[part.start : part.stop - 1] - 1.0)
         share = np.linspace(0.0, 1.0, len(self.pull))[:, None]
-        return np.asarray(fixed + share * (self.to_offset @ shift))
+        strain = self.to_offset @ shift + strained - unstrained
+        return np.asarray(fixed + unstrained + share * strain)
 
 
 @dataclass(frozen=True)
@@ -100,10 +105,12 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
     """
     part = excerpt(design, low, high)
     X = np.linspace(low, high, 1 + math.ceil((high - low) * POINTS_PER_CELL))
-    pull = []
-    for strain in np.linspace(peak, 0.0, STRAINS):
+    pull, to_k_r = [], []
+    for strain in np.linspace(0.0, peak, STRAINS)[::-1]:
         held = hold_walls(Specimen(part.design), X - part.before, strain * part.strain_shape)
         pull.append(-np.gradient(held.energy, X))
+        if strain in (0.0, peak):
+            to_k_r.append(-np.gradient(0.5 * np.diff(held.v) ** 2, X, axis=0))
     alpha, potential = part.design.alpha, part.design.potential
     moved = np.gradient(held.v, X, axis=0)
     shape = design.end_displacement(1.0) * design.strain_shape[part.before :][: part.design.N]
@@ -112,6 +119,7 @@ def track(design: Design, low: float, high: float, peak: float) -> Track:
         mass=float(np.mean(np.sum(moved**2, axis=1))),
         pull=np.array(pull[::-1]),
         to_alpha=-np.gradient(alpha * potential.energy(held.v), X, axis=0),
+        to_k_r=np.array(to_k_r[::-1]),
         to_offset=np.gradient(alpha * potential.slope(held.v), X, axis=0),
         inertia=-moved @ shape,
     )  # fmt: skip

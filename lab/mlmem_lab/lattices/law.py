@@ -56,7 +56,7 @@ class OnSite(Law):
 class Coupling(Law):
     """The energy of a spring between neighbours of extension e; no force at e = 0.
 
-    `formula(constants, left, x, right)` returns the pull of both springs on a cell at x.
+    `formula(constants, j, left, x, right)` returns the pull of both springs on cell j at x.
     """
 
     @abstractmethod

@@ -16,7 +16,7 @@ from .law import Coupling
 
 
 @inlined
-def pull(constants: tuple[float, ...], left: float, x: float, right: float) -> float:
+def pull(constants: tuple[float, ...], j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both neighbours, which is the difference of two pushes."""
     A, power, distance, touch = constants
     before = max(distance + (x - left), touch) ** power

@@ -17,7 +17,7 @@ from .law import Coupling
 
 
 @inlined
-def pull(constants: tuple[float, ...], left: float, x: float, right: float) -> float:
+def pull(constants: tuple[float, ...], j: int, left: float, x: float, right: float) -> float:
     """Return the pull of both springs."""
     scale, b = constants
     return scale * (math.exp(-b * (x - left)) - math.exp(-b * (right - x)))

@@ -7,6 +7,7 @@ what scatters                       must pull as
 ==================================  ====================================================
 alpha, all cells alike              a design with another d
 ground states, all alike            hardly anything: the wall is shifted with its cells
+springs k_r                         walls held over the scattered element
 substrate, as another j_0 makes it  a design with that j_0, under strain
 ==================================  ====================================================
 """
@@ -17,7 +18,8 @@ import numpy as np
 import pytest
 
 from mlmem_lab.landscapes.rolling_wall import POINTS_PER_CELL, Schedule, roll, track
-from mlmem_ros.physics import CASE_II, Specimen
+from mlmem_ros.physics import CASE_II, Scatter, Specimen, scattered
+from mlmem_ros.physics.held_wall import hold_walls
 
 SHORT = dataclasses.replace(CASE_II, N=75)
 PEAK = -0.015
@@ -37,6 +39,18 @@ def test_alpha_pulls_as_a_design_with_another_barrier(way):
     extra = way.extra_pull(Specimen(SHORT, alpha_factor=1.001))
     difference = other.pull[0] - way.pull[0]
     assert extra[0] == pytest.approx(difference, abs=0.01 * np.abs(difference).max())
+
+
+def test_springs_pull_as_the_wall_held_over_them(way):
+    """To first order, with and without strain: against walls held in the scattered element."""
+    specimen = scattered(SHORT, Scatter(k_r=1e-4), seed=3)
+    extra = way.extra_pull(specimen)
+    X = way.low + np.arange(way.pull.shape[1]) / POINTS_PER_CELL
+    for strain, row in ((0.0, 0), (PEAK, -1)):
+        V = SHORT.end_displacement(strain) * SHORT.strain_shape
+        there, ideal = (hold_walls(one, X, V).energy for one in (specimen, Specimen(SHORT)))
+        difference = -np.gradient(there - ideal, X)
+        assert extra[row] == pytest.approx(difference, abs=0.01 * np.abs(difference).max())
 
 
 def test_a_shift_of_all_ground_states_hardly_pulls(way):

@@ -78,7 +78,7 @@ def test_the_loops_formula_is_the_same_force(law):
         assert found == pytest.approx(law.slope(x), abs=1e-13)
         return
     constants = law.constants()
-    found = [law.formula(constants, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
+    found = [law.formula(constants, j, *map(float, x[j - 1 : j + 2])) for j in range(1, N - 1)]
     assert found == pytest.approx(np.diff(law.slope(np.diff(x))), abs=1e-13)
 
 

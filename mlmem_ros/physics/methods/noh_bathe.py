@@ -140,7 +140,7 @@ def advance(
                 X = U_p[j + 1]
                 y = x - (X + origin[j])
             slope, sine = on_site(law, j, y)
-            pull = fma(-slope, sine, coupling(spring, u_p[j], x, u_p[j + 2]))
+            pull = fma(-slope, sine, coupling(spring, j, u_p[j], x, u_p[j + 2]))
             pull = fma(-eta, fma(a0, ddu[j], du[j]), pull)
             if drag is not None:
                 pull = fma(drag[i], under[j], pull)
@@ -184,7 +184,7 @@ def advance(
                 X = U[j + 1]
                 y = x - (X + origin[j])
             slope, sine = on_site(law, j, y)
-            pull = fma(-slope, sine, coupling(spring, u[j], x, u[j + 2]))
+            pull = fma(-slope, sine, coupling(spring, j, u[j], x, u[j + 2]))
             pull = fma(-eta, fma(h3, ddu_p[j], du_p[j]), pull)
             if drag is not None:
                 pull = fma(drag[i + 1], under[j], pull)

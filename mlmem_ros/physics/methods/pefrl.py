@@ -125,7 +125,7 @@ def advance(
                     HERE = X[at, j + 1]
                     y = here - (HERE + origin[j])
                 slope, sine = on_site(law, j, y)
-                pull = fma(-slope, sine, coupling(spring, x[at, j], here, x[at, j + 2]))
+                pull = fma(-slope, sine, coupling(spring, j, x[at, j], here, x[at, j + 2]))
                 if drag is not None:
                     pull = fma(drag[node], under[j], pull)
                 if friction is not None:

@@ -48,7 +48,7 @@ def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
         x = u[j + 1]
         y = x - (fma(V_N, under[j], origin[j]) if U is None else U[j + 1] + origin[j])
         slope, sine = on_site(law, j, y)
-        pull = fma(-slope, sine, coupling(spring, u[j], x, u[j + 2]))
+        pull = fma(-slope, sine, coupling(spring, j, u[j], x, u[j + 2]))
         if not abs(mobility[j] * pull) < REST:
             return False
         if U is not None and 0 < j < n - 1:

@@ -3,12 +3,13 @@
 """`mlmem tolerance`: count how often writes and reads fail in imperfect elements.
 
 Elements are made at random, varying one thing at a time: the on-site amplification alpha, the
-substrate stiffness s, the masses or the ground states (offset) scatter, the transducers are noisy,
-or the base vibrates (in lattice constants per time unit squared). Every step up is tried, and
-every level is read from each end that the instrument uses. The study finds the amounts at which
-failures begin and counts each until enough have failed; a curve through the lowest counts shows
-where one in a thousand fails. The table of all batches, the figure and the ledger are saved; an
-interrupted or killed study continues from its ledger. No ROS is needed.
+springs k_r between the cells, the substrate stiffness s, the masses or the ground states (offset)
+scatter, the transducers are noisy, or the base vibrates (in lattice constants per time unit
+squared). Every step up is tried, and every level is read from each end that the instrument uses.
+The study finds the amounts at which failures begin and counts each until enough have failed; a
+curve through the lowest counts shows where one in a thousand fails. The table of all batches, the
+figure and the ledger are saved; an interrupted or killed study continues from its ledger. No ROS
+is needed.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ OPTIONS = (
     ),
     option(
         '--kinds', nargs='+', default=(), metavar='KIND',
-        help='what is random, one at a time: alpha, s, mass, offset, noise, vibration; all by '
-        'default',
+        help='what is random, one at a time: alpha, k_r, s, mass, offset, noise, vibration; all '
+        'by default',
     ),
     option(
         '--tried', nargs='+', default=(), metavar='WHAT',

@@ -18,7 +18,7 @@ from .study import Tolerance
 
 WORDS = {'step': 'step up', 'left': 'read from the left', 'right': 'read from the right'}
 
-COLOURS = dict(zip(KINDS, (S2, INK, '#56b4e9', S1, '#009e73', '#cc79a7'), strict=True))
+COLOURS = dict(zip(KINDS, (S2, '#e69f00', INK, '#56b4e9', S1, '#009e73', '#cc79a7'), strict=True))
 
 UNSEEN = 1e-2
 """A count without a failure is shown if its interval ends below this."""
@@ -27,7 +27,7 @@ RANGE = (2e-4, 2.0)
 """Rates that are shown."""
 
 AMOUNT = (
-    'standard deviation: alpha, s, mass relative; offset, noise in cells; '
+    'standard deviation: alpha, k_r, s, mass relative; offset, noise in cells; '
     'vibration per time unit$^2$'
 )
 

@@ -19,7 +19,7 @@ from ...landscapes.rolling_wall import Schedule, Track, roll, track
 DT = 4.0
 """Step of the particle in time units; a wall in its defect takes 100 and more for a swing."""
 
-FORESEEN = ('alpha', 's', 'offset')
+FORESEEN = ('alpha', 'k_r', 's', 'offset')
 """Kinds of scatter for which step failures are forecast."""
 
 RESTING = 0.3

@@ -1,0 +1,58 @@
+# Copyright 2026 The mlmem_ros authors
+# SPDX-License-Identifier: Apache-2.0
+"""The forward model: its derivatives by every cell and spring are those of its motion."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mlmem_ros.device.end import End
+from mlmem_ros.device.shot import Shot
+from mlmem_ros.physics import CASE_II, Scatter, scattered
+from mlmem_tools.twin.forward import Forward
+from mlmem_tools.twin.unknowns import Unknowns
+
+SMALL = dataclasses.replace(CASE_II, N=60)
+SHOT = Shot(
+    End.RIGHT, 1.2, 0.01, 3.0, SMALL.defect(0), 0.002, 0.3, np.zeros(2), np.zeros((2, 400))
+)
+
+
+def element(x=None):
+    """Return the model of a scattered element in which everything is unknown."""
+    unknowns = Unknowns(SMALL, masses=True, offsets=True, springs=True)
+    if x is None:
+        made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
+        x = unknowns.mean
+        x[unknowns.alpha], x[unknowns.mass] = made.alpha, made.masses
+        x[unknowns.offset], x[unknowns.k_r] = made.offsets, made.k_r
+    return Forward(unknowns, x)
+
+
+def test_the_vector_describes_its_element():
+    model = element()
+    made = scattered(SMALL, Scatter(alpha=0.01, k_r=0.02, mass=0.01, offset=0.002), 3)
+    for name in ('alpha', 'k_r', 'masses', 'offsets'):
+        found = getattr(model.specimen, name)
+        np.testing.assert_allclose(found, getattr(made, name), rtol=1e-15, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ('what', 'sites'), [('alpha', (0, 25, 59)), ('mass', (0, 25, 59)), ('offset', (2, 25)),
+                        ('k_r', (0, 24, 25, 26, 58))],
+)  # fmt: skip
+def test_derivatives_are_difference_quotients(what, sites):
+    """By central differences; the run is single precision: 1e-4 of the greatest."""
+    model, h = element(), 1e-5
+    J = model.linearised(SHOT, 120.0)[1]
+    for site in sites:
+        at = getattr(model.unknowns, what).start + site
+        up, down = model.x.copy(), model.x.copy()
+        up[at] += h
+        down[at] -= h
+        up, down = (element(x).predict(SHOT, 120.0) for x in (up, down))
+        quotient = (up - down) / (2.0 * h)
+        scale = np.abs(quotient).max()
+        assert scale > 1e-6
+        np.testing.assert_allclose(J[:, :, at], quotient, atol=1e-3 * scale, err_msg=f'{site}')
