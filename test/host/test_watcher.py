@@ -3,6 +3,7 @@
 """The twin beside an element: which reads are compared, and with which wall."""
 
 import math
+import time
 from dataclasses import replace
 
 import pytest
@@ -38,7 +39,7 @@ def last_events(element, command):
 def compared(watcher):
     """Return how many reads have been compared, once the last is."""
     while not watcher.settled():
-        pass
+        time.sleep(0.001)  # or this thread would keep the other from computing
     return watcher.compared
 
 
