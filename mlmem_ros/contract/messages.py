@@ -20,7 +20,7 @@ from std_msgs.msg import (
     MultiArrayLayout,
 )
 
-from ..device import MemoryElement, Outcome, Reading, Shot
+from ..device import UNDECODABLE, MemoryElement, Outcome, Reading, Shot
 from ..device.echo import Echo
 from ..physics.potential import Array
 from ..words import JOINT
@@ -30,6 +30,21 @@ from . import values
 def level(reading: Reading | None) -> Int16:
     """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
     return Int16(data=values.level(reading))
+
+
+def content(element: MemoryElement, name: str) -> DiagnosticStatus:
+    """Return the content in words; a warning if it is not known. `name` is the node's full
+    name.
+    """
+    text, found = values.content(element)
+    known = values.level(element.reading) != UNDECODABLE
+    return DiagnosticStatus(
+        level=DiagnosticStatus.OK if known else DiagnosticStatus.WARN,
+        name=name.rpartition('/')[2],
+        message=text,
+        hardware_id=name,
+        values=[KeyValue(key=key, value=value) for key, value in found.items()],
+    )
 
 
 def status(outcome: Outcome, name: str) -> DiagnosticStatus:

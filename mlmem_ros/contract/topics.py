@@ -103,7 +103,14 @@ LEVEL = Topic(
     'std_msgs/msg/Int16',
     LATCHED,
     'the content as last decoded, published when a procedure ends; -1: blank; -2: undecodable or '
-    'unknown',
+    'unknown, published at once when something may have moved the wall',
+)
+CONTENT = Topic(
+    'content',
+    'diagnostic_msgs/msg/DiagnosticStatus',
+    LATCHED,
+    'what `~/level` says, in words: a level, or why it is not known and since which tick; keys: '
+    'level, reason, since',
 )
 OUTCOME = Topic(
     'outcome',
@@ -154,7 +161,7 @@ WALL = Topic(
 PERIODIC = (FIELD, WALL, JOINT_STATES)
 """Streams of the element's state; `Topic.interval` of each is a parameter."""
 
-STREAMS = (LEVEL, OUTCOME, ECHO, WAVEFORM, RANGE, JOINT_STATES, FIELD, WALL)
+STREAMS = (LEVEL, CONTENT, OUTCOME, ECHO, WAVEFORM, RANGE, JOINT_STATES, FIELD, WALL)
 """What the node publishes."""
 
 IMAGE = Topic(

@@ -12,7 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from ..device import UNDECODABLE, EchoReceived, Event, MemoryElement, Outcome, Reading, Shot
+from ..device import (
+    UNDECODABLE,
+    EchoReceived,
+    Event,
+    MemoryElement,
+    Outcome,
+    Reading,
+    Shot,
+    describe_level,
+)
 from ..physics import walls
 from ..physics.potential import Array
 from . import topics
@@ -29,12 +38,26 @@ def published(event: Event, element: MemoryElement) -> dict[Topic, Any]:
         return {topics.ECHO: event.echo, topics.RANGE: event.reading}
     if isinstance(event, Shot):
         return {topics.WAVEFORM: event}
-    return {topics.OUTCOME: event, topics.LEVEL: element.reading}
+    content = {topics.LEVEL: element.reading, topics.CONTENT: element}
+    return {topics.OUTCOME: event, **content} if isinstance(event, Outcome) else content
 
 
 def level(reading: Reading | None) -> int:
     """Return the content: 0 ... p - 1, -1 blank, -2 undecodable or unknown."""
     return UNDECODABLE if reading is None else reading.level
+
+
+def content(element: MemoryElement) -> tuple[str, dict[str, str]]:
+    """Return the content in words, and its values as texts: a level, or why it is not known."""
+    reading, unknown = element.reading, element.unknown
+    found = {'level': str(level(reading))}
+    if reading is not None:
+        why = f': {reading.reason}' if reading.level == UNDECODABLE else ''
+        more = {'reason': reading.reason} if why else {}
+        return describe_level(reading.level) + why, found | more
+    if unknown is None:
+        return 'not read yet', found
+    return str(unknown), found | {'reason': unknown.reason, 'since': str(unknown.since)}
 
 
 def distance(reading: Reading, element: MemoryElement) -> float:

@@ -17,7 +17,7 @@ from .factory import factory_calibration, new_element
 from .faults import Faults
 from .loop import Loop
 from .presets import PRESETS, Preset, preset
-from .reading import Reading
+from .reading import Reading, Unknown
 from .settings import Settings
 from .shot import Shot
 
@@ -26,8 +26,8 @@ __all__ = [
     'DelayTable', 'Disturb', 'Driver', 'DriverError', 'DriverHangs', 'EchoReceived', 'End',
     'Erase', 'Event', 'Faults', 'FollowTrajectory', 'Locate', 'Loop', 'MemoryElement', 'Outcome',
     'Preset', 'ProcedureFailed', 'Read', 'Reading', 'Refused', 'Reset', 'SelfTest', 'SetFaults',
-    'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey', 'Write', 'describe_level',
-    'factory_calibration', 'new_element', 'preset',
+    'SetStrain', 'Settings', 'SettingsError', 'Shot', 'Survey', 'Unknown', 'Write',
+    'describe_level', 'factory_calibration', 'new_element', 'preset',
 ]  # fmt: skip
 
 

@@ -75,10 +75,14 @@ class Base:
         """Whether it is at rest, and stays so without a message."""
         return self.state.acceleration == self.state.target == 0.0
 
-    def harmful(self, shakes: Shakes = NO_SHAKES) -> bool:
-        """Whether it shakes enough to move a wall, now or in a run with these accelerations."""
-        most = (self.state.acceleration, self.state.target, *shakes.values())
-        return max(map(abs, most)) > self._settings.harmless
+    def harmful(self, shakes: Shakes = NO_SHAKES) -> int | None:
+        """Return in which tick of a run with these accelerations it first shakes enough to move a
+        wall; None if it does not.
+        """
+        limit = self._settings.harmless
+        if max(abs(self.state.acceleration), abs(self.state.target)) > limit:
+            return 0
+        return min((tick for tick, shake in shakes.items() if abs(shake) > limit), default=None)
 
     def disturb(self, acceleration: float) -> None:
         """Take an acceleration message.

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -92,11 +93,16 @@ class MemoryElement(Memory):
         match command:  # allowed at any time
             case Abort(why):
                 self._stop(f'aborted: {why}' if why else 'aborted')
+                if self.actuator.strain != 0.0 or self.actuator.moving:
+                    self.forget('aborted')
             case commands.Disturb(acceleration):
                 self.base.disturb(acceleration)
                 return None
             case commands.SetFaults(faults):
+                before = self.faults
                 self.set_faults(faults)
+                if not faults.same_material(before):
+                    self.forget('faults were set')
                 return None
         if self._running:
             raise Refused(f'busy: {self.procedure} is running; abort it or wait')
@@ -110,8 +116,17 @@ class MemoryElement(Memory):
             case _:
                 known = ', '.join(commands.KINDS)
                 raise Refused(f'command must be one of {known}; got {clipped(command)}')
-        self.forget()
+        self.forget('strained by hand')
         return None
+
+    def forget(self, reason: str, after: int = 0) -> None:
+        """Treat the content as unknown, and say so at once; of what a procedure does, its outcome
+        says it.
+        """
+        known = self.reading is not None
+        super().forget(reason, after)
+        if known and self.unknown is not None and not self._running:
+            self._events.append(self.unknown)
 
     def _checked(self, command: Command) -> dict[str, Any]:
         """Return the arguments of a procedure."""
@@ -132,6 +147,8 @@ class MemoryElement(Memory):
             self._running.steps.close()
             self._end(False, why, Result(None))
             self.statistics.aborted += 1
+            if self.unknown is not None and self.unknown.since >= self.progress.start_tick:
+                self.unknown = dataclasses.replace(self.unknown, reason='aborted')
 
     # --- time ----------------------------------------------------------------------------
 
@@ -146,7 +163,8 @@ class MemoryElement(Memory):
                 runs, which may listen, only in its first tick.
 
         Returns:
-            The events of the first tick; the others have none.
+            The events of the first tick. The others have none, but for an acceleration of theirs
+            that makes the content unknown: that event names its tick.
 
         Raises:
             StateError: The material cannot continue (see `Chain.advance`). It is as before the
@@ -159,11 +177,15 @@ class MemoryElement(Memory):
         if 0 in shakes:
             self.base.disturb(shakes[0])  # as `apply` does, before a procedure looks at it
         ticks = self._step(self._running) if self._running else most
-        if self.base.harmful(shakes):
-            self.forget()
+        shaken = self.base.harmful(shakes)
+        if shaken == 0:
+            self.forget('shaken')
         if self._events:  # reported after the first
             ticks = 1
-        self.pass_ticks(min(ticks, most), shakes)
+        ticks = min(ticks, most)
+        if shaken is not None and shaken < ticks:
+            self.forget('shaken', shaken)
+        self.pass_ticks(ticks, shakes)
         events, self._events = self._events, []
         return events
 
@@ -203,7 +225,7 @@ class MemoryElement(Memory):
     def stand_still(self, why: str) -> None:
         """End everything under way after a failed tick."""
         super().stand_still(why)
-        self.forget()
+        self.forget(why)
         if self._running:
             self._running.steps.close()
             self.statistics.count(self._end(False, f'{why}{self._way_home()}', Result(None)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .echo import Echo
-from .reading import Reading
+from .reading import Reading, Unknown
 from .shot import Shot
 
 
@@ -91,4 +91,4 @@ class Outcome:
         return values | self.found | {'attempts': self.attempts, 'ticks': ticks}
 
 
-Event = EchoReceived | Shot | Outcome
+Event = EchoReceived | Shot | Outcome | Unknown

@@ -88,6 +88,14 @@ class Faults(Checked):
         """Return the names of active faults that a real element cannot have."""
         return tuple(name for name in self.active() if name.startswith(MATERIAL))
 
+    def same_material(self, other: Faults) -> bool:
+        """Whether the material is the same with other faults."""
+        material, others = (
+            {name: value for name, value in faults.active().items() if name.startswith(MATERIAL)}
+            for faults in (self, other)
+        )
+        return material == others and (self.seed == other.seed or not material)
+
 
 MATERIAL = ('weak_', 'stuck_', 'disorder_', 'damping_')
 """Prefixes of the names of material faults."""

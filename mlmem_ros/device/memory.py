@@ -18,7 +18,7 @@ from .end import End
 from .events import EchoReceived, Event
 from .instrument import Instrument
 from .memory_statistics import MemoryStatistics
-from .reading import UNDECODABLE, Reading
+from .reading import UNDECODABLE, Reading, Unknown
 from .settings import Settings
 from .shot import Shot
 
@@ -33,6 +33,7 @@ class Memory(Instrument):
         calibration: Echo delay of every level.
         forecast: What a twin forecasts of a calibration, which `calibrate` verifies, or None.
         reading: The last reading; None while the content is unknown.
+        unknown: Why and since when it is, if it was known before.
         statistics: The history of the element.
     """
 
@@ -53,18 +54,23 @@ class Memory(Instrument):
         self.calibration = calibration
         self.forecast: Calibration | None = None
         self.reading: Reading | None = None
+        self.unknown: Unknown | None = None
         self.statistics = MemoryStatistics.of(design.levels)
         self._events: list[Event] = []
 
-    def forget(self) -> None:
-        """Treat the content as unknown from now on, because the wall may move."""
-        self.reading = None
+    def forget(self, reason: str, after: int = 0) -> None:
+        """Treat the content as unknown, after so many ticks, because the wall may move.
+
+        What is unknown already is so for its first reason.
+        """
+        if self.reading is not None:
+            self.reading, self.unknown = None, Unknown(reason, self.ticks + after)
 
     def renew(self) -> None:
         """Put a fresh blank element in the place of a simulated one; see `Instrument.renew`."""
         super().renew()
         self.statistics.resets += 1
-        self.forget()
+        self.forget('replaced')
 
     def report(self, shot: Shot) -> None:
         """Report a shot of a survey."""
@@ -73,7 +79,7 @@ class Memory(Instrument):
     def begin_cycle(self) -> None:
         """Count a strain cycle that is about to move the wall."""
         self.statistics.cycles += 1
-        self.forget()
+        self.forget('strained by a procedure')
 
     @property
     def audible(self) -> tuple[End, ...]:
@@ -100,6 +106,7 @@ class Memory(Instrument):
         self.reading = decode(
             self.design, self.settings.read, self.calibration, echoes, phases, end
         )
+        self.unknown = None
         if self.reading.level != UNDECODABLE:  # all that is under way was seen
             for each in echoes:
                 self.transducer.reverberation[each].returned()

@@ -58,6 +58,22 @@ class Reading:
         return confidence(self.level_margin, self.threshold_margin)
 
 
+@dataclass(frozen=True)
+class Unknown:
+    """The content is no longer known; also the event that says so.
+
+    Attributes:
+        reason: What may have moved the wall.
+        since: The tick in which it took effect.
+    """
+
+    reason: str
+    since: int
+
+    def __str__(self) -> str:
+        return f'unknown since tick {self.since}: {self.reason}'
+
+
 def confidence(level_margin: float, threshold_margin: float) -> float:
     """Return how much may be lost before the answer changes, from 0 to 1.
 

@@ -28,7 +28,7 @@ from .faults import Faults
 from .linkage import LinkageState
 from .memory_statistics import MemoryStatistics
 from .motion import Profile, Ramp
-from .reading import UNDECODABLE, Reading
+from .reading import UNDECODABLE, Reading, Unknown
 from .reverberation import Returns
 
 LINKAGE = {
@@ -79,6 +79,7 @@ def take(element: MemoryElement) -> dict[str, Any]:
         'base': dataclasses.asdict(element.base.state),
         'faults': dataclasses.asdict(element.faults),
         'reading': reading,
+        'unknown': element.unknown and dataclasses.asdict(element.unknown),
         'calibration': element.calibration.as_dict(),
         'calibration_key': calibration_key(element.design, element.settings),
         'statistics': dataclasses.asdict(element.statistics),
@@ -127,6 +128,7 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
             raise ValueError(f'the strains of the linkage must be finite; got {linkage}')
         design = snapshot['design']
         reading = _reading(snapshot['reading'], element.design.levels)
+        unknown = _unknown(snapshot.get('unknown'))
         ticks, steps = _clock(snapshot['ticks']), _clock(snapshot['steps'])
         recent, state = _decode(snapshot['recent']), _decode(snapshot['state'])
         V_N = float(snapshot['V_N'])
@@ -160,7 +162,8 @@ def restore(element: MemoryElement, snapshot: Mapping[str, Any]) -> None:
     element.actuator.motion = motion
     element.actuator.strain, element.actuator.elapsed = strain, elapsed
     element.calibration = calibration if same_pulses else element.calibration
-    element.reading, element.statistics, element.ticks = reading, statistics, ticks
+    element.reading, element.unknown = reading, unknown
+    element.statistics, element.ticks = statistics, ticks
 
 
 def _clock(count: Any) -> int:
@@ -223,6 +226,16 @@ def _reading(values: Mapping[str, Any] | None, levels: int) -> Reading | None:
             f'level must be from {UNDECODABLE} to {levels - 1}; got {clipped(reading.level)}'
         )
     return reading
+
+
+def _unknown(values: Mapping[str, Any] | None) -> Unknown | None:
+    """Return why the content is unknown; sessions before 1.1 do not say."""
+    if values is None:
+        return None
+    reason, since = values['reason'], _clock(values['since'])
+    if not isinstance(reason, str):
+        raise ValueError(f'reason must be a text; got {clipped(reason)}')
+    return Unknown(reason, since)
 
 
 def _encode(values: Array) -> dict[str, Any]:

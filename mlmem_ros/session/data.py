@@ -67,6 +67,7 @@ class SessionData:
         end_displacement: Displacement of the substrate's end in metres.
         echoes: Every probe, in order.
         shots: Shots of surveys, in order.
+        contents: What the content was, in words: seconds, text, and its keys and values.
         outcomes: Outcome of every procedure: seconds, and its keys and values.
         lost: What cannot be read, or was dropped from the recording: one line each.
         streams: Numbers of the streams that a replay compares, by topic; see `streams`.
@@ -84,6 +85,7 @@ class SessionData:
     end_displacement: list[float] = field(default_factory=list)
     echoes: list[RecordedEcho] = field(default_factory=list)
     shots: list[Shot] = field(default_factory=list)
+    contents: list[tuple[float, str, dict[str, str]]] = field(default_factory=list)
     outcomes: list[tuple[float, dict[str, str]]] = field(default_factory=list)
     lost: list[str] = field(default_factory=list)
     streams: dict[str, list[Recorded]] = field(default_factory=dict)
@@ -181,6 +183,7 @@ class _Collector:
                     (topics.ECHO, self._echo),
                     (topics.WAVEFORM, self._waveform),
                     (topics.LEVEL, self._level),
+                    (topics.CONTENT, self._content),
                     (topics.RANGE, self._range),
                     (topics.WALL, self._wall),
                     (topics.OUTCOME, self._outcome),
@@ -247,6 +250,11 @@ class _Collector:
         if self._level_is_due:
             echoes[-1] = replace(echoes[-1], level=level)
             self._level_is_due = False
+
+    def _content(self, seconds: float, message: Any) -> None:
+        values = received.values(message)
+        self._session.contents.append((seconds, message.message, values))
+        self._stream(topics.CONTENT, (message.message, values))
 
     def _outcome(self, seconds: float, message: Any) -> None:
         values = received.values(message)

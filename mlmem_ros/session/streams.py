@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..contract import topics, values
 from ..contract.topics import Topic
-from ..device import Event, MemoryElement
+from ..device import Event, MemoryElement, Unknown
 
 Recorded = tuple[int, Any]
 """The tick of the last hash before a message, or `START`; and its content: an array, or texts."""
@@ -49,9 +49,14 @@ OF_EVENTS: dict[Topic, Callable[[Any, MemoryElement], Any]] = {
     topics.RANGE: lambda reading, element: [np.float32(values.distance(reading, element))],
     topics.WAVEFORM: lambda shot, _: values.numbers(shot),
     topics.LEVEL: lambda reading, _: [values.level(reading)],
+    topics.CONTENT: lambda element, _: values.content(element),
     topics.OUTCOME: lambda outcome, _: values.told(outcome),
 }
 """Numbers, or texts, of what events publish; an echo's samples are not compared."""
+
+
+TEXTS = (topics.CONTENT, topics.OUTCOME)
+"""What is published as texts, which another build may word or round otherwise."""
 
 
 @dataclass
@@ -118,14 +123,14 @@ class Streams:
             found: Takes the result by stream.
             last_hash: Tick of the last hash.
             whole: Whether nothing is missing from the recording.
-            texts: Whether to compare texts, which another build may word or round otherwise.
+            texts: Whether to compare `TEXTS`.
         """
         self._every = {
             topic: every[topic.name]
             for topic in PERIODIC
             if every.get(topic.name) and topic.name in recorded
         }
-        chosen = *self._every, *(topic for topic in OF_EVENTS if texts or topic != topics.OUTCOME)
+        chosen = *self._every, *(topic for topic in OF_EVENTS if texts or topic not in TEXTS)
         self._waiting = {
             topic: deque(recorded[topic.name]) for topic in chosen if topic.name in recorded
         }
@@ -133,6 +138,7 @@ class Streams:
         self._last_hash = last_hash
         self._whole = whole
         self._hashed = START
+        self._says_unknown = topics.CONTENT.name in recorded  # sessions before 1.1 do not
         for topic, messages in self._waiting.items():
             found[topic.name] = Compared(len(messages))
 
@@ -146,6 +152,8 @@ class Streams:
             if element.ticks % every == 0:
                 self._compare(topic, PERIODIC[topic](element))
         for event in events:
+            if isinstance(event, Unknown) and not self._says_unknown:
+                continue
             for topic, content in values.published(event, element).items():
                 if topic in self._waiting:
                     self._compare(topic, OF_EVENTS[topic](content, element))

@@ -79,7 +79,8 @@ def _level(view: View) -> Text:
     if view.level is None:
         return Text('not read yet', style='dim')
     if view.level == UNDECODABLE:
-        return Text('unknown', style='bold red')
+        text = view.content.text if view.content is not None else 'unknown'
+        return Text(text, style='bold red')
     if view.level == BLANK:
         return Text('blank', style='bold')
     code = view.outcome.values.get('code', '') if view.outcome is not None else ''

@@ -123,6 +123,7 @@ def _inspect_session(
         )
     _list_commands(console, session)
     _list_procedures(console, session)
+    _list_unknown(console, session)
     echoes = _list_echoes(console, session)
     picture = None
     if arguments.plot:
@@ -134,6 +135,9 @@ def _inspect_session(
         'commands': [{'tick': tick, **as_dict(given)} for tick, given in session.stamped]
         or [{'time': time, **as_dict(given)} for time, given in session.commands],
         'procedures': [{'time': time, **values} for time, values in session.outcomes],
+        'unknown': [
+            {'time': time, **values} for time, _, values in session.contents if 'since' in values
+        ],
         'echoes': echoes,
         'agree': all(echo['agrees'] for echo in echoes),
         'picture': picture,
@@ -193,6 +197,16 @@ def _list_procedures(console: Console, session: SessionData) -> None:
             values.get('error', ''),
         )
     console.print(table)
+
+
+def _list_unknown(console: Console, session: SessionData) -> None:
+    """List when the content was no longer known, and why."""
+    table = plain_table('content', '>time', 'what')
+    for seconds, text, values in session.contents:
+        if 'since' in values:
+            _add(table, f'{seconds:.3f} s', text)
+    if table.row_count:
+        console.print(table)
 
 
 def _rounded(text: str) -> str:

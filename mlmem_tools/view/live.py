@@ -98,6 +98,7 @@ class Live:
     def _listen(self) -> None:
         for topic, take in (
             (topics.LEVEL, self._on_level),
+            (topics.CONTENT, self._on_content),
             (topics.OUTCOME, self._on_outcome),
             (topics.ECHO, self._on_echo),
             (topics.DIAGNOSTICS, self._on_diagnostics),
@@ -133,6 +134,10 @@ class Live:
     def _on_level(self, message: Any) -> None:
         self._hear()
         self._announce('level', {'level': message.data})
+
+    def _on_content(self, message: Any) -> None:
+        self._hear()
+        self._announce('content', {**asdict(Status.of(message)), 't': self._pictures.clock})
 
     def _on_outcome(self, message: Any) -> None:
         self._hear()

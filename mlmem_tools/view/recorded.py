@@ -130,6 +130,7 @@ class _Collector:
             topics.JOINT_STATES.name: self._joints,
             topics.WALL.name: self._wall,
             topics.LEVEL.name: self._level,
+            topics.CONTENT.name: self._content,
             topics.ECHO.name: self._echo,
             topics.OUTCOME.name: self._outcome,
             COMMAND: self._command,
@@ -168,6 +169,11 @@ class _Collector:
     def _level(self, t: float, message: Any) -> None:
         if len(self._levels) < EVENTS:
             self._levels.append((t, int(message.data)))
+
+    def _content(self, t: float, message: Any) -> None:
+        values = received.values(message)
+        if 'since' in values:
+            self._event(t, 'content', message.message, ok=False, values=values)
 
     def _echo(self, t: float, message: Any) -> None:
         x, y = thinned(message)

@@ -14,15 +14,19 @@ from mlmem_ros.device import (
     Calibrate,
     Calibration,
     DelayTable,
+    Disturb,
     EchoReceived,
     Erase,
+    Faults,
     MemoryElement,
     Outcome,
     Read,
     Refused,
+    SetFaults,
     SetStrain,
     Settings,
     SettingsError,
+    Unknown,
     Write,
     snapshot,
 )
@@ -129,8 +133,49 @@ def test_the_first_of_two_commands_in_one_tick_is_taken():
 def test_driving_by_hand_makes_the_content_unknown(written):
     element = written(4)
     assert element.reading.level == 4
+    since = element.ticks
     element.apply(SetStrain(0.001))
     assert element.reading is None
+    assert element.advance() == [Unknown('strained by hand', since)]
+    element.apply(SetStrain(0.002))
+    assert element.advance() == [], 'it is told once'
+    assert str(element.unknown) == f'unknown since tick {since}: strained by hand'
+
+
+def test_what_may_move_the_wall_is_told_with_its_reason(written):
+    """And what cannot move it is not: a fault of a sensor, a shake that is weak, an idle abort."""
+    harmless = written(4)
+    for command in (SetFaults(Faults(sensor_noise=1e-6)), Disturb(1e-6), Abort()):
+        harmless.apply(command)
+        assert not any(isinstance(event, Unknown) for event in rig.ticks(harmless, 5))
+        assert harmless.reading.level == 4
+    for command, reason in (
+        (SetFaults(Faults(weak_cell=3)), 'faults were set'),
+        (Disturb(2e-4), 'shaken'),
+    ):
+        element = written(4)
+        element.apply(command)
+        assert element.advance(9) == [Unknown(reason, element.unknown.since)]
+    held = written(4)
+    held.apply(SetStrain(0.001))
+    rig.ticks(held, 300)
+    assert rig.succeed(held, Read()).level == 4
+    held.apply(Abort())
+    assert held.unknown.reason == 'aborted'
+    moved = written(4)
+    moved.apply(Write(1))
+    while moved.reading is not None:
+        moved.advance()
+    moved.apply(Abort())
+    assert moved.unknown.reason == 'aborted'
+
+
+def test_a_shake_within_a_run_makes_the_content_unknown_in_its_tick(written):
+    element = written(4)
+    begun = element.ticks
+    (event,) = element.advance(40, {7: 1e-6, 23: 2e-4})
+    assert event == Unknown('shaken', begun + 23)
+    assert element.ticks == begun + 40
 
 
 def test_a_refused_strain_leaves_it_known(written):

@@ -93,7 +93,8 @@ def test_an_echo_hidden_by_shaking_is_reported_after_some_pulses():
     """
     element = rig.device(3)
     events = shaken(element, sine(30.0 * G, 0.155), Read('right'))
-    outcome = events[-1]
+    outcome, lost = events[-2:]
+    assert lost.reason == 'shaken'
     assert not outcome.success
     assert 'the shaking at the right end hides when the echo began' in outcome.error
     assert sum(isinstance(event, EchoReceived) for event in events) == 2 * 4  # read.attempts

@@ -115,7 +115,7 @@ def not_a_number_reaches_the_strain(check):
 def a_refused_command_forgets_the_reading(apply):
     def forgetful(self, command):
         if not self.procedure:
-            self.forget()
+            self.forget('refused')
         apply(self, command)
 
     return forgetful

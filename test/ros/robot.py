@@ -55,6 +55,7 @@ IN = {
 }
 OUT = {
     'level': (Int16, LATCHED),
+    'content': (DiagnosticStatus, LATCHED),
     'outcome': (DiagnosticStatus, LATCHED),
     'echo': (Float32MultiArray, RELIABLE),
     'range': (Range, RELIABLE),

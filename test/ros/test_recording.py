@@ -15,6 +15,7 @@ from robot import OUT, Robot
 from rosbags.highlevel import AnyReader
 
 from mlmem_ros.bag.reader import BagReader
+from mlmem_ros.device import UNDECODABLE
 from mlmem_ros.device.end import End
 from mlmem_ros.ros.node.run import NOT_SAVED
 from mlmem_ros.session.data import load
@@ -22,7 +23,7 @@ from mlmem_ros.session.replay import replay
 from mlmem_ros.testing import assert_replays
 from mlmem_tools.cli.main import main
 
-EVERY_ONE = ('level', 'outcome', 'echo')
+EVERY_ONE = ('level', 'content', 'outcome', 'echo')
 """Topics of which a subscriber receives every message."""
 
 STREAMS = ('range', 'joint_states', 'field', 'wall')
@@ -74,6 +75,14 @@ def session(start, tmp_path):
         assert robot.trigger('read').success
         robot.wait(lambda: len(heard['outcome']) >= 2, 'both outcomes')
         robot.wait(lambda: len(heard['echo']) >= ECHOES, 'the echoes: long, they take longer')
+        robot.publish('strain', 0.001)
+        robot.latest('content', lambda status: status.message.endswith('strained by hand'))
+        robot.latest('level', lambda level: level.data == UNDECODABLE)
+        with Robot() as late:
+            assert late.latest('level').data == UNDECODABLE
+            assert late.latest('content') == robot.latest('content')
+        assert robot.trigger('abort').success
+        robot.wait(lambda: len(heard['level']) == 4, 'the level after the abort')
         node.terminate()
         assert node.exit_status() == 0
     return bag, {topic: [values(m) for m in messages] for topic, messages in heard.items()}
@@ -90,8 +99,11 @@ def test_a_session_holds_what_was_published_and_replays_to_the_bit(session):
         rest = iter(found[f'/mlmem/{topic}'])  # a subsequence, in order
         for message in heard[topic]:
             assert any(_same(message, other) for other in rest), topic
+    assert [content['message'] for content in found['/mlmem/content'][:2]] == ['level 1'] * 2
+    assert found['/mlmem/content'][2]['message'].startswith('unknown since tick ')
     report = replay(load(bag))
     assert report.exact
+    assert report.streams['content'].equal == report.streams['level'].equal == 4
     assert report.hashes >= 10
     assert report.levels == [-1, 1, 1, 1, 1]  # a wall is heard from both ends
     assert len(heard['echo']) == ECHOES

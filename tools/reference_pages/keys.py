@@ -78,6 +78,7 @@ SNAPSHOT = {
     'base': 'acceleration of the base, and when it was last heard of',
     'faults': 'the active faults',
     'reading': 'the content as last decoded, or null',
+    'unknown': 'why the content is no longer known, and since which tick, or null',
     'calibration': 'echo delays and trims; see the calibration file',
     'calibration_key': 'hash of the design and settings that the calibration is for',
     'statistics': 'counts of writes, reads and strain cycles over the life of the element',

@@ -17,6 +17,5 @@ def abort(element: Memory) -> Procedure[Result]:
     times = element.settings.erase
     element.transducer.release()
     if element.actuator.strain != 0.0 or element.actuator.moving:
-        element.forget()
         yield from ramp(element, 0.0, times.release)
     return Result(None)

@@ -131,7 +131,7 @@ def bring_back(element: Memory, end: End) -> Procedure[None]:
     A wall driven over a free end returns as a wall between the active phase and the next. No
     strain moves it, but the wall launched here removes it within some 90 cells.
     """
-    element.forget()
+    element.forget('an end was brought back')
     element.progress.phase = LAUNCHING
     element.transducer.move(end, element.design.D_s2, BRING_BACK_SPEED)
     while element.transducer.driving:
@@ -146,5 +146,5 @@ def return_to_zero(element: Memory) -> Procedure[None]:
     With the slow times of an erase: a write may return within a tick.
     """
     if element.actuator.strain != 0.0 or element.actuator.moving:
-        element.forget()
+        element.forget('strained by a procedure')
         yield from play(element, Cycle.let_go(element.settings.erase, element.actuator.strain))

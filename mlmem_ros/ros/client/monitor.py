@@ -48,7 +48,8 @@ class View:
         cells: Number of cells.
         period: Cells from one level to the next.
         max_strain: Largest strain of the actuator.
-        level: Level that was decoded last.
+        level: Level that was decoded last, or -2 if it is not known any more.
+        content: The same in words: why it is not known, and since when.
         walls: True wall positions in sites.
         strain: Substrate strain, tension positive.
         echo: v_c of the last echo in cells over time, compensated for damping.
@@ -62,6 +63,7 @@ class View:
     period: int
     max_strain: float
     level: int | None = None
+    content: Status | None = None
     walls: list[float] | None = None
     strain: float | None = None
     echo: list[float] | None = None
@@ -115,6 +117,7 @@ class Monitor:
         self._gain_decay = parameters['probe.gain_decay']
         for topic, take in (
             (topics.LEVEL, self._on_level),
+            (topics.CONTENT, self._on_content),
             (topics.OUTCOME, self._on_outcome),
             (topics.ECHO, self._on_echo),
             (topics.WALL, self._on_wall),
@@ -125,6 +128,9 @@ class Monitor:
 
     def _on_level(self, message: Any) -> None:
         self.view.level = message.data
+
+    def _on_content(self, message: Any) -> None:
+        self.view.content = Status.of(message)
 
     def _on_outcome(self, message: Any) -> None:
         self.view.outcome = Status.of(message)

@@ -15,6 +15,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from ...contract.values import content
 from ...device import UNDECODABLE, MemoryElement, describe_level
 from ...device.end import End
 from ...physics import stable_step, walls
@@ -124,10 +125,15 @@ def transducer(element: MemoryElement) -> Health:
 
 
 def memory(element: MemoryElement) -> Health:
-    """Report the last decode, its delay in time units, and counts; warn if it was undecodable."""
+    """Report the last decode, its delay in time units, and counts; warn if it was undecodable, or
+    if something may have moved the wall since.
+    """
     reading, wear = element.reading, element.statistics.as_dict()
     if reading is None:
-        return Health(OK, 'not read yet', wear)
+        text, found = content(element)
+        return Health(
+            WARN if element.unknown and not element.procedure else OK, text, {**found, **wear}
+        )
     values = {
         'level': reading.level,
         'end': reading.end,

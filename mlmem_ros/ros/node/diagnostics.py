@@ -138,6 +138,7 @@ class Diagnostics:
         self._still: tuple[int, Reading | None] | None = None  # what it rests with as sampled
         self._made: dict[str, tuple[Health, DiagnosticStatus]] = {}
         self._held = {name: Hysteresis() for name in ('loop', *ELEMENT, 'twin', 'recorder')}
+        self._held['memory'] = Hysteresis(0)  # what it held before is not so
         self._publisher = node.create_publisher(
             DiagnosticArray, DIAGNOSTICS.name, profile(DIAGNOSTICS.qos)
         )

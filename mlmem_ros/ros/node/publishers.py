@@ -57,8 +57,10 @@ class Publishers:
         ]
         self._counts: dict[str, int] = {}
         self._counted = -math.inf
-        if element.reading is not None or not element.simulated:  # a real one's is not known yet
-            self.publish(topics.LEVEL, messages.level(element.reading))
+        # of a fresh simulated one there is nothing to say, a real one's is not known yet
+        if element.reading or element.unknown or not element.simulated:
+            self._publish_event(topics.LEVEL, element.reading)
+            self._publish_event(topics.CONTENT, element)
 
     def _streams(self) -> list[tuple[Topic, int, Callable[[], Any]]]:
         """Return what is published periodically: the topic, the ticks between two, the message."""
@@ -86,6 +88,7 @@ class Publishers:
             topics.WAVEFORM: messages.waveform,
             topics.OUTCOME: lambda outcome: messages.status(outcome, name),
             topics.LEVEL: messages.level,
+            topics.CONTENT: lambda element: messages.content(element, name),
         }
 
     def close(self) -> None:
@@ -113,7 +116,10 @@ class Publishers:
         for event in events:
             for topic, content in published(event, self._element).items():
                 if topic.qos == topics.LATCHED or self._watched(topic):
-                    self.publish(topic, self._messages[topic](content))
+                    self._publish_event(topic, content)
+
+    def _publish_event(self, topic: Topic, content: Any) -> None:
+        self.publish(topic, self._messages[topic](content))
 
     def _present(self, topic: Topic, message: Callable[[], Any]) -> Any:
         """Return the message of a stream: of an element at rest it is made once, and stamped."""

@@ -114,7 +114,7 @@ class ChainMarkers:
         if self._element.procedure:
             return self._element.procedure
         if reading is None:
-            return 'not read'
+            return str(self._element.unknown or 'not read')
         code = f' ({reading.code})' if reading.code else ''
         return describe_level(reading.level) + code
 

@@ -97,6 +97,12 @@ export class Live {
     if (this.outcome?.level === level) this.state.confidence = this.outcome.confidence;
   }
 
+  on_content({ text, values, t }) {
+    this.state.why = text;
+    if (values.since && this.toldContent !== text) this.log(text, 'no', t); // every new connection repeats it
+    this.toldContent = text;
+  }
+
   on_outcome({ severity, text, values, t }) {
     const ok = severity === 0, delay = number(values, 'delay');
     this.outcome = { level: number(values, 'level'), confidence: number(values, 'confidence') };

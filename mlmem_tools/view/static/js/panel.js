@@ -28,11 +28,11 @@ export class Panel {
     this.echo.set(about);
   }
 
-  /** Show a state: column, walls, strain, level, confidence, doing. */
+  /** Show a state: column, walls, strain, level, confidence, doing, and why a level is unknown. */
   show(state) {
     if (!this.about) return;
     this.chain.show(state);
-    const { level, confidence, doing } = state;
+    const { level, confidence, doing, why } = state;
     const content = this.find('.level');
     content.textContent = level == null ? 'not read' : level >= 0 ? level : level === -1 ? 'blank' : 'unknown';
     content.classList.toggle('word', !(level >= 0));
@@ -40,7 +40,7 @@ export class Panel {
     this.find('.code').textContent = level >= 0 ? this.about.codes[level] ?? '' : '';
     const known = confidence != null && level >= -1;
     this.find('.confidence i').style.width = known ? `${100 * confidence}%` : '0';
-    this.find('.confidence span').textContent = known ? `confidence ${confidence.toFixed(2)}` : 'confidence –';
+    this.find('.confidence span').textContent = known ? `confidence ${confidence.toFixed(2)}` : level === -2 && why || 'confidence –';
     this.find('.activity').classList.toggle('idle', !doing);
     this.find('.what').textContent = activity(state);
     const bar = this.find('.progress');

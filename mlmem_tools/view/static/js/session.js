@@ -130,7 +130,7 @@ function runs(events, procedures) {
     if (event.kind === 'command') {
       const [name, level] = event.text.split(' ');
       if (name in procedures) open = { from: event.t, name, level: name === 'write' ? Number(level) : null };
-    } else if (open) {
+    } else if (open && event.kind === 'outcome') {
       found.push({ ...open, to: event.t });
       open = null;
     }
@@ -149,6 +149,7 @@ function show(session, time) {
     strain: at(...strain) ?? 0,
     walls: at(...walls) ?? [],
     level,
+    why: level === -2 ? events.findLast((event) => event.t <= time && event.kind !== 'command')?.text : '',
     confidence: number(values, 'level') === level ? number(values, 'confidence') : null,
     doing: run && { name: run.name, level: run.level, for: time - run.from, share: (time - run.from) / (run.to - run.from) },
   });
