@@ -48,6 +48,8 @@ class Rk4Element(Driver):
         *,
         step: float = STEP,
         friction: float = 0.0,
+        damping: Array | float = 1.0,
+        harmonic: float = 0.0,
     ) -> None:
         """Make an element.
 
@@ -57,6 +59,8 @@ class Rk4Element(Driver):
             step: Greatest step in time units.
             friction: Dry (Coulomb) friction of a cell against the substrate, in k_r cells; it
                 holds a cell at rest against a smaller force.
+            damping: Of a cell over the specimen's, shape (N,).
+            harmonic: Force of a third harmonic of the on-site energy, over that of the first.
 
         Raises:
             SettingsError: A number is out of range, or the substrate is elastic.
@@ -73,7 +77,8 @@ class Rk4Element(Driver):
         self.v = relax(specimen, blank, np.zeros_like(blank))
         self.velocity = np.zeros_like(self.v)
         self._steps = math.ceil(dt / step)
-        self._friction = friction
+        self._friction, self._harmonic = friction, harmonic
+        self._eta = specimen.eta * damping * np.ones(specimen.design.N)
 
     def advance(
         self,
@@ -95,7 +100,7 @@ class Rk4Element(Driver):
         way = np.ascontiguousarray(V_N), site, np.ascontiguousarray(motion)
         _advance(
             v, velocity, self.V_N, *way, self.dt, self._steps, cells,
-            made.damped_by_substrate, self._friction, ends,
+            made.damped_by_substrate, self._friction, self._eta, self._harmonic, ends,
         )  # fmt: skip
         if not (np.isfinite(v).all() and np.isfinite(velocity).all()):
             raise StateError('the element stopped being finite: it is strained too hard')
@@ -125,6 +130,8 @@ def _advance(
     cells: Cells,
     relative: bool,
     friction: float,
+    eta: Array,
+    harmonic: float,
     ends: Array,
 ) -> None:
     """Advance by samples of several steps each.
@@ -142,9 +149,11 @@ def _advance(
         cells: The element.
         relative: Whether eta damps v - V.
         friction: Dry friction of a cell.
+        eta: Damping of every cell.
+        harmonic: Force of a third harmonic of the on-site energy, over that of the first.
         ends: Out: displacement of both ends after every sample, shape (2, n).
     """
-    law, (k_r,), origin, mobility, under, _, eta = cells
+    law, (k_r,), origin, mobility, under, _, _ = cells
     n, h = len(v), dt / steps
     x, u = np.empty(n + 2), np.empty(n)
     rate, kick = np.zeros(n), np.zeros(n)
@@ -171,10 +180,11 @@ def _advance(
                 x[0], x[n + 1] = x[1], x[n]
                 for j in range(n):
                     slope, sine = on_site(law, j, x[j + 1] - (end * under[j] + origin[j]))
+                    sine += harmonic * (3.0 * sine - 4.0 * sine**3 / law[0][j] ** 2)
                     slip = u[j] - speed * under[j]
                     damped = slip if relative else u[j]
                     springs = k_r[j + 1] * (x[j + 2] - x[j + 1]) - k_r[j] * (x[j + 1] - x[j])
-                    pull = springs - slope * sine - eta * damped
+                    pull = springs - slope * sine - eta[j] * damped
                     needed = pull + stop[j] * slip
                     rate[j] = u[j]
                     kick[j] = mobility[j] * (pull - min(max(needed, -friction), friction))

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,12 @@ from .unknowns import Unknowns
 
 STEP = 0.35
 """Largest step in time units: the error is below 1e-6 cells then."""
+
+NODES = range(-3, 5)
+"""Neighbours, in steps before, between which a waveform is interpolated."""
+
+
+Waveforms = TypeVar('Waveforms', Array, tangent.Single)
 
 
 @dataclass(frozen=True)
@@ -114,23 +121,25 @@ class Forward:
         first, design, unit = shots[0], self.specimen.design, self._of('time_unit')
         clock, steps = self._course(first, duration)
         dt = first.dt * clock.stride / clock.parts
+        late = self.unknowns.of_ends(self.x, 'late') / dt
+        further = _beyond(late)
         chain = self._chain(dt * unit, clock.integrator)
         v = self.rest(first)
         chain.place(v, design.end_displacement(first.strain))
         begins = [self.begin(first, shot) * clock.parts for shot in shots]
         parts = [v[[0, -1], None]]
-        for shot, begin, end in zip(shots, begins, [*begins[1:], steps], strict=True):
+        until = [*begins[1:], steps + further]
+        for shot, begin, end in zip(shots, begins, until, strict=True):
             motion = self._motion(shot, dt, end - begin, clock.integrator)
             site = shot.end.site(design)
             gain = self.unknowns.of_ends(self.x, 'drive')[shot.end.row]
             held = gain * motion / np.array([[1.0], [unit]])
             held[0] += v[site - 1]
             V_N = np.full(clock.integrator.substeps * (end - begin), chain.V_N)
-            parts.append(
-                chain.advance(V_N, HeldCell(site, held))[:, clock.parts - 1 :: clock.parts]
-            )
+            parts.append(chain.advance(V_N, HeldCell(site, held)))
         zero, gain = (self.unknowns.of_ends(self.x, what)[:, None] for what in ('zero', 'gain'))
-        return np.asarray(zero + gain * np.concatenate(parts, axis=1))
+        ends = delayed(np.concatenate(parts, axis=1), late)[:, : steps + 1 : clock.parts]
+        return np.asarray(zero + gain * ends)
 
     def _chain(self, dt: float, integrator: Integrator) -> Chain:
         """Return the element as a chain, made once a step: its limits take longer than a shot."""
@@ -190,12 +199,21 @@ class Forward:
         source = tangent.Source(
             shot.end.site(design) - 1, np.ascontiguousarray(motion), float(gains[shot.end.row])
         )
-        raw = tangent.run(material, self.rest(shot), source, dt, steps)[:, :: clock.parts]
+        late = unknowns.of_ends(self.x, 'late') / dt
+        raw = tangent.run(material, self.rest(shot), source, dt, steps + _beyond(late))
+        raw = delayed(raw, late)[:, : steps + 1 : clock.parts]
         J = self._by_unknowns(shot, raw, material)
         for end, zero, gain in zip(
             End, unknowns.of_ends(self.x, 'zero'), unknowns.of_ends(self.x, 'gain'), strict=True
         ):
             J[end.row, :, unknowns.shared(f'gain_{end}')] = (predicted[end.row] - zero) / gain
+        if unknowns.latency:
+            half = np.array((0.5, 0.5))
+            later = delayed(predicted, half) - delayed(predicted, -half)
+            later /= shot.dt * clock.stride
+            J[..., unknowns.shared(f'lag_{shot.end}')] = later
+            for end in End:
+                J[end.row, :, unknowns.shared(f'late_{end}')] = later[end.row]
         return predicted, J
 
     def _by_unknowns(
@@ -238,5 +256,28 @@ class Forward:
 
     def _motion(self, shot: Shot, dt: float, steps: int, integrator: Integrator) -> Array:
         """Return the motion of the driven end from its rest in the instrument's time, (2, m)."""
-        times = substep_times(steps, dt, integrator)
+        times = substep_times(steps, dt, integrator) - self._of(f'lag_{shot.end}')
         return shot.pulse.at(times[times <= shot.pulse.duration])
+
+
+def delayed(waveforms: Waveforms, late: Array) -> Waveforms:
+    """Return waveforms of both ends, (2, m, ...), later by fractions of their step, shape (2,).
+
+    Lagrange's polynomial through eight neighbours is exact to 1e-6 for a third of a radian a step;
+    before and after, a waveform keeps its value.
+    """
+    if not late.any():
+        return waveforms
+    found = np.zeros_like(waveforms)
+    steps = np.arange(waveforms.shape[1])
+    for of_end, source, by in zip(found, waveforms, late, strict=True):
+        whole = math.floor(by)
+        for node in NODES:
+            weight = math.prod((by - whole - m) / (node - m) for m in NODES if m != node)
+            of_end += weight * source[np.clip(steps - whole - node, 0, len(steps) - 1)]
+    return found
+
+
+def _beyond(late: Array) -> int:
+    """Return how many steps beyond its end `delayed` needs of a waveform."""
+    return math.ceil(max(0.0, -late.min())) + len(NODES) // 2 if late.any() else 0

@@ -21,10 +21,11 @@ from mlmem_ros.physics.potential import Array
 SHARED = (
     'D_s1', 'D_s2', 'c', 'eta', 'time_unit', 'substrate_ratio', 'j_0',
     'zero_left', 'zero_right', 'gain_left', 'gain_right', 'drive_left', 'drive_right',
+    'late_left', 'late_right', 'lag_left', 'lag_right',
 )  # fmt: skip
 """What all cells share: ground states, offset of the potential, damping, the time unit of the
 instrument in true ones, s_max / s_min, j_0; and the transducers: zero, gain as a sensor, gain as a
-driver."""
+driver, and by how much time units of the instrument each is late as a sensor and as a driver."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,7 @@ class Unknowns:
         masses: Whether the masses of the cells are unknown.
         offsets: Whether the offsets of the cells are unknown.
         springs: Whether the stiffness k_r of every spring between the cells is unknown.
+        latency: Whether a transducer may be late; otherwise it is known to be in time.
         friction: Whether to take the derivative by dry friction, which the model does not have.
     """
 
@@ -43,6 +45,7 @@ class Unknowns:
     masses: bool = False
     offsets: bool = False
     springs: bool = False
+    latency: bool = False
     friction: bool = False
 
     @property
@@ -90,6 +93,7 @@ class Unknowns:
         shared = (
             design.D_s1, design.D_s2, design.c, design.eta, 1.0,
             design.s_max / design.s_min, design.j_0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0,
+            0.0, 0.0, 0.0, 0.0,
         )  # fmt: skip
         mean = np.zeros(self.size)
         mean[: self.shared_end] = np.concatenate((design.alpha, shared))

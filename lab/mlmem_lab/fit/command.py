@@ -126,6 +126,7 @@ def _as_dict(found: Fit) -> dict[str, Any]:
         'walls': sorted({shot.wall for shot in found.misfit.shots if shot.wall}),
         'noise': found.noise,
         'chi2': found.chi2,
+        'in_band': found.in_band,
         'data': found.data,
         'held_out': list(found.held_out),
         'untold': list(found.untold),

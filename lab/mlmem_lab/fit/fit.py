@@ -15,14 +15,11 @@ from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import AGAIN, CELLS, LAST, SCHEDULE, SLOWER, WHOLE, Stage, minimise
-from .fitted import Fit, inverse, posterior
+from .fitted import LARGEST, Fit, doubts, inverse, posterior
 from .locating import located, ranked, relocated
 from .misfit import Misfit
-from .missing import ADDED, missing_term, widened, with_terms
+from .missing import ADDED, OF_LINE, asks, has, missing_term, widened, with_term
 from .prior import Prior
-
-LARGEST = 1.1
-"""Largest misfit per datum of a model that describes the element."""
 
 PREDICTED = 2.0
 """Largest misfit per datum of a shot as the others predict it."""
@@ -61,13 +58,13 @@ def fit(
     _check(design, shots)
     told = report or (lambda what, share: None)
     misfit = Misfit(Unknowns(design), shots, prior or Prior(), integrator)
-    first = _explained(_blank(misfit, told), told)
+    first = _blank(misfit, told)
     told('where the wall was', 0.0)
     shots, x = located(first.misfit, first.x, shots)
     shared = _descend(first.misfit.only(shots), x, AGAIN, told)
     shots = relocated(first.misfit, shared.x, shots)
     found = _descend(first.misfit.only(shots), shared.x, CELLS, told)
-    if found.chi2 > LARGEST:
+    if found.chi2 > LARGEST and not missing_term(found)[0]:
         found = _without_worst(found, shared.x, told)
     found = _explained(found, told)
     told('pulses held out', 0.5)
@@ -138,30 +135,46 @@ def _with(misfit: Misfit, wall: float) -> list[Shot]:
 
 
 def _blank(misfit: Misfit, told: Report) -> Fit:
-    """Return the fit to the blank element alone, whose state is known."""
+    """Return the fit to the blank element alone, whose state is known.
+
+    It need not describe the element yet, but what is wrong with the line must be known.
+    """
     blank = misfit.only([shot for shot in misfit.shots if not shot.wall])
     found = _descend(blank, misfit.unknowns.mean, SCHEDULE, told)
-    if found.chi2 > LARGEST and not missing_term(found)[0]:  # a local minimum?
-        again = _descend(blank, misfit.unknowns.mean, SLOWER, told)
-        found = min(found, again, key=lambda each: each.chi2)
+    while found.chi2 > LARGEST:
+        term, why = missing_term(found)
+        if term in OF_LINE and not has(found.misfit, term):
+            blank = with_term(found.misfit, term)
+            found = _descend(blank, widened(found, blank.unknowns), SCHEDULE, told)
+            continue
+        if not term:  # a local minimum?
+            again = _descend(blank, misfit.unknowns.mean, SLOWER, told)
+            found = min(found, again, key=lambda each: each.chi2)
+        elif term not in ADDED:
+            raise Misfitting(
+                f'the model does not describe this element: {doubts(found)[0]}; {why}'
+            )
+        break
     return found
 
 
-def _explained(found: Fit, told: Report) -> Fit:
-    """Return a fit that describes the element, with more unknowns if needed.
+def _explained(found: Fit, told: Report, terms: Sequence[str] = ADDED) -> Fit:
+    """Return a fit that describes the element, with more unknowns if the data ask for them.
 
     Raises:
         Misfitting: There is none.
     """
-    while found.chi2 > LARGEST:
+    while asks(found):
         term, why = missing_term(found)
-        if term not in ADDED or getattr(found.unknowns, term):
+        if term in terms and not has(found.misfit, term):
+            misfit = with_term(found.misfit, term)
+            found = _descend(misfit, widened(found, misfit.unknowns), LAST, told)
+        elif doubt := doubts(found):
             raise Misfitting(
-                'the model does not describe this element: the misfit is '
-                f'{found.chi2:.3g} per datum, where {LARGEST:g} is allowed{_where(found)}; {why}'
+                f'the model does not describe this element: {doubt[0]}{_where(found)}; {why}'
             )
-        misfit = replace(found.misfit, unknowns=with_terms(found.unknowns, term))
-        found = _descend(misfit, widened(found, misfit.unknowns), LAST, told)
+        else:
+            break
     return found
 
 

@@ -4,16 +4,43 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mlmem_ros.physics import Specimen
 from mlmem_ros.physics.potential import Array
+from mlmem_tools.twin.noise import about_zero
 from mlmem_tools.twin.unknowns import SHARED, Unknowns
 
 from .descent import WHOLE
 from .misfit import Misfit, Normal
+from .prior import patterns
+
+LARGEST = 1.1
+"""Largest misfit per datum of a model that describes the element."""
+
+IN_BAND = 2.0
+"""Largest one at the frequencies of the echoes; up to there, intervals are widened."""
+
+PRIOR = 2.5
+"""Largest misfit of the prior per cell: 0.3 in sound fits, 1 where cells scatter as expected."""
+
+CORRELATED = 5.0
+"""Largest correlation of neighbouring cells, in standard deviations."""
+
+FAR = 4.5
+"""Farthest that a shared value may be from what is expected, in standard deviations."""
+
+CELLS = ('alpha', 'mass', 'offset', 'k_r')
+"""Unknowns of every cell, as `Unknowns` names them."""
+
+KNOWN = 1e-12
+"""Variance below which a value is known beforehand."""
+
+LEAST = 1e-300
+"""Keeps quotients finite."""
 
 TOLD = 0.7
 """Fraction of its prior deviation below which the deviation of an unknown counts as told."""
@@ -29,6 +56,8 @@ class Fit:
         covariance: Of their posterior distribution, shape (size, size).
         chi2: Misfit per datum.
         data: Number of data.
+        in_band: Misfit per datum at the frequencies of the echoes: 1 if noise alone is left. There
+            an error of the model is, whatever the rest of what is sampled looks like.
         untold: What the data cannot tell, in words.
         held_out: Misfit per datum of every shot as the others predict it, in their order.
     """
@@ -38,6 +67,7 @@ class Fit:
     covariance: Array
     chi2: float
     data: int
+    in_band: float = 1.0
     untold: tuple[str, ...] = ()
     held_out: tuple[float, ...] = ()
 
@@ -66,9 +96,82 @@ class Fit:
 def posterior(misfit: Misfit, x: Array) -> Fit:
     """Return the fit with its posterior at a minimum."""
     normal, precision = misfit.normal(x, WHOLE), misfit.precision
-    covariance = inverse(normal.H + precision)
-    found = Fit(misfit, x, covariance, normal.cost / normal.data, normal.data)
+    in_band = _in_band(misfit, x)
+    covariance = inverse(normal.H + precision) * max(1.0, in_band)
+    found = Fit(misfit, x, covariance, normal.cost / normal.data, normal.data, in_band)
     return replace(found, untold=tuple(_untold(found, normal, inverse(precision))))
+
+
+def doubts(found: Fit) -> list[str]:
+    """Return why a fit cannot be trusted, in words; nothing if it can."""
+    unknowns, precision = found.unknowns, found.misfit.precision
+    why = []
+    if not found.chi2 <= LARGEST:
+        why.append(f'the misfit is {found.chi2:.3g} per datum, where {LARGEST:g} is allowed')
+    if not found.in_band <= IN_BAND:
+        why.append(
+            f'at the frequencies of the echoes the misfit is {found.in_band:.3g} per datum, '
+            f'where {IN_BAND:g} is allowed'
+        )
+    off = found.x - unknowns.mean
+    for name in CELLS:
+        where = getattr(unknowns, name, slice(0, 0))
+        if where.stop == where.start:
+            continue
+        prior = precision[where, where]
+        each = float(off[where] @ prior @ off[where]) / len(prior)
+        if each > PRIOR:
+            why.append(
+                f'{name} would have to scatter {math.sqrt(each):.2g} times as much as expected'
+            )
+        sure = neighbours(found, where)
+        if abs(sure) > CORRELATED:
+            way = 'alternates from cell to cell' if sure < 0.0 else 'is alike in neighbours'
+            why.append(f'{name} {way}, which chance does to one element in millions')
+    deviations = 1.0 / np.sqrt(np.diag(precision))
+    why += [
+        f'{name} would have to be {found.x[place]:.4g}, {abs(off[place] / deviations[place]):.2g} '
+        'standard deviations off what is expected'
+        for name, place in ((name, unknowns.shared(name)) for name in SHARED)
+        if abs(off[place]) > FAR * deviations[place]
+    ]
+    return why
+
+
+def neighbours(found: Fit, where: slice) -> float:
+    """Return the correlation of neighbouring cells over what chance makes of it, in s.d.
+
+    It is that of the cells' deviations from the patterns that they may share. What the data leave
+    open draws cells to the prior, and errors of neighbours are correlated: both are allowed for.
+    """
+    prior = inverse(found.misfit.precision[where, where])
+    design, n = found.unknowns.design, where.stop - where.start
+    scale = design.alpha if where == found.unknowns.alpha else np.ones(n)
+    shared = (patterns(design) / design.alpha).T[:n]
+    rest = np.eye(n) - shared @ np.linalg.pinv(shared)
+    z = rest @ ((found.x - found.unknowns.mean)[where] / scale)
+    spread = (prior - found.covariance[where, where]) / np.multiply.outer(scale, scale)
+    spread = rest @ spread @ rest
+    beside = 0.5 * (np.eye(n, k=1) + np.eye(n, k=-1)) @ spread
+    expected, deviation = np.trace(beside), math.sqrt(2.0 * max(0.0, np.trace(beside @ beside)))
+    correlation = float(z[1:] @ z[:-1]) / max(float(z @ z), LEAST)
+    return float((correlation * np.trace(spread) - expected) / max(deviation, LEAST))
+
+
+def _in_band(misfit: Misfit, x: Array) -> float:
+    """Return the misfit per datum, weighted with the power of the echoes at each frequency.
+
+    Intervals must be as wide as the noise at these frequencies says.
+    """
+    forward, both, power = misfit.forward(x), 0.0, 0.0
+    for shot in misfit.shots:
+        predicted = forward.predict(shot, WHOLE)
+        residual, weights = misfit.residuals(shot, predicted)
+        heard = weights * about_zero(predicted, weights)
+        left, echo = (np.abs(np.fft.rfft(each[:, 1:])) ** 2 for each in (residual, heard))
+        both += float(np.sum(left * echo)) / residual.shape[1]
+        power += float(np.sum(echo))
+    return both / power if power else 1.0
 
 
 def inverse(matrix: Array) -> Array:
@@ -88,8 +191,8 @@ def _untold(found: Fit, normal: Normal, before: Array) -> list[str]:
     if silent := [str(j + 1) for j in np.flatnonzero(remaining[unknowns.alpha] > TOLD)]:
         words.append(f'alpha of cells {", ".join(silent)}')
     words += [
-        f'{name}: {found.x[unknowns.shared(name)]:.4g} is mostly the prior'
-        for name in SHARED
-        if remaining[unknowns.shared(name)] > TOLD
+        f'{name}: {found.x[place]:.4g} is mostly the prior'
+        for name, place in ((name, unknowns.shared(name)) for name in SHARED)
+        if remaining[place] > TOLD and before[place, place] > KNOWN
     ]
     return words

@@ -36,12 +36,14 @@ class Normal:
         g: J^T r, shape (m,).
         cost: r^T r.
         data: Number of residuals.
+        loosened: What gains that may drift take from the logarithm of the evidence, twice.
     """
 
     H: Array
     g: Array
     cost: float
     data: int
+    loosened: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,7 @@ class Misfit:
         prior: What is known beforehand.
         integrator: That of a simulated element, whose errors are repeated; None for a real one.
         drift: Standard deviation of a transducer's zero from shot to shot.
+        gain_drift: Standard deviation of its gain from shot to shot, relative.
     """
 
     unknowns: Unknowns
@@ -61,6 +64,7 @@ class Misfit:
     prior: Prior = field(default_factory=Prior)
     integrator: Integrator | None = None
     drift: float = DRIFT
+    gain_drift: float = 0.0
 
     @cached_property
     def _noise(self) -> dict[int, tuple[Array, Array]]:
@@ -97,7 +101,24 @@ class Misfit:
         spread[:, 0] = self.drift
         weights = np.where(np.isfinite(measured), 1.0 / spread, 0.0)
         misfit = np.where(weights > 0.0, predicted - measured, 0.0)
-        return weights * about_zero(misfit, weights), weights
+        residual = weights * about_zero(misfit, weights)
+        return self._loosened(residual, predicted, weights)[0], weights
+
+    def _loosened(self, values: Array, predicted: Array, weights: Array) -> tuple[Array, float]:
+        """Return whitened values, (2, m, ...), where the gain of either end may be another one.
+
+        To integrate over a gain takes most of the direction of the prediction out of them. The
+        second number is twice what that costs in the logarithm of the evidence.
+        """
+        if not self.gain_drift:
+            return values, 0.0
+        cost, heard = 0.0, weights * about_zero(predicted + 0.0, weights)
+        for u, of_end in zip(heard, values, strict=True):
+            power = float(u @ u)
+            wide = 1.0 + self.gain_drift**2 * power
+            of_end -= (1.0 - wide**-0.5) / power * np.multiply.outer(u, u @ of_end)
+            cost += float(np.log(wide))
+        return values, cost
 
     def drifting(self, x: Array) -> Misfit:
         """Return this misfit with the drift that the displacements at rest show."""
@@ -126,15 +147,17 @@ class Misfit:
     def normal(self, x: Array, window: float, blur: float = 0.0) -> Normal:
         """Return the normal equations; raises as `Forward.linearised` does."""
         m = self.unknowns.size
-        H, g, cost, data = np.zeros((m, m)), np.zeros(m), 0.0, 0
+        H, g, cost, data, loosened = np.zeros((m, m)), np.zeros(m), 0.0, 0, 0.0
         forward = self.forward(x)
         for shot in self.shots:
             predicted, J = forward.linearised(shot, shot.pulse.duration + window)
             residual, weights = self.residuals(shot, predicted, blur)
             about = about_zero(J.astype(np.float64), weights[..., None])
-            flat = (weights[..., None] * about).reshape(-1, m)
+            whitened, loose = self._loosened(weights[..., None] * about, predicted, weights)
+            flat = whitened.reshape(-1, m)
             H += flat.T @ flat
             g += flat.T @ residual.ravel()
             cost += float(np.sum(residual**2))
             data += int(np.count_nonzero(weights))
-        return Normal(H, g, cost, data)
+            loosened += loose
+        return Normal(H, g, cost, data, loosened)

@@ -8,74 +8,130 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mlmem_ros.physics.potential import Array
 from mlmem_tools.twin.forward import Clock
 from mlmem_tools.twin.unknowns import Unknowns
 
 from .descent import WHOLE
-from .fitted import Fit, inverse
+from .fitted import Fit, doubts
+from .misfit import Misfit, Normal
 
 TERMS = {
+    'latency': 'transducers that are late',
+    'drift': 'gains that drift from shot to shot',
     'masses': 'masses that differ from cell to cell',
     'offsets': 'ground states that differ from cell to cell',
     'friction': 'dry friction',
 }
 """What a model may lack."""
 
-ADDED = ('masses', 'offsets')
+OF_LINE = ('latency', 'drift')
+"""Those that are of the transducers and their line: a blank element tells them."""
+
+ADDED = (*OF_LINE, 'masses', 'offsets')
 """Those that can be added to it."""
 
+GAIN_DRIFT = 0.005
+"""Standard deviation of a gain from shot to shot, where it is taken to drift."""
+
+ASKS = 1.2
+"""Misfit per datum at the frequencies of the echoes from which a missing term is sought."""
+
 HELPS = 0.2
-"""Least part of the misfit that a missing term explains."""
+"""Least part of the misfit beyond noise that a missing term explains."""
+
+SURE = 10.0
+"""Least gain of twice the logarithm of the evidence for which a term is added."""
 
 WHITE = 0.3
 """Correlation of residuals from sample to sample below which no motion leaves them: waves last
 some samples."""
 
 
-def with_terms(unknowns: Unknowns, *terms: str) -> Unknowns:
-    """Return unknowns with more of them, by keys of `TERMS`."""
-    added: dict[str, Any] = dict.fromkeys(terms, True)
-    return replace(unknowns, **added)
+def asks(found: Fit) -> bool:
+    """Return whether something may be missing."""
+    return found.in_band > ASKS or bool(doubts(found))
+
+
+def has(misfit: Misfit, term: str) -> bool:
+    """Return whether a term, a key of `TERMS`, is part of a model."""
+    return misfit.gain_drift > 0.0 if term == 'drift' else bool(getattr(misfit.unknowns, term))
+
+
+def with_term(misfit: Misfit, term: str) -> Misfit:
+    """Return a model with one more term."""
+    if term == 'drift':
+        return replace(misfit, gain_drift=GAIN_DRIFT)
+    added: dict[str, Any] = {term: True}
+    return replace(misfit, unknowns=replace(misfit.unknowns, **added))
 
 
 def missing_term(own: Fit) -> tuple[str, str]:
-    """Return which missing term would lower the misfit most: a key of `TERMS`, and in words.
+    """Return which missing term the data ask for most: a key of `TERMS`, and in words.
 
-    Each term is added to the linearised model, with its prior. The key is empty if none helps.
+    Each term is added to the linearised model, with its prior, and the evidence compared: what it
+    lowers the misfit, less what it costs to have more unknowns. The key is empty if none helps.
     """
-    misfit = own.misfit
-    full = with_terms(misfit.unknowns, *TERMS)
+    misfit, lacking = own.misfit, [term for term in TERMS if not has(own.misfit, term)]
+    fuller = misfit
+    for term in lacking:
+        fuller = with_term(fuller, term) if term != 'drift' else fuller
+    full = fuller.unknowns
+    places = {
+        'masses': full.mass, 'offsets': full.offset, 'friction': slice(full.size - 1, None),
+        'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
+    }  # fmt: skip
+    known = np.ones(full.size, bool)
+    for term in lacking:
+        if term != 'drift':
+            known[places[term]] = False
     at = widened(own, full)
-    fuller = replace(misfit, unknowns=full)
-    normal, precision = fuller.normal(at, WHOLE), fuller.precision
-    g = normal.g + precision @ (at - full.mean)
-    known = np.zeros(full.size, bool)
-    known[: misfit.unknowns.shared_end] = True
-    places = {'masses': full.mass, 'offsets': full.offset, 'friction': slice(full.size - 1, None)}
-
-    def gain(term: str) -> float:
+    normal = fuller.normal(at, WHOLE)
+    before, gain = _evidence(fuller, normal, at, known), {}
+    for term in lacking:
+        if term == 'drift':
+            loose = with_term(misfit, term)
+            all_of_them = np.ones(loose.unknowns.size, bool)
+            gain[term] = _evidence(loose, loose.normal(own.x, WHOLE), own.x, all_of_them) - before
+            continue
         free = known.copy()
-        for each in filter(None, (term, *(add for add in ADDED if getattr(own.unknowns, add)))):
-            free[places[each]] = True
-        H = (normal.H + precision)[np.ix_(free, free)]
-        return float(g[free] @ inverse(H) @ g[free])
-
-    gains = {term: gain(term) - gain('') for term in TERMS}
-    term = max(gains, key=lambda each: gains[each])
-    share = gains[term] / normal.cost
-    if share < HELPS and (late := jitter(own)):
+        free[places[term]] = True
+        gain[term] = _evidence(fuller, normal, at, free) - before
+    term = max(gain, key=lambda each: gain[each], default='')
+    beyond = max(0.0, normal.cost - normal.data)
+    helps = term and gain[term] > max(SURE, HELPS * beyond)
+    if not helps and (late := jitter(own)):
         return '', (
             'what is left differs from sample to sample, more where the ends are faster: samples '
             f'whose times jitter by {late:.0%} of a sample would explain it'
         )
-    if share < HELPS:
+    if not helps:
         return '', (
-            'neither masses nor ground states nor friction would explain it: were the levels and '
+            f'nothing that was tried explains it ({", ".join(TERMS)}): were the levels and '
             'strains as recorded, and was the element at rest before every shot?'
         )
+    share = min(1.0, gain[term] / beyond) if beyond else 1.0
     return term, f'{TERMS[term]} would explain {share:.0%} of it'
+
+
+def _evidence(misfit: Misfit, normal: Normal, x: Array, free: NDArray[np.bool_]) -> float:
+    """Return twice the logarithm of the evidence of a linearised model, but for a constant.
+
+    `free` says which unknowns it has; the others are where the prior has them.
+    """
+    each = np.ix_(free, free)
+    off, precision = (x - misfit.unknowns.mean)[free], misfit.precision[each]
+    g = normal.g[free] + precision @ off
+    H = normal.H[each] + precision
+    scale = 1.0 / np.sqrt(np.diag(H))
+    scaled = scale[:, None] * H * scale
+    lowered = (scale * g) @ np.linalg.solve(scaled, scale * g)
+    # the logarithm of det(H) / det(precision), with the same scale
+    wide = np.linalg.slogdet(scaled)[1]
+    wide -= np.linalg.slogdet(scale[:, None] * precision * scale)[1]
+    return float(lowered - normal.cost - normal.loosened - off @ precision @ off - wide)
 
 
 def jitter(found: Fit) -> float:

@@ -18,6 +18,9 @@ from mlmem_tools.twin.unknowns import SHARED, Unknowns
 AT_REST = ('D_s1', 'D_s2', 'zero_left', 'zero_right', 'gain_left', 'gain_right')
 """Unknowns that the displacements at rest show."""
 
+IN_TIME = 1e-9
+"""Standard deviation of what is known."""
+
 
 @dataclass(frozen=True)
 class Prior:
@@ -36,6 +39,7 @@ class Prior:
         j_0: Of the site of least substrate stiffness, in cells.
         zero: Of a transducer's zero, in lattice constants.
         gain: Of a transducer's gain, relative, as sensor and as driver.
+        late: By which a transducer is late, where that is sought, in time units.
         mass: Of a cell's mass, relative.
         offset: Of a cell's ground states, in lattice constants.
         friction: Of a dry friction on every cell, in k_r cells.
@@ -53,6 +57,7 @@ class Prior:
     j_0: float = 0.5
     zero: float = 0.02
     gain: float = 0.02
+    late: float = 0.3
     mass: float = 0.005
     offset: float = 0.01
     friction: float = 1e-5
@@ -73,6 +78,7 @@ class Prior:
             self.eta * max(design.eta, 1e-4), self.time_unit,
             self.substrate_ratio * design.s_max / design.s_min, self.j_0,
             *(self.zero,) * 2, *(self.gain,) * 4,
+            *(self.late if unknowns.latency else IN_TIME,) * 4,
         ))  # fmt: skip
         places = np.arange(design.N, design.N + len(SHARED))
         full[places, places] = deviations**-2

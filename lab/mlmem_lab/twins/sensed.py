@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from mlmem_ros.device import Driver
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.physics import HeldCell
@@ -47,5 +49,67 @@ class SensedSimulation(Sensed, Simulation):
     """The package's own simulation, with sensors."""
 
 
-class SensedElement(Sensed, Rk4Element):
-    """An element that is simulated otherwise, with sensors."""
+class HiddenElement(Driver):
+    """An element that is simulated otherwise, at the other end of a line as real ones are.
+
+    Samples may be late by fractions of their time, and gains drift slowly.
+
+    Attributes:
+        element: What is behind the line; its samples are `PARTS` times as many.
+    """
+
+    PARTS = 4
+
+    def __init__(
+        self,
+        element: Rk4Element,
+        sensors: Sensors,
+        late: tuple[int, int] = (0, 0),
+        drift: float = 0.0,
+        period: float = 4e4,
+    ) -> None:
+        """Put a line before an element.
+
+        Args:
+            element: The element.
+            sensors: They may be noisy, and off by a gain.
+            late: By how many of the element's samples either sensor is late.
+            drift: Greatest change of a gain, relative.
+            period: Of these changes, in time units; one end is a quarter of it later.
+        """
+        self.element, self._sensors, self._late = element, sensors, late
+        self._gains, self._drift, self._period = sensors.gain, drift, period
+        self.dt = self.PARTS * element.dt
+        self.nodes = tuple((k + 1) / self.PARTS for k in range(self.PARTS))
+        n = element.specimen.design.N
+        self._past = np.repeat([[element.end(1)], [element.end(n)]], max(1, *late), axis=1)
+        self._time = 0.0
+
+    def advance(
+        self,
+        V_N: Array,
+        held_cell: HeldCell | None = None,
+        shake: Array | None = None,
+        looks: int = 1,
+    ) -> Array:
+        """Return the samples of both ends as the line gives them; see `Driver.advance`."""
+        turn = 2.0 * np.pi * (self._time / self._period + np.array((0.0, 0.25)))
+        left, right = np.array(self._gains) * (1.0 + self._drift * np.sin(turn))
+        self._sensors.gain = float(left), float(right)
+        if held_cell is not None:
+            motion = self._sensors.held(held_cell.site, held_cell.motion)
+            held_cell = replace(held_cell, motion=motion)
+        known = np.concatenate((self._past, self.element.advance(V_N, held_cell)), axis=1)
+        width, n = self._past.shape[1], len(V_N)
+        heard = np.stack([
+            of_end[width - late : width - late + n][self.PARTS - 1 :: self.PARTS]
+            for of_end, late in zip(known, self._late, strict=True)
+        ])  # fmt: skip
+        self._past = known[:, -width:].copy()
+        self._time += n * self.element.dt
+        self.V_N = self.element.V_N
+        return self._sensors.readings(heard)
+
+    def end(self, site: int) -> float:
+        """Return the displacement of an end as its sensor gives it."""
+        return self._sensors.gain[int(site > 1)] * self.element.end(site)

@@ -23,8 +23,10 @@ from mlmem_ros.physics import Design, Scatter, scattered
 from mlmem_tools.rig.sensors import Sensors
 
 from ..fit.fit import Misfitting, fit
+from ..fit.missing import ADDED, has
+from ..rk4 import Rk4Element
 from .element import performed
-from .sensed import SensedElement
+from .sensed import HiddenElement
 
 NOISE = 1e-5
 """Of the transducers, in cells."""
@@ -42,7 +44,22 @@ BESIDE = 1.959964
 """Standard deviations to either side of a 95 % interval."""
 
 
-def hidden(design: Design, scatter: float, seed: int) -> Element:
+ALPHA = 'alpha'
+"""The kind of element of which nothing else than alpha scatters."""
+
+KINDS: dict[str, dict[str, float]] = {
+    ALPHA: {},
+    'masses 0.3 %': {'mass': 0.003},
+    'latency up to a sample': {'latency': 1.0},
+    'gains drift by 0.5 %': {'drift': 0.005},
+    'damping 20 %': {'damping': 0.2},
+    'friction 1e-5': {'friction': 1e-5},
+    'third harmonic 1 %': {'harmonic': 0.01},
+}
+"""What a hidden element has besides, with its amount (s.d. where it scatters)."""
+
+
+def hidden(design: Design, scatter: float, seed: int, kind: str = ALPHA) -> Element:
     """Return an element whose cells scatter and whose shared values are off, and its clock."""
     random = np.random.default_rng([seed, design.N])
 
@@ -53,21 +70,21 @@ def hidden(design: Design, scatter: float, seed: int) -> Element:
         design, d=about(design.d), a=about(design.a), eta=about(design.eta),
         s_max=about(design.s_max), j_0=design.j_0 + 0.2 * random.uniform(-1.0, 1.0),
     )  # fmt: skip
-    specimen = scattered(made, Scatter(alpha=scatter), seed)
+    specimen = scattered(made, Scatter(alpha=scatter, mass=KINDS[kind].get('mass', 0.0)), seed)
     return Element(specimen, np.zeros(design.N), time_unit=about(1.0))
 
 
-def surveyed(preset: str, scatter: float, seed: int) -> dict[str, Any]:
+def surveyed(preset: str, scatter: float, seed: int, kind: str = ALPHA) -> dict[str, Any]:
     """Return how well a hidden element is found from a survey.
 
     Returns:
-        How many shots there were and the device's time; the fit's chi2 and processor time in s;
-        the share of cells inside their 95 % intervals; the error of alpha (rms, relative). Or
-        only why there is no fit.
+        How many shots there were and the device's time; the fit's misfit, what it added to the
+        model, and processor time in s; the share of cells inside their 95 % intervals; the error
+        of alpha and what the fit states (rms, relative). Or only why there is no fit.
     """
     chosen = PRESETS[preset]
-    truth = hidden(chosen.design, scatter, seed)
-    shots, spent = shots_of(preset, truth, seed)
+    truth = hidden(chosen.design, scatter, seed, kind)
+    shots, spent = shots_of(preset, truth, seed, kind)
     found: dict[str, Any] = {'seed': seed, 'shots': len(shots), 'time': spent}
     begun = time.process_time()
     try:
@@ -80,21 +97,35 @@ def surveyed(preset: str, scatter: float, seed: int) -> dict[str, Any]:
     return found | {
         'seconds': time.process_time() - begun,
         'chi2': fitted.chi2,
+        'in band': fitted.in_band,
+        'added': [term for term in ADDED if has(fitted.misfit, term)],
         'inside': float(np.mean(np.abs(alpha - strength) < BESIDE * deviation)),
         'error': float(np.sqrt(np.mean((alpha / strength - 1.0) ** 2))),
+        'stated': float(np.sqrt(np.mean((deviation / strength) ** 2))),
     }
 
 
-def shots_of(preset: str, truth: Element, seed: int) -> tuple[list[Shot], float]:
+def shots_of(
+    preset: str, truth: Element, seed: int, kind: str = ALPHA
+) -> tuple[list[Shot], float]:
     """Return the shots of a survey of a hidden element, and how long it took in time units."""
     design, settings = PRESETS[preset]
-    driver = SensedElement(truth.timed, SAMPLING)
-    gains = 1.0 + GAIN * np.random.default_rng([seed, 1]).standard_normal(2)
-    driver.sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
-    element = MemoryElement(design, settings, factory_calibration(design, settings), driver)
-    _, events = performed(element, Survey())
+    random, amount = np.random.default_rng([seed, 1]), KINDS[kind]
+    gains = 1.0 + GAIN * random.standard_normal(2)
+    late = random.integers(1, HiddenElement.PARTS + 1, 2) if 'latency' in amount else (0, 0)
+    uneven = 1.0 + amount.get('damping', 0.0) * random.standard_normal(design.N)
+    element = Rk4Element(
+        truth.timed, SAMPLING / HiddenElement.PARTS, damping=np.maximum(uneven, 0.1),
+        friction=amount.get('friction', 0.0), harmonic=amount.get('harmonic', 0.0),
+    )  # fmt: skip
+    sensors = Sensors(gain=(float(gains[0]), float(gains[1])), noise=NOISE, seed=seed)
+    driver = HiddenElement(
+        element, sensors, (int(late[0]), int(late[1])), amount.get('drift', 0.0)
+    )
+    device = MemoryElement(design, settings, factory_calibration(design, settings), driver)
+    _, events = performed(device, Survey())
     shots = [event for event in events if isinstance(event, Shot)]
-    return shots, element.ticks * element.tick
+    return shots, device.ticks * device.tick
 
 
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
