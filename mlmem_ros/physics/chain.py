@@ -213,6 +213,20 @@ class Chain:
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
         self._range = -reach - design.c, reach - design.c
 
+    def damp(self, factors: Array) -> None:
+        """Damp every cell by its own factor times eta, shape (N,), until `set_specimen`.
+
+        Raises:
+            DesignError: The integrator damps all cells alike, or a factor is not above 0.
+        """
+        if not (self.integrator.damps_each and (factors > 0.0).all()):
+            raise DesignError(
+                f'{self.integrator.name} must damp every cell by itself, and each by more than 0; '
+                f'got a factor of {factors.min():.4g}'
+            )
+        eta = self.specimen.eta * factors
+        self._constants = self.integrator.constants(self.dt, self._cells.mobility, eta)
+
     # --- time ----------------------------------------------------------------------------
 
     def advance(

@@ -146,6 +146,8 @@ class Forward:
         if dt not in self._chains:
             chain = Chain(self.specimen.design, dt, integrator)
             chain.set_specimen(self.specimen)
+            if self.unknowns.damping:
+                chain.damp(self._damped)
             self._chains[dt] = chain
         return self._chains[dt]
 
@@ -190,7 +192,8 @@ class Forward:
         material = tangent.Material(
             made.alpha * design.d, made.offsets + V_N * made.strain_shape - design.c,
             made.masses + 0.0, made.k_r + 0.0, origins, (design.a, design.b), unit * unit,
-            unit * eta, unknowns.masses, unknowns.offsets, unknowns.springs,
+            unit * eta * self._damped, unknowns.masses, unknowns.offsets, unknowns.springs,
+            unknowns.damping,
         )  # fmt: skip
         dt = shot.dt * clock.stride / clock.parts
         motion = self._motion(shot, dt, steps, PEFRL)
@@ -228,6 +231,8 @@ class Forward:
         J[..., unknowns.mass] = raw[..., material.mass_columns]
         J[..., unknowns.offset] = raw[..., material.offset_columns]
         J[..., unknowns.k_r] = raw[..., material.spring_columns]
+        if unknowns.damping:
+            J[..., unknowns.damped] = raw[..., material.damping_columns] / self._damped
         a, b, forces, damping, friction, drive = np.moveaxis(raw[..., first + q :], -1, 0)
         rates = unknowns.phase_rates(self.x)
         for k in range(3):
@@ -244,6 +249,13 @@ class Forward:
         for end in End:
             J[end.row, :, unknowns.shared(f'zero_{end}')] = 1.0
         return J
+
+    @property
+    def _damped(self) -> Array:
+        """Damping of every cell over eta, shape (N,)."""
+        if not self.unknowns.damping:
+            return np.ones(self.specimen.design.N)
+        return self.x[self.unknowns.damped]
 
     def _of(self, name: str) -> float:
         return float(self.x[self.unknowns.shared(name)])

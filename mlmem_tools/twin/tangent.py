@@ -42,10 +42,11 @@ class Material(NamedTuple):
         origins: Derivatives of the origins by whatever moves them, shape (q, N).
         potential: a and b.
         forces: Factor on all forces: the square of the time unit.
-        eta: Damping.
+        eta: Damping of every cell, shape (N,).
         masses: Whether to take derivatives by every mass.
         offsets: Whether to take derivatives by every origin.
         springs: Whether to take derivatives by every k_r.
+        damping: Whether to take derivatives by the damping of every cell, over its own.
     """
 
     height: Array
@@ -55,10 +56,11 @@ class Material(NamedTuple):
     origins: Array
     potential: tuple[float, float]
     forces: float
-    eta: float
+    eta: Array
     masses: bool = False
     offsets: bool = False
     springs: bool = False
+    damping: bool = False
 
     @property
     def mass_columns(self) -> slice:
@@ -79,13 +81,21 @@ class Material(NamedTuple):
         return slice(start, start + len(self.k_r) * self.springs)
 
     @property
+    def damping_columns(self) -> slice:
+        """Columns of those by the damping of a cell."""
+        n = len(self.height)
+        start = n * (1 + self.masses + self.offsets) + len(self.k_r) * self.springs
+        return slice(start, start + n * self.damping)
+
+    @property
     def first(self) -> int:
         """Column of the first derivative that is not by one cell or spring."""
-        return len(self.height) * (1 + self.masses + self.offsets) + len(self.k_r) * self.springs
+        cells = len(self.height) * (1 + self.masses + self.offsets + self.damping)
+        return cells + len(self.k_r) * self.springs
 
     @property
     def columns(self) -> int:
-        """Number of derivatives: by heights, masses, offsets, k_r, origins, and `COMMON`."""
+        """Number of derivatives: of cells and springs, by origins, and `COMMON`."""
         return self.first + len(self.origins) + len(COMMON)
 
 
@@ -122,14 +132,15 @@ def run(material: Material, v: Array, source: Source, dt: float, steps: int) -> 
     U[:, :columns] = at_rest(material, v)
     out = np.zeros((2, steps + 1, U.shape[1]), np.float32)
     springs = np.concatenate(([0.0], material.k_r, [0.0]))
-    cells = material.height, material.origin, material.mass, springs
-    constants = *material.potential, material.forces, material.eta
+    cells = material.height, material.origin, material.mass, springs, material.eta
+    constants = *material.potential, material.forces
     masses = material.mass_columns.start if material.masses else -1
     offsets = material.offset_columns.start if material.offsets else -1
     pulls = material.spring_columns.start if material.springs else -1
+    drags = material.damping_columns.start if material.damping else -1
     _run(
         dt, (v.copy(), np.zeros(n)), (U, U.copy(), np.zeros_like(U)), cells, constants,
-        material.origins, (masses, offsets, pulls, material.first), source, out,
+        material.origins, (masses, offsets, pulls, drags, material.first), source, out,
         (np.array(DRIFTS), np.array(KICKS)),
     )  # fmt: skip
     return out[:, :, :columns]
@@ -164,8 +175,8 @@ def _forces(
     x: Array,
     v: Array,
     h: float,
-    cells: tuple[Array, Array, Array, Array],
-    constants: tuple[float, float, float, float],
+    cells: tuple[Array, Array, Array, Array, Array],
+    constants: tuple[float, float, float],
     origins: Array,
     local: Single,
     shared: Single,
@@ -176,8 +187,8 @@ def _forces(
     displacement, its own, its right neighbour's, of its height, of its mass, of its origin, of the
     spring left of it, of that right of it. Rows of `shared`: the kicks of everything else.
     """
-    height, origin, mass, k_r = cells
-    a, b, forces, eta = constants
+    height, origin, mass, k_r, eta = cells
+    a, b, forces = constants
     n, q = len(x), len(origins)
     for j in range(n):
         here = x[j]
@@ -192,7 +203,7 @@ def _forces(
         from_left, from_right = left - here, right - here
         force = k_r[j] * from_left + k_r[j + 1] * from_right - height[j] * pull
         inverse = 1.0 / mass[j]
-        z = eta * h * inverse
+        z = eta[j] * h * inverse
         decay = 1.0 - z * (1.0 - z * (0.5 - z * (1.0 / 6.0 - z / 24.0)))
         push = h * inverse * (1.0 - z * (0.5 - z / 6.0))
         kick = push * forces
@@ -233,17 +244,17 @@ def _run(
     dt: float,
     state: tuple[Array, Array],
     tangents: tuple[Single, Single, Single],
-    cells: tuple[Array, Array, Array, Array],
-    constants: tuple[float, float, float, float],
+    cells: tuple[Array, Array, Array, Array, Array],
+    constants: tuple[float, float, float],
     origins: Array,
-    columns: tuple[int, int, int, int],
+    columns: tuple[int, int, int, int, int],
     source: Source,
     out: Single,
     stages: tuple[Array, Array],
 ) -> None:
     x, v = state
     U, T, W = tangents
-    masses, offsets, springs, first = columns
+    masses, offsets, springs, damping, first = columns
     site, motion, amplitude = source
     drifts, kicks = stages
     (n, width), q = U.shape, len(origins)
@@ -284,6 +295,10 @@ def _run(
                         if 0 <= j - 1 + side < n - 1:
                             W[j, springs + j - 1 + side] += local[7 + side, j]
                             T[j, springs + j - 1 + side] += drift * local[7 + side, j]
+                if damping >= 0:
+                    drag = np.float32(cells[4][j]) * shared[q + 3, j]
+                    W[j, damping + j] += drag
+                    T[j, damping + j] += drift * drag
                 for i in range(q + 5):
                     W[j, first + i] += shared[i, j]
                     T[j, first + i] += drift * shared[i, j]

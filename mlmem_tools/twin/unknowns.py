@@ -37,6 +37,7 @@ class Unknowns:
         masses: Whether the masses of the cells are unknown.
         offsets: Whether the offsets of the cells are unknown.
         springs: Whether the stiffness k_r of every spring between the cells is unknown.
+        damping: Whether the damping of every cell is unknown, over eta.
         latency: Whether a transducer may be late; otherwise it is known to be in time.
         friction: Whether to take the derivative by dry friction, which the model does not have.
     """
@@ -45,6 +46,7 @@ class Unknowns:
     masses: bool = False
     offsets: bool = False
     springs: bool = False
+    damping: bool = False
     latency: bool = False
     friction: bool = False
 
@@ -52,7 +54,8 @@ class Unknowns:
     def size(self) -> int:
         """Number of unknowns."""
         cells = (
-            self.design.N * (1 + self.masses + self.offsets) + (self.design.N - 1) * self.springs
+            self.design.N * (1 + self.masses + self.offsets + self.damping)
+            + (self.design.N - 1) * self.springs
         )
         return cells + len(SHARED) + self.friction
 
@@ -87,6 +90,11 @@ class Unknowns:
         return slice(self.offset.stop, self.offset.stop + (self.design.N - 1) * self.springs)
 
     @property
+    def damped(self) -> slice:
+        """Where the dampings of the cells are, over eta."""
+        return slice(self.k_r.stop, self.k_r.stop + self.design.N * self.damping)
+
+    @property
     def mean(self) -> Array:
         """The design's values, shape (size,)."""
         design = self.design
@@ -97,7 +105,7 @@ class Unknowns:
         )  # fmt: skip
         mean = np.zeros(self.size)
         mean[: self.shared_end] = np.concatenate((design.alpha, shared))
-        mean[self.mass] = mean[self.k_r] = 1.0
+        mean[self.mass] = mean[self.k_r] = mean[self.damped] = 1.0
         return mean
 
     def specimen(self, x: Array) -> Specimen:

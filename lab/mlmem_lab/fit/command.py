@@ -72,12 +72,15 @@ def fit(arguments: argparse.Namespace) -> int:
     return 0
 
 
+OF_ENDS = 'zero', 'gain', 'drive', 'late', 'lag'
+
+
 def element_of(found: Fit) -> Element:
     """Return a fit as the element of a file."""
     unknowns, x = found.unknowns, found.x
     return Element(
         found.specimen, found.deviations[unknowns.alpha], float(x[unknowns.shared('time_unit')]),
-        {name: _pair(unknowns.of_ends(x, name)) for name in ('zero', 'gain', 'drive')},
+        {name: _pair(unknowns.of_ends(x, name)) for name in OF_ENDS},
         found.chi2, found.data, found.untold,
     )  # fmt: skip
 
@@ -133,6 +136,10 @@ def _as_dict(found: Fit) -> dict[str, Any]:
     }
     if unknowns.masses:
         told |= {'mass': found.x[unknowns.mass], 'mass_std': deviations[unknowns.mass]}
+    if unknowns.springs:
+        told |= {'k_r': found.x[unknowns.k_r], 'k_r_std': deviations[unknowns.k_r]}
+    if unknowns.damping:
+        told |= {'damping': found.x[unknowns.damped], 'damping_std': deviations[unknowns.damped]}
     if unknowns.offsets:
         told |= {'offset': found.x[unknowns.offset], 'offset_std': deviations[unknowns.offset]}
     return told

@@ -224,10 +224,8 @@ def _descend(misfit: Misfit, x: Array, stages: Sequence[Stage], told: Report) ->
 
 
 def _what(unknowns: Unknowns) -> str:
-    cells = 'every cell'
-    if unknowns.masses:
-        cells += ' with its mass'
-    return f'{cells} and offset' if unknowns.offsets else cells
+    added = [term for term in ADDED if getattr(unknowns, term, False)]
+    return ', '.join(('every cell', *added))
 
 
 def _window(stage: Stage) -> str:

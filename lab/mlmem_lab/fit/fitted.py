@@ -33,7 +33,7 @@ CORRELATED = 5.0
 FAR = 4.5
 """Farthest that a shared value may be from what is expected, in standard deviations."""
 
-CELLS = ('alpha', 'mass', 'offset', 'k_r')
+CELLS = ('alpha', 'mass', 'offset', 'k_r', 'damped')
 """Unknowns of every cell, as `Unknowns` names them."""
 
 KNOWN = 1e-12

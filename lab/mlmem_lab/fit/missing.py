@@ -23,6 +23,8 @@ TERMS = {
     'drift': 'gains that drift from shot to shot',
     'masses': 'masses that differ from cell to cell',
     'offsets': 'ground states that differ from cell to cell',
+    'springs': 'springs between the cells that differ',
+    'damping': 'damping that differs from cell to cell',
     'friction': 'dry friction',
 }
 """What a model may lack."""
@@ -30,7 +32,7 @@ TERMS = {
 OF_LINE = ('latency', 'drift')
 """Those that are of the transducers and their line: a blank element tells them."""
 
-ADDED = (*OF_LINE, 'masses', 'offsets')
+ADDED = (*OF_LINE, 'masses', 'offsets', 'springs', 'damping')
 """Those that can be added to it."""
 
 GAIN_DRIFT = 0.005
@@ -80,7 +82,8 @@ def missing_term(own: Fit) -> tuple[str, str]:
         fuller = with_term(fuller, term) if term != 'drift' else fuller
     full = fuller.unknowns
     places = {
-        'masses': full.mass, 'offsets': full.offset, 'friction': slice(full.size - 1, None),
+        'masses': full.mass, 'offsets': full.offset, 'springs': full.k_r,
+        'damping': full.damped, 'friction': slice(full.size - 1, None),
         'latency': slice(full.shared('late_left'), full.shared('lag_right') + 1),
     }  # fmt: skip
     known = np.ones(full.size, bool)
@@ -159,7 +162,7 @@ def widened(found: Fit, unknowns: Unknowns) -> Array:
     """Return the values of a fit among more unknowns, the new ones as designed."""
     x, end = unknowns.mean, unknowns.shared_end
     x[:end] = found.x[:end]
-    for cells in ('mass', 'offset'):
+    for cells in ('mass', 'offset', 'k_r', 'damped'):
         if (own := getattr(found.unknowns, cells)).stop > own.start:
             x[getattr(unknowns, cells)] = found.x[own]
     return x

@@ -42,6 +42,8 @@ class Prior:
         late: By which a transducer is late, where that is sought, in time units.
         mass: Of a cell's mass, relative.
         offset: Of a cell's ground states, in lattice constants.
+        k_r: Of a spring between cells, relative.
+        damping: Of a cell's damping, relative to eta.
         friction: Of a dry friction on every cell, in k_r cells.
     """
 
@@ -60,6 +62,8 @@ class Prior:
     late: float = 0.3
     mass: float = 0.005
     offset: float = 0.01
+    k_r: float = 0.005
+    damping: float = 0.3
     friction: float = 1e-5
 
     def precision(self, unknowns: Unknowns) -> Array:
@@ -82,7 +86,10 @@ class Prior:
         ))  # fmt: skip
         places = np.arange(design.N, design.N + len(SHARED))
         full[places, places] = deviations**-2
-        for cells, deviation in ((unknowns.mass, self.mass), (unknowns.offset, self.offset)):
+        for cells, deviation in (
+            (unknowns.mass, self.mass), (unknowns.offset, self.offset),
+            (unknowns.k_r, self.k_r), (unknowns.damped, self.damping),
+        ):  # fmt: skip
             places = np.arange(cells.start, cells.stop)
             full[places, places] = deviation**-2
         if unknowns.friction:

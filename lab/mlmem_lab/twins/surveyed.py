@@ -49,6 +49,8 @@ ALPHA = 'alpha'
 
 KINDS: dict[str, dict[str, float]] = {
     ALPHA: {},
+    'springs 0.1 %': {'k_r': 0.001},
+    'springs 0.3 %': {'k_r': 0.003},
     'masses 0.3 %': {'mass': 0.003},
     'latency up to a sample': {'latency': 1.0},
     'gains drift by 0.5 %': {'drift': 0.005},
@@ -70,7 +72,9 @@ def hidden(design: Design, scatter: float, seed: int, kind: str = ALPHA) -> Elem
         design, d=about(design.d), a=about(design.a), eta=about(design.eta),
         s_max=about(design.s_max), j_0=design.j_0 + 0.2 * random.uniform(-1.0, 1.0),
     )  # fmt: skip
-    specimen = scattered(made, Scatter(alpha=scatter, mass=KINDS[kind].get('mass', 0.0)), seed)
+    amount = KINDS[kind]
+    scatters = Scatter(alpha=scatter, k_r=amount.get('k_r', 0.0), mass=amount.get('mass', 0.0))
+    specimen = scattered(made, scatters, seed)
     return Element(specimen, np.zeros(design.N), time_unit=about(1.0))
 
 

@@ -3,13 +3,14 @@
 """The fit against hidden elements that an independent simulation measured."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mlmem_lab.fit.fit import Misfitting, _explained, _predicted, fit
-from mlmem_lab.fit.fitted import posterior
+from mlmem_lab.fit.fitted import doubts, posterior
 from mlmem_ros.device.end import End
 
 from .truth import SHOTS, SMALL, hidden, measured
@@ -72,6 +73,61 @@ def test_friction_is_refused_and_named():
     rubbed = measured(hidden(2, short, friction=3e-5), shots, duration=120.0)
     with pytest.raises(Misfitting, match=r'does not describe this element.*dry friction'):
         fit(short, rubbed)
+
+
+def test_transducers_that_are_late_are_found(fitted):
+    """By half a sample: of samples twice as dense, every second one is late by so much."""
+    element, _, found = fitted
+    dense = measured(element, SHOTS[:7], dt=0.15, parts=2, duration=200.0)
+    late = [replace(shot, dt=0.3, samples=shot.samples[:, ::2]) for shot in dense]
+    late = [
+        replace(each, wall=shot.wall) for each, shot in zip(late, found.misfit.shots, strict=True)
+    ]
+    before = posterior(found.misfit.only(late), found.x)
+    assert before.chi2 > 10.0
+    after = _explained(before, print)
+    assert after.unknowns.latency
+    assert not after.unknowns.masses
+    assert after.chi2 == pytest.approx(1.0, abs=0.06)
+    for end in End:  # only the sum of both can be told
+        own = [after.x[after.unknowns.shared(f'{name}_{end}')] for name in ('late', 'lag')]
+        assert sum(own) == pytest.approx(0.15, abs=1e-3)
+
+
+def test_gains_that_drift_are_integrated_over(fitted):
+    """By 0.5 % from shot to shot, what they read at rest included."""
+    *_, found = fitted
+    chance, drifted = np.random.default_rng(2), []
+    for shot in found.misfit.shots:
+        gain = 1.0 + 0.005 * chance.standard_normal(2)
+        samples = gain[:, None] * shot.samples
+        drifted.append(replace(shot, samples=samples, rest=gain * shot.rest))
+    before = posterior(found.misfit.only(drifted), found.x)
+    assert doubts(before)
+    after = _explained(before, print)
+    assert after.misfit.gain_drift
+    assert doubts(after) == []
+    alpha = found.unknowns.alpha
+    wider = after.deviations[alpha]
+    assert np.abs((after.x - found.x)[alpha] / wider).max() < 5.0
+    assert np.median(wider / found.deviations[alpha]) < 5.0
+
+
+@pytest.mark.parametrize(
+    ('bent', 'said'),
+    [
+        (lambda n: 0.05 * (-1.0) ** np.arange(n), 'alternates from cell to cell'),
+        (lambda n: 0.05 * np.sin(0.4 * np.arange(n)), 'is alike in neighbours'),
+        (lambda n: 0.09 * np.random.default_rng(1).standard_normal(n), 'scatter .* times as much'),
+    ],
+)
+def test_a_fit_that_needs_an_absurd_element_is_doubted(fitted, bent, said):
+    """However well it explains the shots: so a model that lacks something bends its cells."""
+    *_, found = fitted
+    assert doubts(found) == []
+    x = found.x.copy()
+    x[found.unknowns.alpha] *= 1.0 + bent(SMALL.N)
+    assert any(re.search(said, why) for why in doubts(replace(found, x=x)))
 
 
 JITTER = r'times jitter by (9|10|11) ?% of a sample'

@@ -28,6 +28,7 @@ class Integrator(ABC):
         accurate_turn: Largest omega dt of the cells: they swing from barrier to barrier, and steps
             that are stable for small waves only were seen to heat them until they diverged.
         keeps_accelerations: Whether a chain's state holds accelerations.
+        damps_each: Whether every cell may have a damping of its own, over a rigid substrate.
         advance: The loop of both substrates; see `noh_bathe`.
     """
 
@@ -36,6 +37,7 @@ class Integrator(ABC):
     accurate_step: float
     accurate_turn: float
     keeps_accelerations: bool
+    damps_each: bool = False
     advance: Callable[..., tuple[int, bool]]
 
     @abstractmethod
@@ -52,13 +54,13 @@ class Integrator(ABC):
         """Return the arrays of a chain of n cells: u, du, ddu and the loop's work space."""
 
     @abstractmethod
-    def constants(self, dt: float, mobility: Array, eta: float) -> Any:
+    def constants(self, dt: float, mobility: Array, eta: Any) -> Any:
         """Return the constants of a step, as the loop takes them.
 
         Args:
             dt: Step size in time units.
             mobility: Inverse masses, shape (N,), 0 for a stuck cell.
-            eta: Damping.
+            eta: Damping; of every cell, shape (N,), if it `damps_each`.
         """
 
     @abstractmethod

@@ -250,7 +250,7 @@ class NohBathe(Integrator):
         u, u_p = displacements(n), displacements(n)
         return u, per_cell(n), per_cell(n), u_p, per_cell(n), per_cell(n)
 
-    def constants(self, dt: float, mobility: Array, eta: float) -> Array:
+    def constants(self, dt: float, mobility: Array, eta: Array | float) -> Array:
         """Return a0 ... a7 (see `Integrator`)."""
         return np.array(coefficients(dt))
 

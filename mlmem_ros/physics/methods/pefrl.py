@@ -179,6 +179,7 @@ class Pefrl(Integrator):
     accurate_step = 0.5  # 6 steps per period of the probe's carrier
     accurate_turn = 1.2
     keeps_accelerations = False
+    damps_each = True
     advance = staticmethod(advance)
 
     def limit(self, omega: float, eta: float) -> float:
@@ -189,7 +190,7 @@ class Pefrl(Integrator):
         """Return u, du, ddu and the loop's two rows of displacements (see `Integrator`)."""
         return displacements(n), per_cell(n), per_cell(n), aligned(np.zeros((2, n + 2)), 1)
 
-    def constants(self, dt: float, mobility: Array, eta: float) -> Constants:
+    def constants(self, dt: float, mobility: Array, eta: Array | float) -> Constants:
         """Return drifts and kicks (see `Integrator`)."""
         kicks = np.array([_kick(share * dt, mobility, eta) for share in KICKS[:2]])
         of_one = np.array([_kick(share * dt, np.ones(1), eta) for share in KICKS[:2]])
@@ -208,7 +209,7 @@ class Pefrl(Integrator):
         return np.stack((U, dU), axis=1)
 
 
-def _kick(h: float, mobility: Array, eta: float) -> tuple[Array, Array, Array]:
+def _kick(h: float, mobility: Array, eta: Array | float) -> tuple[Array, Array, Array]:
     """Return the coefficients of a kick of a given duration.
 
     v' = decay v + kick f - push A with decay = exp(-z), push = h (1 - exp(-z)) / z and
