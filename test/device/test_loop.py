@@ -505,15 +505,14 @@ def test_a_clock_that_jumps_neither_stops_the_loop_nor_makes_it_sprint(start, ju
 
 
 def test_the_real_clock_paces_too(start):
-    """A tick every 20 ms for half a second; a loaded machine is late, never early."""
+    """A tick every 20 ms for half a second; a loaded machine is late and skips, never early."""
     element = rig.device(scale=ScaleSettings(time=1e-3))
     begun, started = [], time.monotonic()
     loop = start(element, lambda *_: begun.append(time.monotonic()), speed=1.0)
-    time.sleep(0.5)
+    until(lambda: len(begun) + loop.statistics.overruns >= 25)
     loop.stop()
-    assert 5 <= len(begun) <= (time.monotonic() - started) / 0.02 + 2
+    assert len(begun) + loop.statistics.overruns <= (time.monotonic() - started) / 0.02 + 2
     assert begun[-1] - begun[0] >= (len(begun) - 1 - 1) * 0.02 - 0.005
-    assert len(begun) + loop.statistics.overruns >= 22
 
 
 # --- the same whatever the pace ---------------------------------------------------------------
@@ -522,20 +521,20 @@ def test_the_real_clock_paces_too(start):
 @pytest.mark.parametrize(('speed', 'batch'), [(0.0, 1), (40.0, 1), (40.0, 20)])
 def test_a_loop_computes_the_same_as_stamped_commands_by_hand(start, speed, batch):
     """The clock decides in which ticks commands take effect; the stamps record them."""
-    stamped, heard = [], []
+    stamped, heard, aborted = [], [], []
 
     def listen(commands, events):
         stamped.extend(commands)
         heard.extend(str(event) for event in events)
+        if Write(3) in [command for _, command in commands]:  # before the write can end
+            aborted.append(loop.submit(Abort()))
 
     loop = start(rig.device(), listen, speed=speed, batch=batch)
     assert result(loop.submit(Write(1))).success
     assert result(loop.submit(SetStrain(0.02))) is None
     time.sleep(0.01)
-    begun = loop.submit(Write(3))
-    time.sleep(0.02)
-    assert result(loop.submit(Abort())).success
-    assert result(begun).error == 'aborted'
+    assert result(loop.submit(Write(3))).error == 'aborted'
+    assert result(aborted[0]).success
     assert result(loop.submit(Read('right'))).procedure == 'read'
     loop.stop()
 

@@ -149,15 +149,24 @@ def ticks(robot):
 def test_the_speed_is_changed_while_running(start):
     start({'scale.time': 1e-3})  # ticks of 20 ms
     with Robot() as robot:
-        rates = []
-        for speed in (1.0, 10.0, 0.0):
+
+        def rates(speed, least):
+            """Return rates until one is `least`: a loaded machine is late, never early."""
+            seen = []
             robot.set(time__speed=speed)
-            first, begun = ticks(robot), time.monotonic()
-            time.sleep(0.4)
-            rates.append((ticks(robot) - first) / (time.monotonic() - begun))
-        assert rates[0] == pytest.approx(50.0, rel=0.3)  # the machine may be loaded
-        assert 150.0 < rates[1] < 520.0
-        assert rates[2] > rates[1]  # as fast as it can
+
+            def fast():
+                begun, first = time.monotonic(), ticks(robot)
+                time.sleep(0.3)
+                seen.append((ticks(robot) - first) / (time.monotonic() - begun))
+                return seen[-1] >= least
+
+            robot.wait(fast, f'{least:g} ticks per second')
+            return seen
+
+        assert max(rates(1.0, 35.0)) < 65.0
+        assert max(rates(10.0, 150.0)) < 520.0
+        rates(0.0, 520.0)  # as fast as it can
 
 
 def test_sim_time_paces_pauses_and_jumps(start):
