@@ -53,7 +53,9 @@ class Faults(Checked):
     weak_factor: float = described(
         0.5, 'on-site stiffness of the weak cell, relative to nominal', low=0.01, high=1.0
     )
-    stuck_cell: int = described(0, 'site of a stuck cell; 0: none', low=0, high=100_000)
+    stuck_cell: int = described(
+        0, 'site of a cell that sticks to its substrate cell; 0: none', low=0, high=100_000
+    )
     disorder_alpha: float = described(
         0.0, 'standard deviation of every on-site stiffness, relative', low=0.0, high=0.5
     )
@@ -121,14 +123,14 @@ def with_faults(made: Specimen, faults: Faults) -> Specimen:
     scatter = Scatter(faults.disorder_alpha, faults.disorder_k_r, faults.disorder_s)
     disorder = scattered(design, scatter, faults.seed)
     alpha = np.asarray(made.alpha_factor * disorder.alpha_factor)
-    mass = made.masses.copy()
+    stuck = made.stuck
     if faults.weak_cell:
         alpha[faults.weak_cell - 1] *= faults.weak_factor
     if faults.stuck_cell:
-        mass[faults.stuck_cell - 1] = np.inf
+        stuck += (faults.stuck_cell,)
     return dataclasses.replace(
         made, alpha_factor=alpha, k_r_factor=made.k_r * disorder.k_r,
-        s_factor=made.s_factor * disorder.s_factor, mass=mass,
+        s_factor=made.s_factor * disorder.s_factor, stuck=stuck,
         eta_factor=made.eta_factor * faults.damping_factor,
     )  # fmt: skip
 

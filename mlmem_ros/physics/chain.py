@@ -131,6 +131,7 @@ class Chain:
             state[3] = V
             state[5, 1:-1] = substrate_force(self.specimen, state[0], V)[1:-1]
         self.restore(state, V_N=V_N, steps_done=self.steps_done)
+        self._stick()
 
     def state(self) -> Array:
         """Return a copy of everything the future depends on, except V_N and the clock.
@@ -175,7 +176,7 @@ class Chain:
     def set_specimen(self, specimen: Specimen) -> None:
         """Replace the specimen by another one of the same design, in the same state.
 
-        Stuck cells stop where they are.
+        Stuck cells stop on the substrate, where they are.
 
         Raises:
             DesignError: It is of another design, or the step is beyond its stability limit;
@@ -184,8 +185,18 @@ class Chain:
         self.check(specimen)
         self.specimen = specimen
         self._fill()
-        for row in self._metamaterial[1:3]:
-            row[self._cells.stuck] = 0.0
+        self._stick()
+
+    def _stick(self) -> None:
+        """Give the stuck cells one motion with the substrate under them."""
+        stuck = self._cells.stuck
+        for row, velocity_or_acceleration in enumerate(self._metamaterial[1:3], 1):
+            if self._substrate is None:
+                velocity_or_acceleration[stuck] = 0.0
+                continue
+            mobility, below = self._cells.mobility[stuck], self._substrate[row]
+            common = velocity_or_acceleration[stuck] + mobility * below[stuck]
+            velocity_or_acceleration[stuck] = below[stuck] = common / (1.0 + mobility)
 
     def check(self, specimen: Specimen) -> None:
         """Raise `DesignError` for a specimen that `set_specimen` would refuse."""
@@ -200,14 +211,16 @@ class Chain:
     def _fill(self) -> None:
         """Build the loop's arguments from the specimen."""
         made, design = self.specimen, self.design
-        mobility = aligned(1.0 / made.masses)
+        mobility, stuck = aligned(1.0 / made.masses), np.array(made.stuck, dtype=np.int64) - 1
         elastic = design.substrate == 'elastic'
+        if not elastic:
+            mobility[stuck] = 0.0
         under = np.concatenate(([0.0], made.s, [0.0])) if elastic else made.strain_shape
         p = made.potential
         self._cells = Cells(
             (aligned(made.alpha * p.d), p.a, p.b), tuple(map(aligned, made.springs)),
             aligned(made.offsets - p.c), mobility, aligned(under),
-            np.flatnonzero(mobility == 0.0), made.eta,
+            stuck, made.eta,
         )  # fmt: skip
         self._constants = self.integrator.constants(self.dt, mobility, made.eta)
         reach = farthest_reach(made, self.integrator, self.dt) + LARGEST_OFFSET
@@ -318,7 +331,9 @@ class Chain:
         base = np.zeros(len(V_N)) if shake is None else _plain(shake)
         motion, site = _plain((held_cell or FREE).motion), (held_cell or FREE).site
         look, slow = (every, REST) if every else (max(1, ends.shape[1]), 0.0)
-        forcing = Forcing(V_N, base, site, motion.shape[1], motion, look, *self._range, slow)
+        forcing = Forcing(
+            V_N, base, site, motion.shape[1], motion, look, *self._range, slow, self.V_N
+        )
         chains = self._metamaterial, self._substrate
         losses = None, self._drag(V_N)  # no friction
         return ends.shape[1], *chains, self._cells, forcing, self._constants, ends, *losses

@@ -14,7 +14,7 @@ import numpy as np
 from .chain import Chain
 from .potential import Array
 from .specimen import Specimen
-from .statics import energies, substrate_force
+from .statics import energies, metamaterial_force, substrate_force
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,8 @@ def energy(chain: Chain) -> Energy:
 
 def kinetic(made: Specimen, velocity: Array, substrate_velocity: Array) -> Array:
     """Return the kinetic energy of both chains; velocities of shape (..., N)."""
-    masses = moving_masses(made)
-    motion = np.sum(masses * velocity**2, axis=-1) + np.sum(substrate_velocity**2, axis=-1)
+    motion = np.sum(made.masses * velocity**2, axis=-1) + np.sum(substrate_velocity**2, axis=-1)
     return np.asarray(0.5 * motion)
-
-
-def moving_masses(made: Specimen) -> Array:
-    """Return the masses, shape (N,): 0 of a stuck cell, which does not move."""
-    return np.where(np.isfinite(made.masses), made.masses, 0.0)
 
 
 def actuator_force(chain: Chain) -> float:
@@ -69,5 +63,8 @@ def end_force(made: Specimen, v: Array, V: Array) -> Array:
     one that on the end site.
     """
     force = -substrate_force(made, v, V)
+    if made.stuck:  # the substrate carries these cells, and what pulls at them
+        carried = np.array(made.stuck) - 1
+        force[..., carried] -= metamaterial_force(made, v, V)[..., carried]
     rigid = made.design.substrate == 'rigid'
     return np.asarray(force @ made.strain_shape if rigid else force[..., -1])

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .design import Design
 from .errors import StateError
@@ -55,6 +56,8 @@ def wall_profile(design: Design, position: float, *, kink: bool = False) -> Arra
 def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> Array:
     """Return the stable equilibrium displacements v nearest to a guess, with the substrate at V.
 
+    Stuck cells stay as in the guess.
+
     Newton's method with its matrix shifted until it is positive definite and its step capped
     at a fifth of a lattice constant, so that it goes downhill and stays in its basin.
 
@@ -71,6 +74,7 @@ def relax(specimen: Specimen, v: Array, V: Array, *, iterations: int = 200) -> A
     for _ in range(iterations):
         force = metamaterial_force(specimen, v, V)
         diagonal = stiffness(specimen, v, V)
+        force[_held(specimen)] = 0.0
         if np.abs(force).max() < TOLERANCE * diagonal.max():
             if _solve(specimen, diagonal, force) is None:
                 raise StateError('the guess leads to an unstable equilibrium; move it a little')
@@ -123,7 +127,14 @@ def _downhill_step(specimen: Specimen, diagonal: Array, force: Array) -> Array:
         shift = 4.0 * shift if shift else 0.01
 
 
+def _held(specimen: Specimen) -> NDArray[np.int64]:
+    """Return the indices of the stuck cells."""
+    return np.array(specimen.stuck, dtype=np.int64) - 1
+
+
 def _solve(specimen: Specimen, diagonal: Array, right: Array) -> Array | None:
     """Solve the tridiagonal system; None if it is not positive definite."""
-    solution = right[None].copy()
-    return solution[0] if solve(diagonal.copy(), -specimen.k_r, solution) else None
+    solution, diagonal, beside = right[None].copy(), diagonal.copy(), -specimen.k_r
+    held = _held(specimen)
+    diagonal[held], beside[held], beside[held - 1] = 1.0, 0.0, 0.0
+    return solution[0] if solve(diagonal, beside, solution) else None

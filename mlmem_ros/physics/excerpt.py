@@ -81,6 +81,7 @@ def excerpt(made: Design | Specimen, low: float, high: float) -> Excerpt:
         made.masses[cells],
         made.offsets[cells],
         made.eta_factor,
+        stuck=tuple(site - before for site in made.stuck if 1 < site - before < last - before),
     )
     shape = design.end_displacement(1.0) * made.strain_shape[cells]
     return Excerpt(own, before, shape - shape[len(shape) // 2])

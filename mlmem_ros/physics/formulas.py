@@ -83,6 +83,14 @@ def _pull_by_type(constants: Any, j: Any, left: Any, x: Any, right: Any) -> Any:
 
 
 @inlined
+def joined(mobility: float, cell: float, below: float) -> float:
+    """Return the motion of a cell that sticks to its substrate cell, of mass 1: the mean of what
+    both would do alone, weighted by their masses. What one does to the other cancels.
+    """
+    return (cell + mobility * below) / (1.0 + mobility)
+
+
+@inlined
 def rub(constants: tuple[float, float], v: float) -> float:
     """Return the dry friction at a velocity: its limit, and the velocity where it is viscous."""
     force, creep = constants

@@ -36,10 +36,11 @@ class Specimen:
         k_r_factor: Stiffness of the springs between the metamaterial's cells over k_r, shape
             (N - 1,), above 0.
         s_factor: Substrate stiffness over the design's, shape (N - 1,), above 0.
-        mass: Masses of the metamaterial's cells in m, shape (N,), above 0; infinite for a cell
-            that is stuck where it is.
+        mass: Masses of the metamaterial's cells in m, shape (N,), above 0.
         offset: Shift of a cell's ground states in lattice constants, shape (N,).
         eta_factor: Damping over the design's, at least 0.
+        stuck: Sites of the cells that stick to the substrate under them, from 2 to N - 1: their
+            configuration v - V does not change.
         damped_by_substrate: Whether damping acts on v - V, as in cells that the substrate damps,
             instead of v; only over a rigid substrate.
 
@@ -55,6 +56,7 @@ class Specimen:
     offset: Array | float = 0.0
     eta_factor: float = 1.0
     damped_by_substrate: bool = False
+    stuck: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         n = self.design.N
@@ -67,8 +69,11 @@ class Specimen:
             values = getattr(self, name)
             if not ((values > 0.0) & np.isfinite(values)).all():
                 raise DesignError(f'{name} must be above 0 and finite; got {_worst(values)}')
-        if not (self.masses > 0.0).all():  # also false for NaN
-            raise DesignError(f'mass must be above 0; got {_worst(self.masses)}')
+        if not ((self.masses > 0.0) & np.isfinite(self.masses)).all():
+            raise DesignError(f'mass must be above 0 and finite; got {_worst(self.masses)}')
+        object.__setattr__(self, 'stuck', tuple(sorted(set(self.stuck))))
+        if not all(1 < site < n for site in self.stuck):
+            raise DesignError(f'stuck cells must be from 2 to {n - 1}; got {self.stuck}')
         if not (np.abs(self.offsets) <= LARGEST_OFFSET).all():
             raise DesignError(
                 f'offset must be from {-LARGEST_OFFSET} to {LARGEST_OFFSET}; '
@@ -86,7 +91,8 @@ class Specimen:
             values = np.asarray(getattr(self, name))
             same = (values == values[0]).all()
             found[name] = float(values[0]) if same else values.tolist()
-        return found | ({'damped_by_substrate': True} if self.damped_by_substrate else {})
+        stuck = {'stuck': list(self.stuck)} if self.stuck else {}
+        return found | stuck | ({'damped_by_substrate': True} if self.damped_by_substrate else {})
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Specimen:
@@ -100,6 +106,7 @@ class Specimen:
             **{name: data[name] for name in ARRAYS if name in data or name != 'k_r_factor'},
             eta_factor=float(data['eta_factor']),
             damped_by_substrate=bool(data.get('damped_by_substrate', False)),
+            stuck=tuple(map(int, data.get('stuck', ()))),
         )
 
     @classmethod
@@ -113,7 +120,7 @@ class Specimen:
         arrays = (getattr(self, name) for name in ARRAYS if name != 'offset')
         same = all((values == 1.0).all() for values in arrays)
         plain = self.eta_factor == 1.0 and not self.damped_by_substrate
-        return same and plain and not self.offsets.any()
+        return same and plain and not self.offsets.any() and not self.stuck
 
     # --- as the functions of the material use it ------------------------------------------
 

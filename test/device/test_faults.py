@@ -315,7 +315,7 @@ def test_the_material_is_worn_at_the_stated_cells():
     factor = np.ones(CASE_II.N)
     factor[6] = 0.3
     np.testing.assert_array_equal(specimen.alpha, CASE_II.alpha * factor)
-    assert np.flatnonzero(np.isinf(specimen.masses)).tolist() == [8]
+    assert specimen.stuck == (9,)
     assert specimen.eta == 2 * CASE_II.eta
 
 

@@ -69,3 +69,17 @@ def test_no_write_is_acknowledged_that_was_not_done(name, n):
     element = stuck(name, 1, design.defect(2) + n)
     outcome = element.perform(Write(2))
     assert not outcome.success or true_level(element) == 2
+
+
+def test_a_stuck_cell_goes_with_the_strain_of_a_write():
+    """Case II, cell 217: nailed to the laboratory it was torn out of its well, and the device
+    stopped. Now the write is refused or done, and the device goes on.
+    """
+    element = new_element(preset('case_2'))
+    assert element.perform(Write(5)).success
+    element.apply(SetFaults(Faults(stuck_cell=217)))
+    before = element.chain.configuration[216]
+    outcome = element.perform(Write(7))
+    assert not outcome.success or true_level(element) == 7
+    assert element.chain.configuration[216] == pytest.approx(before, abs=1e-9)
+    element.perform(Read())

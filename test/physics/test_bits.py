@@ -15,10 +15,10 @@ import pytest
 from mlmem_ros.physics import CASE_II, INTEGRATORS, Chain, HeldCell, Specimen
 
 BITS = {
-    ('noh_bathe', 'rigid'): 'e069c31948850eee',
-    ('noh_bathe', 'elastic'): '97e15cee61c9bccf',
-    ('pefrl', 'rigid'): '2c430858a6f55676',
-    ('pefrl', 'elastic'): 'e43ca9e344f867c6',
+    ('noh_bathe', 'rigid'): 'a542ed0e05ffa8a7',
+    ('noh_bathe', 'elastic'): '54c1da5cc659058e',
+    ('pefrl', 'rigid'): 'd824a9d077858c66',
+    ('pefrl', 'elastic'): '4998d7a0e014ffd3',
 }
 """A change here changes the bits of every session: it needs a new `ARITHMETIC` and new golden
 sessions."""
@@ -32,9 +32,9 @@ def case(method, substrate):
     design = dataclasses.replace(CASE_II, N=67, eta=0.05, substrate=substrate)
     chain = Chain(design, integrator=INTEGRATORS[method])
     mass, steps = np.ones(design.N), 300
-    mass[[9, 40]] = 5.0, np.inf
+    mass[9] = 5.0
     offset = 0.01 * (design.sites % 3.0 - 1.0)  # no sine of a library
-    chain.set_specimen(Specimen(design, mass=mass, offset=offset))
+    chain.set_specimen(Specimen(design, mass=mass, offset=offset, stuck=(41,)))
     t = np.arange(steps * chain.integrator.substeps) / chain.integrator.substeps
     shake = (t % 16.0 - 8.0) / 1024.0
     motion = np.array([design.D_s1 + (t[:200] % 32.0) / 64.0, (t[:200] % 8.0) / 64.0])

@@ -154,9 +154,7 @@ def test_a_chain_without_motion_moves_if_a_force_acts(method, substrate):
 @METHODS
 def test_no_force_on_a_stuck_cell_disturbs_the_rest(method):
     chain = struck(method)
-    mass = np.ones(chain.design.N)
-    mass[20] = np.inf
-    chain.set_specimen(Specimen(chain.design, mass=mass))
+    chain.set_specimen(Specimen(chain.design, stuck=(21,)))
     pass_ticks(chain, 2 * LONG)  # such a cell scatters waves
     assert at_rest(chain)
     assert chain.v[20] - resting_wall(Specimen(chain.design), 0)[20] == pytest.approx(0.1)

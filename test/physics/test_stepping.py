@@ -32,10 +32,9 @@ METHODS = pytest.mark.parametrize('method', INTEGRATORS.values(), ids=lambda eac
 
 def specimen(chance, design):
     """Return an element of a design with random scatter, wear and faults."""
-    made = scattered(design, Scatter(0.3, 0.3, 0.2, 0.2), chance.randrange(2**31))
-    mass = np.array(made.mass)
-    mass[chance.randrange(design.N)] = np.inf
-    return dataclasses.replace(made, mass=mass, eta_factor=chance.choice((0.0, 1.0, 100.0)))
+    scatter = Scatter(alpha=0.3, k_r=0.3, s=0.3, mass=0.2, offset=0.2)
+    made = scattered(design, scatter, chance.randrange(2**31))
+    return dataclasses.replace(made, eta_factor=chance.choice((0.0, 1.0, 100.0)))
 
 
 def squared_frequencies(made, configuration):
@@ -46,7 +45,7 @@ def squared_frequencies(made, configuration):
     def springs(k):
         return np.diag(np.append(k, 0.0) + np.append(0.0, k)) - np.diag(k, 1) - np.diag(k, -1)
 
-    cells = springs(np.ones(n - 1)) + np.diag(on_site)
+    cells = springs(made.k_r) + np.diag(on_site)
     weight = 1.0 / np.sqrt(made.masses)
     if design.substrate == 'rigid':
         return np.linalg.eigvalsh(weight[:, None] * cells * weight)

@@ -10,7 +10,7 @@ from mlmem_ros.device import MemoryElement
 from mlmem_ros.device.simulation import Simulation
 from mlmem_ros.device.transducer import Transducer
 from mlmem_ros.physics import NOH_BATHE, Chain, Design, HeldCell, Integrator
-from mlmem_ros.physics.energy import end_force, energy, moving_masses
+from mlmem_ros.physics.energy import end_force, energy
 from mlmem_ros.physics.inputs import Inputs
 from mlmem_ros.physics.potential import Array
 from mlmem_ros.physics.statics import metamaterial_force
@@ -72,7 +72,7 @@ class MeteredChain(Chain):
     def _book(self, states: Array, V_N: Array, held_cell: HeldCell | None, base: Array) -> None:
         """Add what happened between m moments, at which the cells were so, shape (4, m, N)."""
         (v, w, V, W), made = states, self.specimen
-        masses = moving_masses(made)
+        masses = made.masses
         if held_cell is not None:
             held = -(-held_cell.motion.shape[1] // self.integrator.substeps)
             j, driven = held_cell.site - 1, slice(held + 1)

@@ -66,9 +66,10 @@ def with_bad_cell(name: str, level: int, site: int, kind: str) -> MemoryElement:
     chain.place(blank if level < 0 else resting_wall(Specimen(design), level))
     what, _, factor = kind.partition(' ')
     factors = np.ones(design.N)
-    factors[site - 1] = float(factor) if factor else np.inf
+    factors[site - 1] = float(factor or 1.0)
     alpha, mass = (factors, 1.0) if what == 'alpha' else (1.0, factors)
-    chain.set_specimen(Specimen(design, alpha_factor=alpha, mass=mass))
+    stuck = () if factor else (site,)
+    chain.set_specimen(Specimen(design, alpha_factor=alpha, mass=mass, stuck=stuck))
     chain.rest(math.ceil(REST / chain.dt))
     element.transducer.settle()
     return element

@@ -33,7 +33,8 @@ class Cells(NamedTuple):
         mobility: Inverse of a cell's mass, shape (n,).
         substrate: Of a rigid substrate its displacement per unit V_N, shape (n,); of an elastic
             one the stiffness left of every cell and right of the last, shape (n + 1,).
-        stuck: Indices of the cells that do not move relative to the base, whole numbers.
+        stuck: Indices of the cells that stick to the substrate under them, whole numbers. Over a
+            rigid one their velocities read zero.
         eta: Damping.
     """
 
@@ -58,6 +59,7 @@ class Forcing(NamedTuple):
         every: Number of steps between checks of all cells.
         low, high: The range of a cell's D; by default there is none.
         slow: The loop ends at a check at which all cells are slower; by default never.
+        start: Displacement of the substrate's end before the run.
     """
 
     V_N: Array
@@ -69,6 +71,7 @@ class Forcing(NamedTuple):
     low: float = -math.inf
     high: float = math.inf
     slow: float = 0.0
+    start: float = 0.0
 
 
 def aligned(values: Array, first: int = 0) -> Array:

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling, on_site, rub
+from ..formulas import coupling, joined, on_site, rub
 from ..jit import fma, kernel
 from ..potential import Array
 from .arrays import Cells, Chained, Forcing, displacements, per_cell
@@ -112,7 +112,7 @@ def advance(
     if substrate is not None:
         U, dU, ddU, U_p, dU_p, ddU_p = substrate
     law, spring, origin, mobility, under, stuck, eta = cells
-    V_N, shake, site, driven, motion, every, low, high, limit = forcing
+    V_N, shake, site, driven, motion, every, low, high, limit, before = forcing
     a0, a3, a5, a6, a7 = constants[0], constants[3], constants[5], constants[6], constants[7]
     h0, h3 = 0.5 * a0, 0.5 * a3
     n, done, strayed = len(du), steps, False
@@ -132,6 +132,10 @@ def advance(
         if substrate is not None:
             U_p[1] = 0.0
             U_p[n] = end
+        else:
+            for j in stuck:
+                u_p[j + 1] = fma(end - before, under[j], u_p[j + 1])
+        before = end
         for j in range(n):
             x = u_p[j + 1]
             if substrate is None:
@@ -160,8 +164,14 @@ def advance(
                 dU_p[j] = middle
                 U[j + 1] = fma(a3, middle, X)
         for j in stuck:
-            u[j + 1] = u_p[j + 1]
-            du_p[j] = ddu_p[j] = 0.0
+            if substrate is None:
+                u[j + 1] = u_p[j + 1]
+                du_p[j] = ddu_p[j] = 0.0
+            else:
+                ddu_p[j] = ddU_p[j] = joined(mobility[j], ddu_p[j], ddU_p[j])
+                du_p[j] = dU_p[j] = joined(mobility[j], du_p[j], dU_p[j])
+                u[j + 1] = fma(a3, du_p[j], u_p[j + 1])
+                U[j + 1] = fma(a3, du_p[j], U_p[j + 1])
         if i < driven:
             du_p[site - 1] = fma(h3, ddu_p[site - 1], motion[1, i])
         if i + 1 < driven:
@@ -176,6 +186,10 @@ def advance(
         if substrate is not None:
             U[1] = 0.0
             U[n] = end
+        else:
+            for j in stuck:
+                u[j + 1] = fma(end - before, under[j], u[j + 1])
+        before = end
         for j in range(n):
             x = u[j + 1]
             if substrate is None:
@@ -204,8 +218,14 @@ def advance(
                 dU[j] = velocity
                 U_p[j + 1] = fma(a0, fma(h0, acceleration, velocity), X)
         for j in stuck:
-            u_p[j + 1] = u[j + 1]
-            du[j] = ddu[j] = 0.0
+            if substrate is None:
+                u_p[j + 1] = u[j + 1]
+                du[j] = ddu[j] = 0.0
+            else:
+                ddu[j] = ddU[j] = joined(mobility[j], ddu[j], ddU[j])
+                du[j] = dU[j] = joined(mobility[j], du[j], dU[j])
+                u_p[j + 1] = fma(a0, fma(h0, ddu[j], du[j]), u[j + 1])
+                U_p[j + 1] = fma(a0, fma(h0, ddu[j], du[j]), U[j + 1])
         if substrate is not None:
             dU[0] = ddU[0] = dU[n - 1] = ddU[n - 1] = 0.0
         if i + 1 < driven:

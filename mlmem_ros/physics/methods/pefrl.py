@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..formulas import coupling, on_site, rub
+from ..formulas import coupling, joined, on_site, rub
 from ..jit import fma, kernel
 from ..portable import exponential
 from ..potential import Array
@@ -88,8 +88,8 @@ def advance(
     u, du, _, x = chain
     if substrate is not None:
         U, dU, _, X = substrate
-    law, spring, origin, _, under, stuck, _ = cells
-    V_N, shake, site, driven, motion, every, low, high, limit = forcing
+    law, spring, origin, mobility, under, stuck, _ = cells
+    V_N, shake, site, driven, motion, every, low, high, limit, before = forcing
     drifts, decay, kick, push, substrate_decay, substrate_kick = constants
     n, done, strayed = len(du), steps, False
 
@@ -117,6 +117,10 @@ def advance(
                 X[at, 1] = 0.0
                 X[at, n] = end
                 under_decay, under_kick = substrate_decay[by], substrate_kick[by]
+            else:
+                for j in stuck:
+                    x[at, j + 1] = fma(end - before, under[j], x[at, j + 1])
+            before = end
             for j in range(n):
                 here = x[at, j + 1]
                 if substrate is None:
@@ -141,9 +145,18 @@ def advance(
                     dU[j] = velocity
                     X[to, j + 1] = fma(drift, velocity, HERE)
             for j in stuck:
-                x[to, j + 1] = x[at, j + 1]
-                du[j] = 0.0
-        if substrate is not None:
+                if substrate is None:
+                    x[to, j + 1] = x[at, j + 1]
+                    du[j] = 0.0
+                else:
+                    du[j] = dU[j] = joined(mobility[j], du[j], dU[j])
+                    x[to, j + 1] = fma(drift, du[j], x[at, j + 1])
+                    X[to, j + 1] = fma(drift, du[j], X[at, j + 1])
+        if substrate is None:
+            for j in stuck:
+                x[0, j + 1] = fma(V_N[i + 4] - before, under[j], x[0, j + 1])
+            before = V_N[i + 4]
+        else:
             X[0, 1] = 0.0
             X[0, n] = V_N[i + 4]
             dU[0] = dU[n - 1] = 0.0

@@ -40,8 +40,10 @@ def balanced(u: Array, U: Array | None, cells: Cells, V_N: float) -> bool:
     Returns:
         Whether no cell has an acceleration of `REST` or more.
     """
-    law, spring, origin, mobility, under, _, _ = cells
+    law, spring, origin, mobility, under, stuck, _ = cells
     n = len(u) - 2
+    if U is not None and len(stuck) > 0:
+        return False  # nor does a strained elastic substrate ever rest
     u[0] = u[1]
     u[n + 1] = u[n]
     for j in range(n):
